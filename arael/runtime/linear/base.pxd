@@ -1,0 +1,19 @@
+# The face that every linear solver shows to the Levenberg-Marquardt loop.
+#
+# Matrices and vectors are `void*`: f64 or f32 as `single` tells, so that one virtual table serves
+# both precisions and the loop above needs no fused types.
+
+cdef class LinearSolver:
+    cdef readonly bint single       # f32 if true, else f64
+    cdef readonly object pattern    # BlockPattern
+    cdef readonly dict plan         # name, why, n, nnz_l, flops, ... of the symbolic analysis
+    cdef readonly Py_ssize_t n      # scalars
+
+    # Factorise H with its diagonal replaced by `diagonal` (n scalars, damping included).
+    # `values` are the blocks as the pattern lays them out; neither argument is changed.
+    # Returns 0, or 1 + the scalar (original order) at whose pivot the matrix was found not to be
+    # positive definite (NaN included). Never raises, never allocates.
+    cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil
+
+    # Overwrite b (n scalars, original order) by the solution; needs a successful factor().
+    cdef void solve(self, void* b) noexcept nogil

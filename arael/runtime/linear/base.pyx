@@ -1,0 +1,68 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""The common face of the linear solvers, and a way to use one from Python."""
+
+import numpy as np
+
+
+cdef class LinearSolver:
+    """Base of the linear solvers for symmetric positive definite block matrices.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+        Lower block triangle of the matrix.
+    single : bool
+        f32 if true, else f64.
+    """
+
+    def __init__(self, pattern, bint single=False):
+        self.pattern = pattern
+        self.single = single
+        self.n = pattern.size
+        self.plan = {}
+
+    cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
+        return 1
+
+    cdef void solve(self, void* b) noexcept nogil:
+        pass
+
+    @property
+    def dtype(self):
+        """NumPy type of the scalars."""
+        return np.dtype(np.float32 if self.single else np.float64)
+
+    def factorise(self, values, diagonal):
+        """Factorise; return 0 or 1 + the scalar whose pivot failed.
+
+        Parameters
+        ----------
+        values : (value_count,) array
+        diagonal : (n,) array
+            Damped diagonal that stands in for the one in `values`.
+        """
+        v = np.ascontiguousarray(values, dtype=self.dtype)
+        d = np.ascontiguousarray(diagonal, dtype=self.dtype)
+        if v.shape != (self.pattern.value_count,) or d.shape != (self.n,):
+            raise ValueError(
+                f"expected {self.pattern.value_count} values and {self.n} diagonal entries, "
+                f"found shapes {v.shape} and {d.shape}"
+            )
+        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data
+        cdef Py_ssize_t status
+        with nogil:
+            status = self.factor(<const void*>pv, <const void*>pd)
+        return status
+
+    def solved(self, b):
+        """Solution of the factorised system for the right-hand side `b`, shape (n,) or (n, k)."""
+        cdef size_t p
+        rhs = np.array(b, dtype=self.dtype, order="F", ndmin=1)
+        columns = rhs.reshape(self.n, -1, order="F")
+        for k in range(columns.shape[1]):
+            column = np.ascontiguousarray(columns[:, k])
+            p = column.ctypes.data
+            with nogil:
+                self.solve(<void*>p)
+            columns[:, k] = column
+        return columns.reshape(rhs.shape, order="F")

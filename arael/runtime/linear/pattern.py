@@ -1,0 +1,99 @@
+"""The block pattern of a symmetric matrix: which pairs of entities are coupled, and where each block lives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class BlockPattern:
+    """Lower triangle of a symmetric block matrix by block columns.
+
+    Block ``(i, j)`` with ``i >= j`` has ``sizes[i] x sizes[j]`` scalars, row-major and contiguous in
+    the array of values from ``value_start`` on. Of a diagonal block only the lower triangle
+    (row >= column) is meaningful; the rest of its square must not be read.
+
+    Attributes
+    ----------
+    sizes : (nb,) int64
+        Scalars of each block row.
+    column_start : (nb + 1,) int64
+        Blocks of column ``j`` are ``column_start[j]:column_start[j + 1]``; the first is the diagonal.
+    rows : (nblocks,) int64
+        Block row of each block, ascending within a column.
+    value_start : (nblocks,) int64
+        Offset of each block's first scalar in the array of values.
+    name_of : callable
+        Name of scalar ``i`` of the system in the model's own words (``poses[3].ea.z``), for messages.
+    """
+
+    sizes: Ints
+    column_start: Ints
+    rows: Ints
+    value_start: Ints
+    name_of: Callable[[int], str] = field(default=lambda i: f"x[{i}]", compare=False)
+
+    @property
+    def block_count(self) -> int:
+        """Number of block rows."""
+        return len(self.sizes)
+
+    @property
+    def offsets(self) -> Ints:
+        """(nb + 1,) first scalar of each block row."""
+        return np.concatenate(([0], np.cumsum(self.sizes)))
+
+    @property
+    def size(self) -> int:
+        """Number of scalar rows."""
+        return int(self.sizes.sum())
+
+    @property
+    def value_count(self) -> int:
+        """Length of the array of values."""
+        columns = np.repeat(np.arange(len(self.sizes)), np.diff(self.column_start))
+        return int((self.sizes[self.rows] * self.sizes[columns]).sum())
+
+    @classmethod
+    def from_pairs(
+        cls,
+        sizes: Ints,
+        rows: Ints,
+        columns: Ints,
+        name_of: Callable[[int], str] | None = None,
+    ) -> BlockPattern:
+        """Build from coupled pairs (any order, repeats welcome); diagonal blocks are always there."""
+        nb = len(sizes)
+        low = np.minimum(rows, columns).astype(np.int64)
+        high = np.maximum(rows, columns).astype(np.int64)
+        diagonal = np.arange(nb, dtype=np.int64)
+        keys = np.unique(
+            np.concatenate((low, diagonal)) * nb + np.concatenate((high, diagonal))
+        )
+        column, row = keys // max(nb, 1), keys % max(nb, 1)
+        column_start = np.searchsorted(column, np.arange(nb + 1)).astype(np.int64)
+        lengths = sizes[row] * sizes[column]
+        value_start = np.concatenate(([0], np.cumsum(lengths)))[:-1].astype(np.int64)
+        named = {} if name_of is None else {"name_of": name_of}
+        return cls(
+            np.asarray(sizes, dtype=np.int64),
+            column_start,
+            row.astype(np.int64),
+            value_start,
+            **named,
+        )
+
+    def find(self, rows: Ints, columns: Ints) -> Ints:
+        """Offset in the values of each block ``(max, min)`` of the given pairs; all must exist."""
+        nb = len(self.sizes)
+        low, high = np.minimum(rows, columns), np.maximum(rows, columns)
+        column = np.repeat(np.arange(nb), np.diff(self.column_start))
+        keys = column * nb + self.rows
+        found = np.searchsorted(keys, low * nb + high)
+        return self.value_start[found]
