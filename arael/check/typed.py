@@ -1,0 +1,204 @@
+"""What checking leaves: a model whose every name is resolved, every shape known, every type agreed.
+
+Expressions here are trees shared where a `let` is read twice. Constraint bodies are typed once per
+*site* (a place where their struct occurs), because `parent` and optional ancestors depend on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from arael.diagnostics.records import Span
+from arael.runtime.layout import Column, Pass, Slot, Table
+
+# --- types ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ScalarType:
+    kind: Literal["real", "int", "bool", "string"] = "real"
+
+    def __str__(self) -> str:
+        return self.kind
+
+
+@dataclass(frozen=True)
+class VectorType:
+    n: int
+
+    def __str__(self) -> str:
+        return f"vec{self.n}" if self.n in (2, 3) else f"vec<{self.n}>"
+
+
+@dataclass(frozen=True)
+class MatrixType:
+    rows: int
+    columns: int
+
+    def __str__(self) -> str:
+        if self.rows == self.columns and self.rows in (2, 3):
+            return f"mat{self.rows}"
+        return f"mat<{self.rows},{self.columns}>"
+
+
+@dataclass(frozen=True)
+class QuaternionType:
+    def __str__(self) -> str:
+        return "quat"
+
+
+ValueType = ScalarType | VectorType | MatrixType | QuaternionType
+
+REAL = ScalarType("real")
+INT = ScalarType("int")
+BOOL = ScalarType("bool")
+STRING = ScalarType("string")
+QUATERNION = QuaternionType()
+
+
+# --- expressions ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Typed:
+    """Base of typed expressions. `eq=False`: identity counts, shared lets are shared nodes."""
+
+    type: ValueType
+    span: Span = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Literal_(Typed):
+    value: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Read(Typed):
+    """A column reached through a slot.
+
+    `version` is ``trial`` for a parameter under optimisation, ``stored`` for what it held when the
+    solve began (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the
+    column (``euler``, ``rotation``, ...) or "" for data: an ``euler`` or ``angle`` reads as its
+    angles (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion.
+    """
+
+    slot: int
+    column: str
+    version: Literal["trial", "stored", "data"]
+    parameter: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Present(Typed):
+    """Whether an optional is there (BOOL)."""
+
+    slot: int
+    column: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Component(Typed):
+    """Scalar of a vector (index), matrix (row * columns + column) or quaternion (0 = w)."""
+
+    of: Typed
+    index: int
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Pack(Typed):
+    """Scalars and vectors joined into one vector."""
+
+    items: tuple[Typed, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Select(Typed):
+    """``if cond then a else b``, elementwise on shapes that agree."""
+
+    cond: Typed
+    then: Typed
+    otherwise: Typed
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Apply(Typed):
+    """An operator or built-in function on values whose shapes have been checked.
+
+    Names and argument types (S scalar, V vector, M matrix, Q quaternion):
+
+    ==================  =====================================================================
+    name                meaning
+    ==================  =====================================================================
+    neg                 S V M Q, elementwise
+    add sub             two of the same shape
+    mul                 S*S S*V V*S S*M M*S S*Q Q*S, M*M M*V, V*M (row vector), Q*Q
+    div                 S/S V/S M/S Q/S
+    emul ediv           elementwise ``.*`` ``./`` of the same shape (or with a scalar)
+    pow                 S^S
+    lt le gt ge eq ne   S, S -> bool
+    and or not          bool
+    transpose           M
+    inverse             M, Q
+    row column          M with a literal index as second argument
+    quat_vec            Q -> vec3
+    rotation_matrix     euler vec3 -> M3, angle S -> M2, Q -> M3 (as method or function)
+    euler_angles        M3 or Q -> vec3
+    rotation_vector     M3 -> vec3
+    dot cross norm norm2 unit perp det trace skew vee identity2 identity3
+    conj rotate log exp of quaternions: conj(Q), rotate(Q, V), quat_log(Q), quat_exp(V)
+    scalar functions    by their name in the language; the elementwise ones (starship, abs, sqrt
+                        ... where LANGUAGE.md allows) keep the shape of their first argument
+    ==================  =====================================================================
+    """
+
+    name: str
+    args: tuple[Typed, ...]
+
+
+# --- the model --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class EntitySite:
+    """A struct with parameters at one place. Parameter columns are those of its own prefix."""
+
+    struct: str
+    table: str
+    prefix: str  # "" or "info." with the dot
+    columns: tuple[Column, ...]
+
+
+@dataclass(frozen=True)
+class ConstraintSite:
+    """A constraint at one place, fully typed.
+
+    `slots[0]` is always the instance's own row. `guard` is None or BOOL over data; the presence of
+    every optional ancestor of the site itself is already part of it.
+    """
+
+    label: str  # "PointFrine.bearing"
+    struct: str
+    name: str
+    table: str
+    prefix: str
+    span: Span
+    slots: tuple[Slot, ...]
+    residual: tuple[Typed, ...]  # scalars and vectors, to be flattened in order
+    guard: Typed | None = None
+    index_column: str = ""  # constraint_index column of the struct, if any
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class TypedModel:
+    """The typed schema of a model: tables and columns as the runtime knows them, typed bodies."""
+
+    name: str
+    root: str
+    precision: Literal["f32", "f64"]
+    tables: tuple[Table, ...]
+    entities: tuple[EntitySite, ...]
+    constraints: tuple[ConstraintSite, ...]
+    passes: tuple[Pass, ...]
+    doc: str = ""

@@ -1,0 +1,274 @@
+"""What the runtime knows of a compiled model: tables, parameters, constraints as tapes, passes.
+
+The compiler writes a `Layout`; the store, the data readers, the solver and the diagnosis read it. It
+is plain data and travels as JSON beside the compiled kernels, so that a model that was compiled
+before starts without the language rooms.
+
+Words
+-----
+table
+    A place where a struct can occur in a collection (``poses``, ``landmarks.frines``), or the root
+    (path ``""``, one row). By-value structs do not make tables: their fields are columns of the
+    owner's table under a dotted path (``info.gps.pos``).
+entity
+    A struct with parameters at one place: a table and a prefix within its rows.
+slot
+    A way from a constraint's row to a row of some table (through parent, refs, root).
+state
+    Per entity row, what kernels read of it: the stored form of its parameters, then cached values
+    (sines, rotation matrices and their derivatives).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+from arael.runtime.tape import Tape
+
+LAYOUT_VERSION = 1
+
+
+class Step(msgspec.Struct, frozen=True):
+    """One step from row to row: to the owner of this row, through a ref column, or to the root."""
+
+    kind: Literal["parent", "ref", "root"]
+    ref: str = ""
+
+
+class Param(msgspec.Struct, frozen=True):
+    """How a column is solved for.
+
+    `stored` scalars hold the value, `tangent` scalars are solved for. Bounds are one number per
+    tangent scalar, or None where open; only plain parameters have them.
+    """
+
+    kind: Literal["real", "vec", "euler", "rotation", "quaternion", "angle"]
+    stored: int
+    tangent: int
+    low: tuple[float | None, ...] = ()
+    high: tuple[float | None, ...] = ()
+
+
+class Target(msgspec.Struct, frozen=True):
+    """Where a ref points: a table, and the way to the row that owns the collection meant.
+
+    With ``feature: ref PointFeature in pose.info.features`` the table is ``poses.info.features`` and
+    `base` is ``(ref pose,)``; data files count the target within that owner.
+    """
+
+    table: str
+    struct: str
+    base: tuple[Step, ...]
+    text: str  # the path as written
+
+
+class Column(msgspec.Struct, frozen=True):
+    """A field with values, as a column of a table.
+
+    Attributes
+    ----------
+    path : dotted path within a row (``info.gps.pos``)
+    kind : type of the scalars
+    shape : shape of one value; ``()`` a scalar, ``(3,)`` a vector or Euler angles, ``(4,)`` a unit
+        quaternion (w, x, y, z), ``(3, 3)`` a matrix
+    role : ``present`` marks the presence of an optional struct or scalar at this path
+    type : the type as the model declares it (``vec3 [m]``), for messages
+    where : place of the declaration (``slam.arael:31:5``), for messages
+    default : flat values where the data leaves the field out; None: it must be given
+    within : path of the nearest optional struct around (or at) this field, "" if none
+    """
+
+    path: str
+    kind: Literal["real", "int", "bool", "string"]
+    shape: tuple[int, ...]
+    role: Literal["data", "param", "ref", "present", "skip", "constraint_index"]
+    type: str
+    where: str
+    unit: str = ""
+    default: tuple[float, ...] | str | None = None
+    param: Param | None = None
+    target: Target | None = None
+    within: str = ""
+    doc: str = ""
+
+
+class ByValue(msgspec.Struct, frozen=True):
+    """A struct held by value (or optionally) within the rows of a table."""
+
+    path: str
+    struct: str
+    optional: bool
+    where: str
+    within: str = ""
+
+
+class Table(msgspec.Struct, frozen=True):
+    """A collection, or the root.
+
+    `field` is the path of the collection within a row of the parent table (``info.features``);
+    `key` the string column by which refs in data may name a row, "" if none.
+    """
+
+    path: str
+    struct: str
+    collection: Literal["root", "list", "deque", "arena"]
+    parent: str
+    field: str
+    where: str
+    columns: tuple[Column, ...]
+    values: tuple[ByValue, ...] = ()
+    key: str = ""
+    doc: str = ""
+
+    def column(self, path: str) -> Column:
+        """The column of that path; KeyError if there is none."""
+        for column in self.columns:
+            if column.path == path:
+                return column
+        raise KeyError(path)
+
+
+class ParamUse(msgspec.Struct, frozen=True):
+    """A parameter's place in its entity."""
+
+    column: str  # full path in the table
+    kind: str
+    stored_start: int
+    stored: int
+    tangent_start: int
+    tangent: int
+
+
+class Entity(msgspec.Struct, frozen=True):
+    """A struct with parameters at one place.
+
+    `refresh` computes the state of a row from its stored scalars and a step: inputs are the stored
+    scalars, then the tangent step; outputs the whole state (new stored scalars first).
+    """
+
+    struct: str
+    table: str
+    prefix: str  # "" or "info." (with the dot)
+    params: tuple[ParamUse, ...]
+    stored: int
+    tangent: int
+    state: int
+    refresh: Tape
+    tangent_names: tuple[str, ...]  # "pos.x", "ea.z"
+
+
+class Slot(msgspec.Struct, frozen=True):
+    """A way from the constraint's row to another; no steps: the row itself."""
+
+    steps: tuple[Step, ...]
+    table: str
+
+
+class Use(msgspec.Struct, frozen=True):
+    """An entity that a constraint reads at trial values; its tangent columns in `tape.outputs`."""
+
+    slot: int
+    entity: int
+
+
+class Raw(msgspec.Struct, frozen=True):
+    """One scalar of a column reached through a slot: data, or the stored value of a parameter."""
+
+    slot: int
+    column: str
+    component: int = 0
+
+
+class Place(msgspec.Struct, frozen=True):
+    """An expression of the model, for messages about runtime failures."""
+
+    where: str
+    text: str
+
+
+class Group(msgspec.Struct, frozen=True):
+    """One constraint at one table: what is evaluated for each of its instances.
+
+    `prepare` runs once per solve on whole columns: inputs are `raw`, outputs first the `data_count`
+    lane inputs of the kernel, then the `uniform_count` ones that are the same for all instances.
+    `tape` is the kernel: inputs are the state scalars `states` (use, offset), then the lane inputs,
+    then the uniforms; outputs are the residuals, then the structurally non-zero Jacobian entries
+    `jacobian` as (residual, use, tangent index).
+    """
+
+    label: str
+    struct: str
+    constraint: str
+    where: str
+    table: str
+    prefix: str
+    residuals: int
+    slots: tuple[Slot, ...]
+    uses: tuple[Use, ...]
+    raw: tuple[Raw, ...]
+    prepare: Tape
+    data_count: int
+    uniform_count: int
+    states: tuple[tuple[int, int], ...]
+    tape: Tape
+    jacobian: tuple[tuple[int, int, int], ...]
+    places: tuple[Place, ...]
+    guard: Tape | None = None
+    guard_raw: tuple[Raw, ...] = ()
+    guard_text: str = ""
+    index_column: str = ""
+    operations_before: int = 0
+    operations_after: int = 0
+    doc: str = ""
+
+
+class PassSetting(msgspec.Struct, frozen=True):
+    """Root data set before a pass: a column of the root and its flat value."""
+
+    column: str
+    value: tuple[float, ...]
+
+
+class Pass(msgspec.Struct, frozen=True):
+    """One pass of the solve schedule."""
+
+    name: str
+    settings: tuple[PassSetting, ...] = ()
+    config: dict[str, float | int | bool | str] = {}
+    freeze: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()
+
+
+class Layout(msgspec.Struct, frozen=True):
+    """A compiled model."""
+
+    version: int
+    name: str  # name of the model: the file's stem
+    root: str  # struct name of the root
+    precision: Literal["f32", "f64"]
+    source: str  # file name as the user gave it
+    tables: tuple[Table, ...]  # the root first, owners before what they own
+    entities: tuple[Entity, ...]
+    groups: tuple[Group, ...]
+    passes: tuple[Pass, ...]
+    warnings: tuple[str, ...] = ()  # rendered, for a warm start to repeat
+    doc: str = ""
+
+    def table(self, path: str) -> Table:
+        """The table of that path; KeyError if there is none."""
+        for table in self.tables:
+            if table.path == path:
+                return table
+        raise KeyError(path)
+
+
+def to_json(layout: Layout) -> bytes:
+    """The layout as JSON."""
+    return msgspec.json.encode(layout)
+
+
+def from_json(data: bytes) -> Layout:
+    """A layout from its JSON; msgspec.ValidationError if it is not one."""
+    return msgspec.json.decode(data, type=Layout)
