@@ -1,0 +1,50 @@
+# The interface between the runtime and generated kernels: plain C structs, no Python objects.
+#
+# Scalars are `void*`: f64 or f32 as the module was generated. W lanes are evaluated at a time;
+# arrays "in lane order" are laid out [block][column][W], the last block padded by repeating its last
+# instance. Kernels accumulate J'r and J'J without the factor 2 of the cost's gradient and Hessian.
+
+from libc.stdint cimport int32_t, int64_t, uint8_t
+
+cdef enum:
+    KERNEL_ABI = 1
+
+ctypedef struct Lanes:
+    Py_ssize_t n                # instances
+    const void* data            # [blocks][data_count][W] what does not change within a solve
+    const void* uniform         # [uniform_count] the same for all instances
+    const int32_t* row          # [blocks][uses][W] row of each used entity
+    const void* const* state    # [uses] state arrays, rows x stride of the entity
+    const int32_t* gradient_at  # [blocks][uses][W] first scalar of the entity in the gradient
+    const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
+    const uint8_t* turn         # [blocks][pairs][W] 0 as computed, 1 transposed, 2 both onto a diagonal
+
+# Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as
+# rows and that of use b as columns; of a diagonal pair only the lower triangle is written.
+# Entities that are not solved for have offsets into a trash area behind the gradient and the values.
+
+ctypedef double (*cost_function)(const Lanes* lanes) noexcept nogil
+ctypedef double (*linearise_function)(const Lanes* lanes, void* gradient, void* values) noexcept nogil
+# residuals [n][residuals], entries [n][jacobian entries], both by instance
+ctypedef void (*rows_function)(const Lanes* lanes, void* residuals, void* entries) noexcept nogil
+
+# state of `rows` entity rows: the stored scalars of `state` moved by the step at delta_at (no step
+# where negative), and all caches, into `moved`; `state` and `moved` may be the same.
+ctypedef void (*refresh_function)(
+    Py_ssize_t rows, const void* state, const void* delta, const int32_t* delta_at, void* moved
+) noexcept nogil
+
+ctypedef struct Kernel:
+    const char* label
+    cost_function cost
+    linearise_function linearise
+    rows_function rows
+
+ctypedef struct KernelTable:
+    int abi
+    int single              # f32
+    int lanes               # W
+    int group_count
+    int entity_count
+    const Kernel* groups    # in the order of Layout.groups
+    const refresh_function* refresh  # in the order of Layout.entities
