@@ -58,6 +58,10 @@ cdef class LinearSolver:
         """Solution of the factorised system for the right-hand side `b`, shape (n,) or (n, k)."""
         cdef size_t p
         rhs = np.array(b, dtype=self.dtype, order="F", ndmin=1)
+        if rhs.shape[0] != self.n or rhs.ndim > 2:
+            raise ValueError(f"expected a right-hand side of {self.n} rows, found shape {rhs.shape}")
+        if not rhs.size:
+            return rhs
         columns = rhs.reshape(self.n, -1, order="F")
         for k in range(columns.shape[1]):
             column = np.ascontiguousarray(columns[:, k])
