@@ -1,0 +1,294 @@
+"""The graph of a formula: scalar operations, each kept once.
+
+Nodes are integers in order of creation, which is an order of evaluation. A node is identified by its
+operation and operands, so equal expressions are one node: value numbering, which is deterministic
+elimination of common subexpressions, happens as the graph is built.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+
+from arael.runtime.tape import PRIMITIVES, Tape
+from arael.symbolic.folding import fold
+from arael.symbolic.simplify import RULES
+
+NO_PLACE = -1
+
+
+class Graph:
+    """Hash-consed scalar operations.
+
+    Attributes
+    ----------
+    ops : name of the operation, one per node: those of `arael.runtime.tape.PRIMITIVES`, and
+        ``custom``, a value whose derivative is prescribed (see `custom`)
+    args : operands, one tuple per node. Of an ``input``: its number, an index into `inputs`;
+        of a ``const``: index into `constants`; else earlier nodes.
+    constants : literal values
+    inputs : keys of the inputs, in order of creation
+    places : per node, the place that was current when it was first made, or -1
+    place : current place: an index into the caller's table of source places, or None. New nodes
+        remember it.
+    """
+
+    def __init__(self, *, simplify: bool = True) -> None:
+        self.ops: list[str] = []
+        self.args: list[tuple[int, ...]] = []
+        self.constants: list[float] = []
+        self.inputs: list[Hashable] = []
+        self.places: list[int] = []
+        self.place: int | None = None
+        self.simplify = simplify
+        self._nodes: dict[tuple[str, tuple[int, ...]], int] = {}
+        self._constants: dict[float, int] = {}
+        self._inputs: dict[Hashable, int] = {}
+
+    def __len__(self) -> int:
+        """Number of nodes."""
+        return len(self.ops)
+
+    # Making nodes
+
+    def const(self, value: float) -> int:
+        """Node of a literal value. Negative zero becomes zero."""
+        value = float(value) + 0.0
+        if math.isnan(value):
+            value = math.nan  # one object, which a dict finds by identity
+        node = self._constants.get(value)
+        if node is None:
+            node = self._constants[value] = self._append("const", (len(self.constants),))
+            self.constants.append(value)
+        return node
+
+    def input(self, key: Hashable) -> int:
+        """Node of the input known as `key`; the same node for the same key."""
+        node = self._inputs.get(key)
+        if node is None:
+            node = self._inputs[key] = self._append("input", (len(self.inputs),))
+            self.inputs.append(key)
+        return node
+
+    def op(self, name: str, *args: int) -> int:
+        """Node for operation `name` of `args`, simplified; an existing one where it is the same.
+
+        Raises
+        ------
+        ValueError
+            If there is no such operation, or it takes another number of operands.
+        """
+        primitive = PRIMITIVES.get(name)
+        if primitive is None or primitive[1] is None or primitive[0] != len(args):
+            raise ValueError(f"no operation {name!r} of {len(args)} operands")
+        if not self.simplify:
+            return self.intern(name, args)
+        values = [self.value(a) for a in args]
+        if name != "identity" and None not in values:
+            folded = fold(name, *(v for v in values if v is not None))
+            if folded is not None:
+                return self.const(folded)
+        rule = RULES.get(name)
+        return rule(self, *args) if rule is not None else self.intern(name, args)
+
+    def custom(self, value: int, partials: Iterable[tuple[int, int]]) -> int:
+        """A node with the value of `value` and a prescribed derivative.
+
+        Parameters
+        ----------
+        value : node that gives the value
+        partials : pairs of an argument and the partial derivative with respect to it, both nodes.
+            Differentiation goes through these and never into `value`.
+
+        Returns
+        -------
+        A node of operation ``custom`` with operands ``value, argument, partial, argument, ...``. It
+        costs nothing: a tape has `value` in its place.
+        """
+        flat = tuple(node for pair in partials for node in pair)
+        return self.intern("custom", (value, *flat))
+
+    def intern(self, name: str, args: tuple[int, ...]) -> int:
+        """Node of exactly this operation and operands, without simplification."""
+        key = (name, args)
+        node = self._nodes.get(key)
+        if node is None:
+            node = self._nodes[key] = self._append(name, args)
+        return node
+
+    def _append(self, name: str, args: tuple[int, ...]) -> int:
+        self.ops.append(name)
+        self.args.append(args)
+        self.places.append(NO_PLACE if self.place is None else self.place)
+        return len(self.ops) - 1
+
+    # Looking at nodes
+
+    def exists(self, name: str, args: tuple[int, ...]) -> bool:
+        """Whether a node of exactly this operation and operands has been made."""
+        return (name, args) in self._nodes
+
+    def value(self, node: int) -> float | None:
+        """Value of a constant node, None of any other."""
+        return self.constants[self.args[node][0]] if self.ops[node] == "const" else None
+
+    def key(self, node: int) -> Hashable:
+        """Key of an input node."""
+        if self.ops[node] != "input":
+            raise ValueError(f"node {node} is no input but {self.ops[node]}")
+        return self.inputs[self.args[node][0]]
+
+    def operands(self, node: int) -> tuple[int, ...]:
+        """Nodes that the value of `node` is computed from: none of inputs and constants."""
+        name = self.ops[node]
+        if name in ("input", "const"):
+            return ()
+        return self.args[node][:1] if name == "custom" else self.args[node]
+
+    def live(self, outputs: Iterable[int]) -> list[int]:
+        """Nodes that `outputs` are computed from, themselves included, in order of evaluation."""
+        found = set(outputs)
+        stack = list(found)
+        while stack:
+            for operand in self.operands(stack.pop()):
+                if operand not in found:
+                    found.add(operand)
+                    stack.append(operand)
+        return sorted(found)
+
+    def depends(self, on: Iterable[int]) -> set[int]:
+        """Nodes of the graph whose value is computed from one of `on`, and those themselves."""
+        found = set(on)
+        if not found:
+            return found
+        for node in range(min(found) + 1, len(self.ops)):
+            if any(operand in found for operand in self.operands(node)):
+                found.add(node)
+        return found
+
+    def operations(self, outputs: Iterable[int]) -> int:
+        """Number of distinct arithmetic operations that `outputs` take."""
+        return sum(self.ops[n] not in ("input", "const", "custom") for n in self.live(outputs))
+
+    def tree_operations(self, outputs: Iterable[int]) -> int:
+        """Number of operations of the expressions written out in full, nothing shared."""
+        outputs = list(outputs)
+        size: dict[int, int] = {}
+        for node in self.live(outputs):
+            inner = sum(size[operand] for operand in self.operands(node))
+            size[node] = inner + (self.ops[node] not in ("input", "const", "custom"))
+        return sum(size[node] for node in outputs)
+
+    # Rewriting
+
+    def substitute(self, outputs: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
+        """`outputs` with nodes replaced by others of this graph, simplified again.
+
+        Replacements are not themselves rewritten. Prescribed derivatives follow their values.
+        """
+        return self.copy(outputs, self, replacement)
+
+    def copy(
+        self, outputs: Iterable[int], target: Graph, replacement: Mapping[int, int] | None = None
+    ) -> list[int]:
+        """Build `outputs` again in `target`, where nodes of `replacement` become its nodes.
+
+        Inputs keep their keys, and nodes their places when `target` is another graph.
+        """
+        outputs = list(outputs)
+        new: dict[int, int] = dict(replacement or {})
+        saved = target.place
+        for node in self._reachable(outputs, new):
+            name, args = self.ops[node], self.args[node]
+            target.place = self.places[node] if self.places[node] != NO_PLACE else saved
+            if name == "const":
+                new[node] = target.const(self.constants[args[0]])
+            elif name == "input":
+                new[node] = target.input(self.inputs[args[0]])
+            elif name == "custom":
+                new[node] = target.intern(name, tuple(new[a] for a in args))
+            else:
+                new[node] = target.op(name, *(new[a] for a in args))
+        target.place = saved
+        return [new[node] for node in outputs]
+
+    def _reachable(self, outputs: Sequence[int], stop: Mapping[int, int]) -> list[int]:
+        """Nodes reachable from `outputs`, through prescribed derivatives too, short of `stop`."""
+        found = {node for node in outputs if node not in stop}
+        stack = list(found)
+        while stack:
+            node = stack.pop()
+            if self.ops[node] in ("input", "const"):
+                continue
+            for operand in self.args[node]:
+                if operand not in found and operand not in stop:
+                    found.add(operand)
+                    stack.append(operand)
+        return sorted(found)
+
+    # Tapes
+
+    def tape(self, outputs: Iterable[int], inputs: Sequence[Hashable] | None = None) -> Tape:
+        """The straight-line program of `outputs`.
+
+        Parameters
+        ----------
+        outputs : nodes, in the order wanted of the results
+        inputs : keys of the program's inputs in order; by default those of the graph, also the unused
+
+        Raises
+        ------
+        ValueError
+            If an output needs an input that is not among `inputs`.
+        """
+        outputs = list(outputs)
+        numbers = {key: i for i, key in enumerate(self.inputs if inputs is None else inputs)}
+        plain = _Tape(numbers)
+        saved, self_values = self.live(outputs), plain.node_of
+        for node in saved:
+            name, args = self.ops[node], self.args[node]
+            if name == "input":
+                key = self.inputs[args[0]]
+                if key not in numbers:
+                    raise ValueError(f"the program needs input {key!r}, which it is not given")
+                self_values[node] = plain.append(name, (numbers[key],), self.places[node])
+            elif name == "const":
+                self_values[node] = plain.constant(self.constants[args[0]], self.places[node])
+            elif name == "custom":
+                self_values[node] = self_values[args[0]]
+            else:
+                operands = tuple(self_values[a] for a in args)
+                self_values[node] = plain.append(name, operands, self.places[node])
+        return plain.finish(outputs)
+
+
+class _Tape:
+    """A tape in the making; nodes that differ only in prescribed derivatives meet again here."""
+
+    def __init__(self, numbers: Mapping[Hashable, int]) -> None:
+        self.numbers = numbers
+        self.node_of: dict[int, int] = {}
+        self.entries: dict[tuple[str, tuple[int, ...]], int] = {}
+        self.constants: list[float] = []
+        self.places: list[int] = []
+
+    def append(self, name: str, args: tuple[int, ...], place: int) -> int:
+        known = self.entries.get((name, args))
+        if known is not None:
+            return known
+        self.entries[(name, args)] = len(self.places)
+        self.places.append(place)
+        return len(self.places) - 1
+
+    def constant(self, value: float, place: int) -> int:
+        self.constants.append(value)
+        return self.append("const", (len(self.constants) - 1,), place)
+
+    def finish(self, outputs: Sequence[int]) -> Tape:
+        return Tape(
+            ops=tuple(name for name, _ in self.entries),
+            args=tuple(args for _, args in self.entries),
+            constants=tuple(self.constants),
+            outputs=tuple(self.node_of[node] for node in outputs),
+            places=tuple(self.places),
+        )

@@ -1,0 +1,281 @@
+"""Smart constructors: one small rule set per operation, applied when a node is made.
+
+Rules are local: they look at the operands of the new node and at whether an equivalent node exists
+already. Sums and products are not reassociated, so rounding is that of the formula as written, except
+that signed zeros are not kept and that zero times anything is zero: without that rule a sparse
+derivative would be a dense one (a NaN that only multiplies a structural zero is thereby lost).
+
+Signs float outwards: ``(-a) * b`` becomes ``-(a * b)``, so that ``a * b`` is shared, and ``a - b`` and
+``b - a`` are one node and its negation. A negative constant counts as the negation of a positive one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from arael.symbolic.graph import Graph
+
+Rule = Callable[..., int]
+
+_ODD = ("sin", "tan", "asin", "atan", "sinh", "tanh", "cbrt", "sign", "round")
+_EVEN = ("cos", "cosh", "abs")
+_BOOLEAN = frozenset({"lt", "le", "eq", "ne", "and", "or", "not"})
+_LARGEST_POWER = 8
+
+
+def _negated(g: Graph, node: int) -> int | None:
+    """The node whose negation `node` is, if it is one."""
+    if g.ops[node] == "neg":
+        return g.args[node][0]
+    value = g.value(node)
+    return g.const(-value) if value is not None and value < 0 else None
+
+
+def _is_power_of_two(value: float) -> bool:
+    return math.isfinite(value) and math.frexp(value)[0] in (0.5, -0.5)
+
+
+def _ordered(a: int, b: int) -> tuple[int, int]:
+    return (a, b) if a <= b else (b, a)
+
+
+def _add(g: Graph, a: int, b: int) -> int:
+    if g.value(a) == 0:
+        return b
+    if g.value(b) == 0:
+        return a
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    if minus_a is not None and minus_b is not None:
+        return g.op("neg", g.op("add", minus_a, minus_b))
+    if minus_b is not None:
+        return g.op("sub", a, minus_b)
+    if minus_a is not None:
+        return g.op("sub", b, minus_a)
+    if a == b:
+        return g.op("mul", g.const(2.0), a)
+    return g.intern("add", _ordered(a, b))
+
+
+def _sub(g: Graph, a: int, b: int) -> int:
+    if a == b:
+        return g.const(0.0)
+    if g.value(b) == 0:
+        return a
+    if g.value(a) == 0:
+        return g.op("neg", b)
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    if minus_a is not None and minus_b is not None:
+        return g.op("sub", minus_b, minus_a)
+    if minus_b is not None:
+        return g.op("add", a, minus_b)
+    if minus_a is not None:
+        return g.op("neg", g.op("add", minus_a, b))
+    if g.exists("sub", (b, a)):
+        return g.op("neg", g.intern("sub", (b, a)))
+    return g.intern("sub", (a, b))
+
+
+def _neg(g: Graph, a: int) -> int:
+    if g.ops[a] == "neg":
+        return g.args[a][0]
+    return g.intern("neg", (a,))
+
+
+def _with_sign(g: Graph, negative: bool, node: int) -> int:
+    return g.op("neg", node) if negative else node
+
+
+def _mul(g: Graph, a: int, b: int) -> int:
+    if g.value(a) is None:
+        a, b = b, a
+    factor = g.value(a)  # a constant comes first, if there is one
+    if factor == 0:
+        return a
+    if factor == 1:
+        return b
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    if minus_a is not None or minus_b is not None:
+        product = g.op(
+            "mul", a if minus_a is None else minus_a, b if minus_b is None else minus_b
+        )
+        return _with_sign(g, (minus_a is None) != (minus_b is None), product)
+    if factor is not None and g.ops[b] == "mul":
+        inner = g.value(g.args[b][0])
+        inner_index = 0
+        if inner is None:
+            inner, inner_index = g.value(g.args[b][1]), 1
+        if inner is not None and (_is_power_of_two(factor) or _is_power_of_two(inner)):
+            merged = factor * inner
+            if math.isfinite(merged) and abs(merged) > 1e-300:
+                return g.op("mul", g.const(merged), g.args[b][1 - inner_index])
+    return g.intern("mul", _ordered(a, b))
+
+
+def _div(g: Graph, a: int, b: int) -> int:
+    divisor = g.value(b)
+    if divisor == 0:
+        return g.intern("div", (a, b))
+    if g.value(a) == 0:
+        return a
+    if divisor == 1:
+        return a
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    if minus_a is not None or minus_b is not None:
+        quotient = g.op(
+            "div", a if minus_a is None else minus_a, b if minus_b is None else minus_b
+        )
+        return _with_sign(g, (minus_a is None) != (minus_b is None), quotient)
+    if divisor is not None and _is_power_of_two(divisor) and math.isfinite(1.0 / divisor):
+        return g.op("mul", g.const(1.0 / divisor), a)
+    return g.intern("div", (a, b))
+
+
+def _integer_power(g: Graph, base: int, exponent: int) -> int:
+    """Product by repeated squaring; `exponent` is at least 1."""
+    result: int | None = None
+    square = base
+    while True:
+        if exponent & 1:
+            result = square if result is None else g.op("mul", result, square)
+        exponent >>= 1
+        if not exponent:
+            assert result is not None
+            return result
+        square = g.op("mul", square, square)
+
+
+def _pow(g: Graph, base: int, exponent: int) -> int:
+    power = g.value(exponent)
+    if power is not None:
+        if power == 0:
+            return g.const(1.0)
+        if power == 0.5:
+            return g.op("sqrt", base)
+        if power == -0.5:
+            return g.op("div", g.const(1.0), g.op("sqrt", base))
+        if power == int(power) and abs(power) <= _LARGEST_POWER:
+            product = _integer_power(g, base, abs(int(power)))
+            return product if power > 0 else g.op("div", g.const(1.0), product)
+    if g.value(base) == 1:
+        return base
+    return g.intern("pow", (base, exponent))
+
+
+def _identity(g: Graph, a: int) -> int:
+    return a if g.ops[a] == "identity" else g.intern("identity", (a,))
+
+
+def _hypot(g: Graph, a: int, b: int) -> int:
+    if g.value(a) == 0:
+        return g.op("abs", b)
+    if g.value(b) == 0:
+        return g.op("abs", a)
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    a = a if minus_a is None else minus_a
+    b = b if minus_b is None else minus_b
+    return g.intern("hypot", _ordered(a, b))
+
+
+def _atan2(g: Graph, y: int, x: int) -> int:
+    minus_y = _negated(g, y)
+    if minus_y is not None:
+        return g.op("neg", g.op("atan2", minus_y, x))
+    return g.intern("atan2", (y, x))
+
+
+def _lt(g: Graph, a: int, b: int) -> int:
+    return g.const(0.0) if a == b else g.intern("lt", (a, b))
+
+
+def _and(g: Graph, a: int, b: int) -> int:
+    for this, other in ((a, b), (b, a)):
+        value = g.value(this)
+        if value == 0:
+            return g.const(0.0)
+        if (value is not None or this == other) and g.ops[other] in _BOOLEAN:
+            return other
+    return g.intern("and", _ordered(a, b))
+
+
+def _or(g: Graph, a: int, b: int) -> int:
+    for this, other in ((a, b), (b, a)):
+        value = g.value(this)
+        if value is not None and value != 0:
+            return g.const(1.0)
+        if (value is not None or this == other) and g.ops[other] in _BOOLEAN:
+            return other
+    return g.intern("or", _ordered(a, b))
+
+
+def _not(g: Graph, a: int) -> int:
+    if g.ops[a] == "not" and g.ops[g.args[a][0]] in _BOOLEAN:
+        return g.args[a][0]
+    return g.intern("not", (a,))
+
+
+def _select(g: Graph, condition: int, taken: int, otherwise: int) -> int:
+    decided = g.value(condition)
+    if decided is not None:
+        return taken if decided != 0 else otherwise
+    if taken == otherwise:
+        return taken
+    if g.ops[condition] == "not":
+        return g.op("select", g.args[condition][0], otherwise, taken)
+    if g.ops[taken] == "neg" and g.ops[otherwise] == "neg":
+        arms = g.args[taken][0], g.args[otherwise][0]
+        return g.op("neg", g.op("select", condition, *arms))
+    return g.intern("select", (condition, taken, otherwise))
+
+
+def _odd(name: str) -> Rule:
+    def rule(g: Graph, a: int) -> int:
+        if g.ops[a] == "neg":
+            return g.op("neg", g.op(name, g.args[a][0]))
+        return g.intern(name, (a,))
+
+    return rule
+
+
+def _even(name: str) -> Rule:
+    def rule(g: Graph, a: int) -> int:
+        if g.ops[a] == "neg" or (name == "abs" and g.ops[a] == "abs"):
+            return g.op(name, g.args[a][0])
+        return g.intern(name, (a,))
+
+    return rule
+
+
+def _extremum(name: str) -> Rule:
+    def rule(g: Graph, a: int, b: int) -> int:
+        return a if a == b else g.intern(name, (a, b))
+
+    return rule
+
+
+def _commutative(name: str) -> Rule:
+    return lambda g, a, b: g.intern(name, _ordered(a, b))
+
+
+RULES: dict[str, Rule] = {
+    "add": _add,
+    "sub": _sub,
+    "mul": _mul,
+    "div": _div,
+    "neg": _neg,
+    "pow": _pow,
+    "identity": _identity,
+    "hypot": _hypot,
+    "atan2": _atan2,
+    "lt": _lt,
+    "and": _and,
+    "or": _or,
+    "not": _not,
+    "select": _select,
+    **{name: _odd(name) for name in _ODD},
+    **{name: _even(name) for name in _EVEN},
+    **{name: _extremum(name) for name in ("min", "max")},
+    **{name: _commutative(name) for name in ("eq", "ne")},
+}
