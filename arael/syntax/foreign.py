@@ -1,0 +1,213 @@
+"""Characters that arael does not use: what the writer probably meant.
+
+The lexer comes here for everything that is no token. Where the meaning is plain (``&&``, ``**``, a
+mathematical minus sign) the arael token takes its place, so that the parser finds no second error.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from arael.syntax.log import ErrorLog
+from arael.syntax.tokens import Token
+
+# Spellings of other languages: what to say, and the token that stands for it (None: leave it out).
+_OPERATORS: dict[str, tuple[str, tuple[str, str] | None]] = {
+    "&&": ("write `and`", ("AND", "and")),
+    "||": ("write `or`", ("OR", "or")),
+    "**": ("a power is written `^`", ("CARET", "^")),
+    ".^": ("a power is written `^`", ("CARET", "^")),
+    "->": ("arael has no arrows; a function is written `fn f(x) = ...`", None),
+    "=>": ("arael has no arrows; a function is written `fn f(x) = ...`", None),
+    ":=": ("write `=`", ("EQUAL", "=")),
+    "~=": ("write `!=`", ("NE", "!=")),
+    "<>": ("write `!=`", ("NE", "!=")),
+    "+=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
+    "-=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
+    "*=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
+    "/=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
+    "//": ("a comment starts with `#`", None),
+    "/*": ("a comment starts with `#`", None),
+    "*/": ("a comment starts with `#`", None),
+}
+TWO_CHARACTERS = tuple(_OPERATORS)
+
+_CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
+    "!": ("write `not`", ("NOT", "not")),
+    "&": ("write `and`; arael has no references or bit operations", None),
+    "@": ("matrices are multiplied with `*`", ("STAR", "*")),
+    "%": ("arael has no remainder; use `x - floor(x / y) * y`", None),
+    "$": ("leave it out", None),
+    "~": ("write `not`", ("NOT", "not")),
+    "`": ("leave it out", None),
+    "\\": ("leave it out: a statement goes on by itself after an operator or inside brackets", None),
+    "\u2212": ("write `-`", ("MINUS", "-")),
+    "\u2013": ("write `-`", ("MINUS", "-")),
+    "\u2014": ("write `-`", ("MINUS", "-")),
+    "\u00d7": ("write `*`", ("STAR", "*")),
+    "\u00b7": ("write `*`", ("STAR", "*")),
+    "\u22c5": ("write `*`", ("STAR", "*")),
+    "\u2215": ("write `/`", ("SLASH", "/")),
+    "\u00f7": ("write `/`", ("SLASH", "/")),
+    "\u2264": ("write `<=`", ("LE", "<=")),
+    "\u2265": ("write `>=`", ("GE", ">=")),
+    "\u2260": ("write `!=`", ("NE", "!=")),
+    "\u1d40": ("a transpose is written `'`", ("QUOTE", "'")),
+    "\u22a4": ("a transpose is written `'`", ("QUOTE", "'")),
+    "\u2032": ("write `'`", ("QUOTE", "'")),
+    "\u2018": ("write `'`", ("QUOTE", "'")),
+    "\u2019": ("write `'`", ("QUOTE", "'")),
+    "\u201c": ('quote text with `"`', None),
+    "\u201d": ('quote text with `"`', None),
+    "\u00b2": ("write `^2`", None),
+    "\u00b3": ("write `^3`", None),
+    "\u221a": ("write `sqrt(...)`", None),
+    "\u00b0": ("write `deg2rad(...)`, or the unit `deg`", None),
+    "\u00b5": ("write `u` or a power of ten", None),
+}
+
+
+def read(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
+    """Report what stands at `at`, which is no token; return where to go on."""
+    pair = text[at : at + 2]
+    if pair in _OPERATORS:
+        return _operator(pair, text, at, tokens, log)
+    char = text[at]
+    if char == '"':
+        return _unterminated(text, at, tokens, log)
+    if char in " \ufeff\u200b\u200c\u200d" or unicodedata.category(char) in ("Zs", "Cf"):
+        _invisible(char, at, log)
+        return at + 1
+    if char.isalpha():
+        end = at + 1
+        while end < len(text) and (text[end].isalnum() or text[end] == "_"):
+            end += 1
+        before = tokens[-1] if tokens and tokens[-1].type == "NAME" else None
+        if before is not None and before.end == at:
+            tokens.pop()
+            at = before.start
+        _foreign_letters(text, at, end, log)
+        tokens.append(Token("NAME", "_", at, end))
+        return end
+    end = at + 1
+    while end < len(text) and text[end] == char:
+        end += 1
+    help_, token = _CHARACTERS.get(char, ("", None))
+    log.error(
+        "E0110", f"stray character {_show(char)}", at, end, help_ or "not part of the language",
+    )  # fmt: skip
+    if token:
+        tokens.append(Token(*token, at, end))
+    return end
+
+
+def _show(char: str) -> str:
+    if char.isprintable():
+        return f"`{char}`"
+    return f"U+{ord(char):04X}"
+
+
+def _operator(pair: str, text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
+    help_, token = _OPERATORS[pair]
+    log.error("E0110", f"arael does not use `{pair}`", at, at + 2, help_)
+    if token:
+        tokens.append(Token(*token, at, at + 2))
+    if pair == "//":
+        end = text.find("\n", at)
+        return len(text) if end < 0 else end
+    if pair == "/*":
+        end = text.find("*/", at)
+        return len(text) if end < 0 else end + 2
+    return at + 2
+
+
+def _unterminated(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
+    end = text.find("\n", at)
+    end = len(text) if end < 0 else end
+    log.error("E0112", "this text has no closing `\"`", at, at + 1, "opened here",
+              help="close it on the same line; write `\\\"` for a quote inside")  # fmt: skip
+    tokens.append(Token("STRING", '""', at, end))
+    return end
+
+
+def _invisible(char: str, at: int, log: ErrorLog) -> None:
+    name = unicodedata.name(char, f"U+{ord(char):04X}").lower()
+    log.error("E0110", f"stray character U+{ord(char):04X} ({name})", at, at + 1,
+              "looks like a blank, or like nothing", help="type an ordinary blank")  # fmt: skip
+
+
+def _foreign_letters(text: str, start: int, end: int, log: ErrorLog) -> None:
+    word = text[start:end][:60]
+    spelled = "".join(c if c.isascii() else _spell(c) for c in word)
+    help_ = f"write `{spelled}`" if spelled.isidentifier() else ""
+    log.error("E0110", f"`{word}` has letters other than a-z", start, end,
+              "names take a-z, A-Z, 0-9 and _", help=help_ or ())  # fmt: skip
+
+
+def _spell(char: str) -> str:
+    name = unicodedata.name(char, "")
+    if name.startswith("GREEK ") and " LETTER " in name:
+        letter = name.split(" LETTER ")[1].split()[0].lower()
+        letter = "lambda_" if letter == "lamda" else letter
+        return letter.capitalize() if "CAPITAL" in name else letter
+    plain = unicodedata.normalize("NFKD", char)[0]
+    return plain if plain.isascii() else "_"
+
+
+def check_comment(comment: str, at: int, log: ErrorLog) -> None:
+    """Tell Rust attributes from comments: they would vanish without a word."""
+    found = re.match(r"#!?\[\s*(arael|derive)\b[^\]]*\]?", comment)
+    if found:
+        log.error(
+            "E0150",
+            "this is a Rust attribute, and a comment in arael",
+            at,
+            at + found.end(),
+            "has no effect here",
+            help=(
+                "delete it; `struct` and `root` say what a model is, and constraints are written "
+                "`constraint name { ... }` inside the struct",
+            ),
+        )
+
+
+def is_bare_fraction(text: str, at: int) -> bool:
+    """Tell whether the dot at `at` begins a number such as ``.5``."""
+    if not text[at + 1 : at + 2].isdigit() or not text[at + 1].isascii():
+        return False
+    before = text[at - 1] if at else " "
+    return not (before.isalnum() or before in "_)]'.")
+
+
+def bare_fraction(text: str, at: int, log: ErrorLog) -> int:
+    """Report a number without digits before its point; return its end."""
+    end = at + 1
+    while end < len(text) and text[end] in "0123456789":
+        end += 1
+    shown = text[at:end][:40]
+    log.error("E0111", f"`{shown}` is not a number in arael", at, end,
+              "digits are missing before the point", help=f"write `0{shown}`")  # fmt: skip
+    return end
+
+
+def malformed_number(text: str, start: int, end: int, log: ErrorLog) -> None:
+    """Report something that begins like a number and goes on otherwise."""
+    word = text[start:end]
+    help_ = ""
+    if found := re.fullmatch(r"([0-9]+)\.", word):
+        help_ = f"write `{found[1]}.0` or `{found[1]}`"
+    elif found := re.fullmatch(r"([0-9.]+)(f|f32|f64|d|u\d+|i\d+|_f32|_f64)", word):
+        help_ = f"numbers take no suffix: write `{found[1]}`"
+    elif found := re.fullmatch(r"([0-9]+(?:\.[0-9]+)?)([A-Za-z_]\w*)", word):
+        if found[1] == "0" and found[2][0] in "xX" and len(word) < 18:
+            digits = re.fullmatch(r"[0-9a-fA-F]+", found[2][1:])
+            help_ = f"write `{int(found[2][1:], 16)}`" if digits else "write decimal numbers"
+        elif found[2].startswith("_"):
+            help_ = f"write `{word.replace('_', '')}`"
+        elif found[2] in ("e", "E"):
+            help_ = f"an exponent needs digits, as in `{found[1]}e3`"
+        else:
+            help_ = f"write `{found[1]} * {found[2]}` for a product; a name starts with a letter"
+    log.error("E0111", f"`{word[:40]}` is not a number", start, end,
+              "digits, a point between digits, an exponent as in 1e-3", help=help_ or ())  # fmt: skip

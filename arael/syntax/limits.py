@@ -1,0 +1,26 @@
+"""Bounds on what the parser takes from a stranger.
+
+They are far above what people write, and keep time and memory small for text made to hurt: later
+stages walk trees recursively and rely on `MAX_HEIGHT`.
+"""
+
+MAX_BYTES = 1 << 20
+"""Size of a model file."""
+
+MAX_TOKENS = 100_000
+"""Tokens in a file."""
+
+MAX_NESTING = 64
+"""Depth of brackets within brackets."""
+
+MAX_HEIGHT = 200
+"""Height of an expression's tree; a sum of n terms has height n."""
+
+MAX_NAME = 100
+"""Characters in a name."""
+
+MAX_NUMBER = 60
+"""Characters in a number."""
+
+MAX_ERRORS = 20
+"""Syntax errors reported in one run."""

@@ -1,0 +1,62 @@
+"""Collects the syntax errors of one text, up to a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
+from arael.syntax.limits import MAX_ERRORS
+
+
+class ErrorLog:
+    """Errors of `source`; gives up with `AraelError` when there are too many to be of use."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self._found: dict[tuple[int, str], Diagnostic] = {}
+
+    def span(self, start: int, end: int) -> Span:
+        """Characters ``start:end`` of the text."""
+        return Span(self.source, start, end)
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        start: int,
+        end: int,
+        label: str = "",
+        *,
+        labels: Iterable[tuple[int, int, str]] = (),
+        notes: Iterable[str] = (),
+        help: Iterable[str] | str = (),
+    ) -> None:
+        """Record an error at ``start:end``; a second one of the same code there is dropped."""
+        hints = (help,) if isinstance(help, str) else tuple(help)
+        self.add(
+            Diagnostic(
+                code,
+                message,
+                self.span(start, end),
+                label,
+                labels=tuple(Label(self.span(a, b), text) for a, b, text in labels),
+                notes=tuple(notes),
+                help=hints,
+            )
+        )
+
+    def add(self, diagnostic: Diagnostic) -> None:
+        """Record `diagnostic`, which must have a span."""
+        assert diagnostic.span is not None
+        self._found.setdefault((diagnostic.span.start, diagnostic.code), diagnostic)
+        if len(self._found) >= MAX_ERRORS:
+            raise AraelError(self.in_order())
+
+    def in_order(self) -> list[Diagnostic]:
+        """Everything found, in the order of the text."""
+        return [self._found[key] for key in sorted(self._found)]
+
+    def stop(self) -> None:
+        """Raise `AraelError` if anything was found."""
+        if self._found:
+            raise AraelError(self.in_order())

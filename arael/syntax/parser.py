@@ -1,0 +1,69 @@
+"""Text to tree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from arael.diagnostics.records import Source
+from arael.syntax import tree
+from arael.syntax.automaton import Automaton
+from arael.syntax.build import TreeBuilder
+from arael.syntax.docs import DocComments
+from arael.syntax.lexer import Lexed, tokenise
+from arael.syntax.limits import MAX_BYTES
+from arael.syntax.log import ErrorLog
+from arael.syntax.tables import END
+from arael.syntax.tokens import NEWLINE, Token
+
+
+def parse(source: Source) -> tree.File:
+    """Read a model file.
+
+    Raises
+    ------
+    AraelError
+        With every syntax error found, in the order of the text, at most `MAX_ERRORS` of them.
+    """
+    items, lexed = _run(source, "start")
+    return tree.File(source, items, tuple(lexed.comments))
+
+
+def parse_expression(source: Source) -> tree.Expr:
+    """Read one formula, as the command line and Python callers pass it.
+
+    Raises
+    ------
+    AraelError
+        As for `parse`.
+    """
+    expr, _ = _run(source, "expression")
+    return expr  # type: ignore[no-any-return]
+
+
+def _run(source: Source, start: str) -> tuple[Any, Lexed]:
+    log = ErrorLog(source)
+    _check_size(source, log)
+    lexed = tokenise(source, log)
+    builder = TreeBuilder(source, DocComments(source, lexed.comments), log)
+    automaton = Automaton(start, builder)
+    _drive(automaton, lexed.tokens, log)
+    log.stop()
+    return automaton.result, lexed
+
+
+def _check_size(source: Source, log: ErrorLog) -> None:
+    if len(source.text) > MAX_BYTES:
+        log.error("E0104", f"the text has {len(source.text)} characters", 0, 0,
+                  help=f"at most {MAX_BYTES} are read")  # fmt: skip
+        log.stop()
+
+
+def _drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> None:
+    for token in tokens:
+        if automaton.feed(token):
+            continue
+        if token.type == NEWLINE:
+            continue
+        log.error("E0123", f"unexpected {token.text!r}", token.start, token.end)
+        log.stop()
+    assert tokens[-1].type == END
