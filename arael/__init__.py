@@ -1,0 +1,3 @@
+"""arael: nonlinear least squares from readable model files."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,97 @@
+"""The compiler, stage by stage. Each stage is a pure function whose result can be printed.
+
+    text -> tree -> typed model -> IR with Jacobians -> Cython source -> extension module
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from arael.check.check import check
+from arael.check.typed import TypedModel
+from arael.compiler.emit.module import emit_module
+from arael.compiler.entities import StateModel, model_state
+from arael.compiler.groups import Kernel, compile_constraint
+from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
+from arael.runtime.layout import LAYOUT_VERSION, Layout
+from arael.syntax.parser import parse
+from arael.syntax.tree import File
+
+# More operations than this in one model would keep a C compiler busy for minutes; a real model has a
+# few thousand.
+MAX_OPERATIONS = 60_000
+
+
+@dataclass(frozen=True)
+class Program:
+    """The IR of a model: what the runtime needs and what the printer of kernels needs."""
+
+    layout: Layout
+    kernels: tuple[Kernel, ...]
+
+
+def syntax(source: Source) -> File:
+    """Text to tree."""
+    return parse(source)
+
+
+def types(
+    tree: File,
+    findings: Findings,
+    root: str | None = None,
+    load: Callable[[object], File] | None = None,
+) -> TypedModel:
+    """Tree to typed model: names, shapes, refs, guards."""
+    return check(tree, load=load, root=root, findings=findings)
+
+
+def derive(
+    model: TypedModel, source: str, precision: str | None = None, warnings: tuple[str, ...] = ()
+) -> Program:
+    """Typed model to IR: residuals and their derivatives as straight-line programs."""
+    states: list[StateModel] = [model_state(site) for site in model.entities]
+    kernels = tuple(compile_constraint(site, states) for site in model.constraints)
+    operations = sum(k.group.operations_after for k in kernels)
+    if operations > MAX_OPERATIONS:
+        largest = max(kernels, key=lambda k: k.group.operations_after).group
+        raise AraelError(
+            Diagnostic(
+                "E0620",
+                f"the model takes {operations} operations an evaluation, more than {MAX_OPERATIONS}",
+                origin=largest.where,
+                notes=(
+                    f"the largest constraint is {largest.label} with "
+                    f"{largest.operations_after} operations",
+                ),
+                help=("split the residual, or move what depends on data alone into the data",),
+            )
+        )
+    layout = Layout(
+        version=LAYOUT_VERSION,
+        name=model.name,
+        root=model.root,
+        precision=precision or model.precision,  # type: ignore[arg-type]
+        source=source,
+        tables=model.tables,
+        entities=tuple(s.entity for s in states),
+        groups=tuple(k.group for k in kernels),
+        passes=model.passes,
+        warnings=warnings,
+        doc=model.doc,
+    )
+    return Program(layout, kernels)
+
+
+def emit(program: Program, source_hash: str) -> str:
+    """IR to Cython source."""
+    layout = program.layout
+    return emit_module(
+        layout.name,
+        Path(layout.source).name,
+        source_hash,
+        layout.precision,
+        layout.entities,
+        program.kernels,
+    )

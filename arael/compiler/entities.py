@@ -1,0 +1,157 @@
+"""The state of an entity: what kernels read of a row, how it moves, how it changes with a step.
+
+A state begins with the stored scalars of every parameter, goes on with the caches of their kinds
+(sines, rotation matrices) and ends with derivatives of caches that would cost more to recompute per
+observation than to read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import cast
+
+from arael.check.typed import EntitySite
+from arael.runtime.layout import Entity, ParamUse
+from arael.symbolic.graph import Graph
+from arael.symbolic.parameters import kind_of
+
+# A derivative of a cached value that takes more operations than this is cached as well: reading a
+# scalar per lane costs about as much as two or three vector operations.
+INLINE_OPERATIONS = 2
+
+AXES = "xyz"
+
+
+@dataclass
+class StateModel:
+    """How constraints see one entity.
+
+    Attributes
+    ----------
+    entity : what the runtime needs
+    caches : parameter column -> cache name -> offsets in the state
+    graph : expressions over state scalars (inputs keyed by offset)
+    tangents : per state scalar, {tangent index: node of `graph`}
+    names : per state scalar, a readable name (``pos.x``, ``ea.R[0,2]``)
+    """
+
+    entity: Entity
+    caches: dict[str, dict[str, tuple[int, ...]]]
+    graph: Graph
+    tangents: list[dict[int, int]]
+    names: list[str]
+    stored_at: dict[str, ParamUse] = field(default_factory=dict)
+
+
+def component_names(kind: str, count: int) -> list[str]:
+    """Suffixes of the scalars of a parameter: nothing, ``.x``, or ``[4]``."""
+    if count == 1:
+        return [""]
+    if kind in ("rotation", "quaternion") and count == 4:
+        return [".w", ".x", ".y", ".z"]
+    if count <= 3:
+        return [f".{AXES[i]}" for i in range(count)]
+    return [f"[{i}]" for i in range(count)]
+
+
+def model_state(site: EntitySite) -> StateModel:
+    """Lay out the state of the entity at `site` and derive its refresh program and tangents."""
+    uses: list[ParamUse] = []
+    stored_total = tangent_total = 0
+    for column in site.columns:
+        param = column.param
+        assert param is not None
+        uses.append(
+            ParamUse(
+                column.path, param.kind, stored_total, param.stored, tangent_total, param.tangent
+            )
+        )
+        stored_total += param.stored
+        tangent_total += param.tangent
+
+    move = Graph()  # stored scalars and a step -> new state
+    see = Graph()  # state scalars -> derivatives
+    stored_in = [move.input(("stored", i)) for i in range(stored_total)]
+    step_in = [move.input(("step", i)) for i in range(tangent_total)]
+
+    outputs: list[int] = []
+    names: list[str] = []
+    tangent_names: list[str] = []
+    for use in uses:
+        kind = kind_of(use.kind, use.stored)
+        stored = stored_in[use.stored_start : use.stored_start + use.stored]
+        step = step_in[use.tangent_start : use.tangent_start + use.tangent]
+        outputs += kind.retract(move, stored, step)
+        short = use.column.removeprefix(site.prefix)
+        names += [short + suffix for suffix in component_names(use.kind, use.stored)]
+        tangent_names += [short + suffix for suffix in component_names("", use.tangent)]
+
+    tangents: list[dict[int, int]] = [{} for _ in range(stored_total)]
+    caches: dict[str, dict[str, tuple[int, ...]]] = {}
+    pending: list[tuple[ParamUse, dict[str, list[int]], list[int]]] = []
+    for use in uses:
+        kind = kind_of(use.kind, use.stored)
+        offsets = range(use.stored_start, use.stored_start + use.stored)
+        for offset, row in zip(
+            offsets, kind.tangent(see, [see.input(o) for o in offsets]), strict=True
+        ):
+            tangents[offset] = {use.tangent_start + k: node for k, node in row.items()}
+        seen: dict[str, list[int]] = {}
+        caches[use.column] = {}
+        short = use.column.removeprefix(site.prefix)
+        for name, nodes in kind.caches(move, [outputs[o] for o in offsets]).items():
+            start = len(outputs)
+            outputs += nodes
+            caches[use.column][name] = tuple(range(start, start + len(nodes)))
+            seen[name] = [see.input(o) for o in caches[use.column][name]]
+            names += _cache_names(short, name, len(nodes))
+            tangents += [{} for _ in nodes]
+        pending.append((use, seen, [see.input(o) for o in offsets]))
+
+    extra: dict[int, int] = {}  # derivative node of `see` -> offset of its cache
+    for use, seen, stored in pending:
+        kind = kind_of(use.kind, use.stored)
+        short = use.column.removeprefix(site.prefix)
+        for name, rows in kind.cache_tangents(see, stored, seen).items():
+            for offset, row in zip(caches[use.column][name], rows, strict=True):
+                for k, node in row.items():
+                    if see.tree_operations([node]) > INLINE_OPERATIONS:
+                        if node not in extra:
+                            extra[node] = len(outputs)
+                            known = {see.input(o): outputs[o] for o in see_inputs(see, [node])}
+                            outputs.append(see.copy([node], move, known)[0])
+                            names.append(f"d({names[offset]})/d({tangent_names[use.tangent_start + k]})")
+                        node = see.input(extra[node])
+                    tangents[offset][use.tangent_start + k] = node
+    tangents += [{} for _ in range(len(outputs) - len(tangents))]
+
+    entity = Entity(
+        struct=site.struct,
+        table=site.table,
+        prefix=site.prefix,
+        params=tuple(uses),
+        stored=stored_total,
+        tangent=tangent_total,
+        state=len(outputs),
+        refresh=move.tape(
+            outputs,
+            inputs=[
+                *(("stored", i) for i in range(stored_total)),
+                *(("step", i) for i in range(tangent_total)),
+            ],
+        ),
+        tangent_names=tuple(tangent_names),
+    )
+    return StateModel(entity, caches, see, tangents, names, {u.column: u for u in uses})
+
+
+def see_inputs(see: Graph, nodes: list[int]) -> list[int]:
+    """State offsets that expressions over the state read."""
+    return [cast(int, see.key(n)) for n in see.live(nodes) if see.ops[n] == "input"]
+
+
+def _cache_names(param: str, cache: str, count: int) -> list[str]:
+    if cache == "R":
+        n = 3 if count == 9 else 2
+        return [f"{param}.R[{i // n},{i % n}]" for i in range(count)]
+    return [f"{cache}({param}{s})" for s in component_names("", count)]

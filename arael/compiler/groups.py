@@ -1,0 +1,317 @@
+"""From a typed constraint to what is evaluated: residuals, derivatives, and what can be done once.
+
+The steps, each a function: scalarise the residual; differentiate the straight-line program; hoist
+what depends on data alone into a program that runs once per solve; form the products J'J and J'r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+from arael.check.typed import ConstraintSite, Typed
+from arael.compiler.entities import StateModel, see_inputs
+from arael.compiler.scalarise import Scalariser
+from arael.runtime.layout import Group, Raw, Use
+from arael.runtime.tape import Tape
+from arael.symbolic.derive import forward
+from arael.symbolic.graph import Graph
+
+# Above this many multiplications, products J'J are formed by loops over the Jacobian instead of
+# being spelled out: the C compiler's time grows faster than the gain.
+UNROLLED_PRODUCTS = 1500
+
+# Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
+# worth the memory traffic and only costly operations are hoisted.
+EXTRA_LANES = 6
+COSTLY = frozenset(
+    "div sqrt cbrt exp log log2 log10 sin cos tan asin acos atan atan2 sinh cosh tanh hypot pow".split()
+)
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A group and the programs its compiled kernel runs.
+
+    Inputs of `cost` and `linearise` are numbered as in `Group.tape`. Outputs of `cost` are the
+    residuals. Outputs of `linearise` are residuals, Jacobian entries, and, unless `rolled`, one
+    gradient entry per `gradient` key (use, tangent) and one product per `products` key
+    (use a, use b, row, column).
+    """
+
+    group: Group
+    cost: Tape
+    linearise: Tape
+    gradient: tuple[tuple[int, int], ...]
+    products: tuple[tuple[int, int, int, int], ...]
+    rolled: bool
+    state_names: tuple[str, ...]
+    data_names: tuple[str, ...]
+    uniform_names: tuple[str, ...]
+
+
+class _Uses:
+    """Numbers the entities that a constraint reads, in order of appearance."""
+
+    def __init__(self, site: ConstraintSite, states: Sequence[StateModel]) -> None:
+        self.site = site
+        self.states = states
+        self.uses: list[Use] = []
+
+    def _find(self, slot: int, column: str) -> tuple[int, StateModel]:
+        table = self.site.slots[slot].table
+        for number, state in enumerate(self.states):
+            if state.entity.table == table and column in state.stored_at:
+                use = Use(slot, number)
+                if use not in self.uses:
+                    self.uses.append(use)
+                return self.uses.index(use), state
+        raise AssertionError(f"no entity for {column} of {table}")
+
+    def stored(self, slot: int, column: str) -> list[tuple[int, int]]:
+        use, state = self._find(slot, column)
+        at = state.stored_at[column]
+        return [(use, at.stored_start + k) for k in range(at.stored)]
+
+    def cached(self, slot: int, column: str, cache: str) -> list[tuple[int, int]]:
+        use, state = self._find(slot, column)
+        return [(use, offset) for offset in state.caches[column][cache]]
+
+
+def compile_constraint(site: ConstraintSite, states: Sequence[StateModel]) -> Kernel:
+    """Derive everything about one constraint at one place."""
+    graph = Graph()
+    uses = _Uses(site, states)
+    scalariser = Scalariser(graph, uses)
+    residuals = [n for part in site.residual for n in scalariser.nodes(part)]
+    jacobian = _differentiate(graph, residuals, uses)
+    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian)
+
+
+def _differentiate(
+    graph: Graph, residuals: list[int], uses: _Uses
+) -> dict[tuple[int, int, int], int]:
+    """Structurally non-zero Jacobian entries: (residual, use, tangent) -> node."""
+    seeds: dict[int, dict[Hashable, int]] = {}
+    live = set(graph.live(residuals))
+    for key in list(graph.inputs):
+        if key[0] != "state":
+            continue
+        node = graph.input(key)
+        if node not in live:
+            continue
+        _, use, offset = key
+        state = uses.states[uses.uses[use].entity]
+        tangents = state.tangents[offset]
+        nodes = list(tangents.values())
+        known = {
+            state.graph.input(o): graph.input(("state", use, o))
+            for o in see_inputs(state.graph, nodes)
+        }
+        copies = state.graph.copy(nodes, graph, known)
+        seeds[node] = {(use, k): c for k, c in zip(tangents, copies, strict=True)}
+    rows = forward(graph, residuals, seeds)
+    zero = graph.const(0.0)
+    return {
+        (k, use, tangent): row[use, tangent]
+        for k, row in enumerate(rows)
+        for use, tangent in sorted(row)
+        if row[use, tangent] != zero
+    }
+
+
+def _assemble(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    graph: Graph,
+    scalariser: Scalariser,
+    uses: _Uses,
+    residuals: list[int],
+    jacobian: dict[tuple[int, int, int], int],
+) -> Kernel:
+    outputs = [*residuals, *jacobian.values()]
+    live = graph.live(outputs)
+    state_keys = sorted(k for k in graph.inputs if k[0] == "state" and graph.input(k) in set(live))
+    raw_keys = sorted(k for k in graph.inputs if k[0] == "raw" and graph.input(k) in set(live))
+    state_nodes = {graph.input(k) for k in state_keys}
+
+    lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
+    prepare = graph.tape([*lane_nodes, *uniform_nodes], inputs=raw_keys)
+
+    kernel = Graph()
+    known: dict[int, int] = {}
+    input_keys: list[Hashable] = []
+    for key in state_keys:
+        known[graph.input(key)] = kernel.input(key)
+        input_keys.append(key)
+    for kind, nodes in (("data", lane_nodes), ("uniform", uniform_nodes)):
+        for number, node in enumerate(nodes):
+            known[node] = kernel.input((kind, number))
+            input_keys.append((kind, number))
+    moved = graph.copy(outputs, kernel, known)
+    r, entries = moved[: len(residuals)], dict(zip(jacobian, moved[len(residuals) :], strict=True))
+    # What cancelled to zero when hoisting re-simplified it is no entry any more.
+    zero = kernel.const(0.0)
+    entries = {k: n for k, n in entries.items() if n != zero}
+
+    gradient, products = _products(kernel, r, entries)
+    multiplications = sum(
+        (k, a, i) in entries and (k, b, j) in entries
+        for (a, b, i, j) in products
+        for k in range(len(r))
+    )
+    rolled = multiplications > UNROLLED_PRODUCTS
+    if rolled:
+        gradient, products = {}, {}
+    results = [*r, *entries.values()]
+    everything = [*results, *gradient.values(), *products.values()]
+    tape = kernel.tape(results, inputs=input_keys)
+    linearise = kernel.tape(everything, inputs=input_keys)
+
+    guard, guard_raw = _guard(site.guard, site, states)
+    group = Group(
+        label=site.label,
+        struct=site.struct,
+        constraint=site.name,
+        where=str(site.span),
+        table=site.table,
+        prefix=site.prefix,
+        residuals=len(r),
+        slots=site.slots,
+        uses=tuple(uses.uses),
+        raw=tuple(Raw(slot, column, k) for _, slot, column, k in raw_keys),
+        prepare=prepare,
+        data_count=len(lane_nodes),
+        uniform_count=len(uniform_nodes),
+        states=tuple((use, offset) for _, use, offset in state_keys),
+        tape=tape,
+        jacobian=tuple(entries),
+        places=tuple(scalariser.places),
+        guard=guard,
+        guard_raw=guard_raw,
+        guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
+        index_column=site.index_column,
+        operations_before=graph.tree_operations(outputs),
+        operations_after=linearise.operations,
+        doc=site.doc,
+    )
+    return Kernel(
+        group=group,
+        cost=kernel.tape(r, inputs=input_keys),
+        linearise=linearise,
+        gradient=tuple(gradient),
+        products=tuple(products),
+        rolled=rolled,
+        state_names=tuple(
+            f"{_slot_name(site, uses.uses[use].slot)}{states[uses.uses[use].entity].names[offset]}"
+            for _, use, offset in state_keys
+        ),
+        data_names=tuple(_node_name(site, graph, n) for n in lane_nodes),
+        uniform_names=tuple(_node_name(site, graph, n) for n in uniform_nodes),
+    )
+
+
+def _hoist(
+    site: ConstraintSite,
+    graph: Graph,
+    outputs: list[int],
+    live: list[int],
+    states: set[int],
+    raw_keys: list[tuple[str, int, str, int]],
+) -> tuple[list[int], list[int]]:
+    """Nodes that depend on data alone and feed what depends on parameters.
+
+    Returns lane inputs (one value per instance) and uniforms (functions of the root's data only).
+    """
+    moving = graph.depends(states)
+    frontier = _frontier(graph, outputs, live, moving, lambda _: True)
+    if len(frontier) > len(raw_keys) + EXTRA_LANES:
+        costly = {n for n in live if graph.ops[n] in COSTLY}
+        below = graph.depends(costly)
+        frontier = _frontier(graph, outputs, live, moving, lambda n: n in below)
+    varying = graph.depends(
+        {graph.input(k) for k in raw_keys if not _is_root(site, k[1])},
+    )
+    lanes = [n for n in frontier if n in varying]
+    uniforms = [n for n in frontier if n not in varying]
+    return lanes, uniforms
+
+
+def _frontier(graph, outputs, live, moving, wanted) -> list[int]:  # type: ignore[no-untyped-def]
+    """Fixed nodes read by moving ones (or results themselves), descending where not `wanted`."""
+    found: set[int] = set()
+
+    def visit(node: int) -> None:
+        op = graph.ops[node]
+        if op == "const" or node in moving or node in found:
+            return
+        if op == "input" or (op != "neg" and wanted(node)):
+            found.add(node)
+            return
+        for arg in graph.operands(node):
+            visit(arg)
+
+    for node in live:
+        if node in moving and graph.ops[node] != "input":
+            for arg in graph.operands(node):
+                visit(arg)
+    for node in outputs:
+        visit(node)
+    return sorted(found)
+
+
+def _is_root(site: ConstraintSite, slot: int) -> bool:
+    return site.slots[slot].table == ""
+
+
+def _products(
+    g: Graph, residuals: list[int], entries: dict[tuple[int, int, int], int]
+) -> tuple[dict[tuple[int, int], int], dict[tuple[int, int, int, int], int]]:
+    """J'r by (use, tangent) and the lower half of J'J by (use a, use b, row, column)."""
+    columns: dict[tuple[int, int], dict[int, int]] = {}
+    for (k, use, tangent), node in sorted(entries.items()):
+        columns.setdefault((use, tangent), {})[k] = node
+    keys = sorted(columns)
+    gradient = {c: _sum(g, [(n, residuals[k]) for k, n in columns[c].items()]) for c in keys}
+    products = {}
+    for p, (a, i) in enumerate(keys):
+        for b, j in keys[: p + 1]:
+            left, right = columns[a, i], columns[b, j]
+            common = [(left[k], right[k]) for k in left if k in right]
+            if common:
+                products[a, b, i, j] = _sum(g, common)
+    return gradient, products
+
+
+def _sum(g: Graph, pairs: list[tuple[int, int]]) -> int:
+    total = g.op("mul", *pairs[0])
+    for left, right in pairs[1:]:
+        total = g.op("add", total, g.op("mul", left, right))
+    return total
+
+
+def _guard(
+    guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel]
+) -> tuple[Tape | None, tuple[Raw, ...]]:
+    if guard is None:
+        return None, ()
+    graph = Graph()
+    (node,) = Scalariser(graph, _Uses(site, states)).nodes(guard)
+    keys = list(graph.inputs)
+    return graph.tape([node], inputs=keys), tuple(Raw(s, c, k) for _, s, c, k in keys)
+
+
+def _slot_name(site: ConstraintSite, slot: int) -> str:
+    steps = site.slots[slot].steps
+    if not steps:
+        return ""
+    return ".".join(s.ref if s.kind == "ref" else s.kind for s in steps) + "."
+
+
+def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
+    if graph.ops[node] == "input":
+        _, slot, column, component = graph.inputs[graph.args[node][0]]
+        return f"{_slot_name(site, slot)}{column}[{component}]"
+    names = sorted({_node_name(site, graph, n) for n in graph.live([node]) if graph.ops[n] == "input"})
+    shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    return f"{graph.ops[node]} of {shown}"

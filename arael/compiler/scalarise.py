@@ -1,0 +1,267 @@
+"""From typed expressions to scalars of a graph.
+
+Every value becomes a flat list of nodes: a vector its components, a matrix row by row, a quaternion
+w, x, y, z. Reads become inputs of the graph, keyed by what they read:
+
+- ``("state", use, offset)``: a scalar of the state of a used entity,
+- ``("raw", slot, column, component)``: data, or the stored value of a parameter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+from arael.check.typed import (
+    Apply,
+    Component,
+    Literal_,
+    MatrixType,
+    Pack,
+    Present,
+    QuaternionType,
+    Read,
+    ScalarType,
+    Select,
+    Typed,
+    ValueType,
+    VectorType,
+)
+from arael.runtime.layout import Place
+from arael.symbolic import linear, quaternion, rotation, scalars
+from arael.symbolic.graph import Graph
+
+Nodes = list[int]
+
+
+class Uses(Protocol):
+    """Where trial values come from: the state of entities."""
+
+    def stored(self, slot: int, column: str) -> Sequence[tuple[int, int]]:
+        """(use, offset) of the stored scalars of a parameter."""
+        ...
+
+    def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
+        """(use, offset) of the scalars of one of its caches."""
+        ...
+
+
+def width(type_: ValueType) -> int:
+    """Number of scalars of a value."""
+    if isinstance(type_, VectorType):
+        return type_.n
+    if isinstance(type_, MatrixType):
+        return type_.rows * type_.columns
+    return 4 if isinstance(type_, QuaternionType) else 1
+
+
+class Scalariser:
+    """Scalarises expressions of one constraint into one graph."""
+
+    def __init__(self, graph: Graph, uses: Uses) -> None:
+        self.graph = graph
+        self.uses = uses
+        self.places: list[Place] = []
+        self._done: dict[int, Nodes] = {}
+        self._place_of: dict[tuple[str, str], int] = {}
+
+    def nodes(self, expression: Typed) -> Nodes:
+        """Scalars of `expression`; the same list for the same expression."""
+        found = self._done.get(id(expression))
+        if found is None:
+            found = self._scalarise(expression)
+            self._done[id(expression)] = found
+        return found
+
+    def _scalarise(self, e: Typed) -> Nodes:
+        g = self.graph
+        if isinstance(e, Literal_):
+            return [g.const(e.value)]
+        if isinstance(e, Read):
+            return self._read(e)
+        if isinstance(e, Present):
+            return [g.input(("raw", e.slot, e.column, 0))]
+        if isinstance(e, Component):
+            return [self.nodes(e.of)[e.index]]
+        if isinstance(e, Pack):
+            return [n for item in e.items for n in self.nodes(item)]
+        if isinstance(e, Select):
+            cond = self.nodes(e.cond)[0]
+            arms = zip(self.nodes(e.then), self.nodes(e.otherwise), strict=True)
+            with _at(g, self._place(e)):
+                return [g.op("select", cond, a, b) for a, b in arms]
+        assert isinstance(e, Apply), type(e)
+        cached = self._cached(e)
+        if cached is not None:
+            return cached
+        args = [self.nodes(a) for a in e.args]
+        with _at(g, self._place(e)):
+            return apply(g, e.name, [a.type for a in e.args], args)
+
+    def _read(self, e: Read) -> Nodes:
+        if e.version == "trial":
+            offsets = self.uses.stored(e.slot, e.column)
+            return [self.graph.input(("state", use, offset)) for use, offset in offsets]
+        return [self.graph.input(("raw", e.slot, e.column, k)) for k in range(width(e.type))]
+
+    def _cached(self, e: Apply) -> Nodes | None:
+        """What the state of an entity already holds: its rotation matrix, sines and cosines."""
+        if len(e.args) != 1:
+            return None
+        (arg,) = e.args
+        component = 0
+        if e.name in ("sin", "cos"):
+            if isinstance(arg, Component):
+                component, arg = arg.index, arg.of
+            if not (isinstance(arg, Read) and arg.parameter in ("euler", "angle")):
+                return None
+            cache = e.name
+        elif e.name == "rotation_matrix":
+            cache = "R"
+        else:
+            return None
+        if not (isinstance(arg, Read) and arg.version == "trial" and arg.parameter):
+            return None
+        if arg.parameter not in ("euler", "angle", "rotation", "quaternion"):
+            return None
+        found = self.uses.cached(arg.slot, arg.column, cache)
+        if cache != "R":
+            if not isinstance(e.args[0].type, ScalarType):
+                return None
+            found = [found[component]]
+        return [self.graph.input(("state", use, offset)) for use, offset in found]
+
+    def _place(self, e: Typed) -> int:
+        key = (str(e.span), e.span.text)
+        if key not in self._place_of:
+            self._place_of[key] = len(self.places)
+            self.places.append(Place(where=key[0], text=" ".join(key[1].split())[:200]))
+        return self._place_of[key]
+
+
+@contextmanager
+def _at(graph: Graph, place: int) -> Iterator[None]:
+    """New nodes remember `place`."""
+    saved, graph.place = graph.place, place
+    yield
+    graph.place = saved
+
+
+def apply(g: Graph, name: str, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    """Apply an operator or function whose argument types have been checked."""
+    special = _OPERATIONS.get(name)
+    if special is not None:
+        return special(g, types, args)
+    return _elementwise(g, name, args)
+
+
+def _elementwise(g: Graph, name: str, args: Sequence[Nodes]) -> Nodes:
+    """A scalar function, on each component of its first argument; others may be scalars."""
+    n = max(len(a) for a in args)
+    columns = [a if len(a) == n else list(a) * n for a in args]
+    return [scalars.apply(g, name, *scalar_args) for scalar_args in zip(*columns, strict=True)]
+
+
+def _op(name: str) -> Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]:
+    def build(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+        n = max(len(a) for a in args)
+        columns = [a if len(a) == n else list(a) * n for a in args]
+        return [g.op(name, *scalar_args) for scalar_args in zip(*columns, strict=True)]
+
+    return build
+
+
+def _swapped(name: str) -> Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]:
+    return lambda g, t, a: _op(name)(g, t, (a[1], a[0]))
+
+
+def _grid(type_: ValueType, nodes: Nodes) -> list[Nodes]:
+    assert isinstance(type_, MatrixType)
+    c = type_.columns
+    return [nodes[r * c : (r + 1) * c] for r in range(type_.rows)]
+
+
+def _flat(rows: Sequence[Sequence[int]]) -> Nodes:
+    return [n for row in rows for n in row]
+
+
+def _mul(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    (left, right), (a, b) = types, args
+    if isinstance(left, ScalarType) or isinstance(right, ScalarType):
+        return _op("mul")(g, types, args)
+    if isinstance(left, QuaternionType):
+        return list(quaternion.product(g, a, b))
+    if isinstance(left, MatrixType) and isinstance(right, VectorType):
+        return list(linear.matvec(g, _grid(left, a), b))
+    if isinstance(left, VectorType):
+        return list(linear.matvec(g, linear.transpose(_grid(right, b)), a))
+    return _flat(linear.matmul(g, _grid(left, a), _grid(right, b)))
+
+
+def _matrix(
+    f: Callable[[Graph, list[Nodes]], Sequence[Sequence[int]]],
+) -> Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]:
+    return lambda g, t, a: _flat(f(g, _grid(t[0], a[0])))
+
+
+def _inverse(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    if isinstance(types[0], QuaternionType):
+        norm2 = linear.norm2(g, args[0])
+        return [g.op("div", n, norm2) for n in quaternion.conj(g, args[0])]
+    return _flat(linear.inverse(g, _grid(types[0], args[0])))
+
+
+def _index(g: Graph, node: int) -> int:
+    value = g.value(node)
+    assert value is not None
+    return int(value)
+
+
+def _rotation_matrix(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    if isinstance(types[0], QuaternionType):
+        return _flat(quaternion.to_matrix(g, args[0]))
+    if isinstance(types[0], ScalarType):
+        return _flat(rotation.matrix2(g, args[0][0]))
+    return _flat(rotation.from_euler(g, args[0]))
+
+
+def _euler_angles(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    if isinstance(types[0], QuaternionType):
+        return list(rotation.to_euler(g, quaternion.to_matrix(g, args[0])))
+    return list(rotation.to_euler(g, _grid(types[0], args[0])))
+
+
+_OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]] = {
+    **{name: _op(name) for name in ("neg", "add", "sub", "div", "pow", "and", "or", "not")},
+    **{name: _op(name) for name in ("lt", "le", "eq", "ne")},
+    "gt": _swapped("lt"),
+    "ge": _swapped("le"),
+    "emul": _op("mul"),
+    "ediv": _op("div"),
+    "mul": _mul,
+    "transpose": lambda g, t, a: _flat(linear.transpose(_grid(t[0], a[0]))),
+    "inverse": _inverse,
+    "row": lambda g, t, a: _grid(t[0], a[0])[_index(g, a[1][0])],
+    "column": lambda g, t, a: [r[_index(g, a[1][0])] for r in _grid(t[0], a[0])],
+    "quat_vec": lambda g, t, a: a[0][1:],
+    "rotation_matrix": _rotation_matrix,
+    "euler_angles": _euler_angles,
+    "rotation_vector": lambda g, t, a: list(rotation.to_vector(g, _grid(t[0], a[0]))),
+    "dot": lambda g, t, a: [linear.dot(g, a[0], a[1])],
+    "cross": lambda g, t, a: list(linear.cross(g, a[0], a[1])),
+    "norm": lambda g, t, a: [linear.norm(g, a[0])],
+    "norm2": lambda g, t, a: [linear.norm2(g, a[0])],
+    "unit": lambda g, t, a: list(linear.unit(g, a[0])),
+    "perp": lambda g, t, a: list(linear.perp(g, a[0])),
+    "det": lambda g, t, a: [linear.det(g, _grid(t[0], a[0]))],
+    "trace": lambda g, t, a: [linear.trace(g, _grid(t[0], a[0]))],
+    "skew": lambda g, t, a: _flat(linear.skew(g, a[0])),
+    "vee": lambda g, t, a: list(linear.vee(g, _grid(t[0], a[0]))),
+    "identity2": lambda g, t, a: _flat(linear.identity_matrix(g, 2)),
+    "identity3": lambda g, t, a: _flat(linear.identity_matrix(g, 3)),
+    "conj": lambda g, t, a: list(quaternion.conj(g, a[0])),
+    "rotate": lambda g, t, a: list(quaternion.rotate(g, a[0], a[1])),
+    "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),
+    "quat_exp": lambda g, t, a: list(quaternion.exp(g, a[0])),
+}

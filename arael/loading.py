@@ -1,0 +1,304 @@
+"""`load`: from a model's name or file to a class, compiled once and found again afterwards.
+
+A warm start reads the cache entry and imports one extension module; the language rooms, lark, SymPy,
+Cython and setuptools stay unimported.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.machinery
+import importlib.util
+import os
+import sys
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from arael.compiler import cache, processor
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Layout, from_json, to_json
+
+if TYPE_CHECKING:
+    from arael.model import Model
+    from arael.syntax.tree import Import
+
+Precision = Literal["f32", "f64"]
+
+
+class InterpretedWarning(UserWarning):
+    """A model runs on the NumPy interpreter, which is correct and slow."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A compiled model.
+
+    Attributes
+    ----------
+    layout : what the runtime knows of it
+    kernels : capsule with the table of kernels, or None where the model is interpreted
+    folder : cache entry or shipped folder it came from, or None
+    origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
+    seconds : what each stage of a compilation took; empty on a warm start
+    """
+
+    layout: Layout
+    kernels: Any
+    folder: Path | None
+    origin: str
+    seconds: dict[str, float]
+
+
+def load(
+    model: str | os.PathLike[str],
+    *,
+    precision: Precision | None = None,
+    root: str | None = None,
+    interpret: bool = False,
+) -> type[Model]:
+    """Load a model as a class whose instances hold its data.
+
+    Parameters
+    ----------
+    model : name of a standard model (``"slam"``) or path of a ``.arael`` file
+    precision : ``"f64"`` or ``"f32"`` instead of what the root declares
+    root : which root, where the file has several
+    interpret : run on the NumPy interpreter instead of compiled kernels
+
+    Returns
+    -------
+    A subclass of `arael.model.Model`.
+
+    Raises
+    ------
+    AraelError
+        The file cannot be read, the model is wrong (with every mistake found), or the environment
+        lacks something; each diagnostic names the place and a way out.
+
+    Warns
+    -----
+    InterpretedWarning
+        No C compiler was found, so the NumPy interpreter stands in.
+    """
+    from arael.model import Model
+
+    compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
+    layout = compiled.layout
+    members = {"compiled": compiled, "__doc__": layout.doc or f"The model {layout.name}."}
+    return type(layout.root, (Model,), members)
+
+
+def load_compiled(
+    model: str | os.PathLike[str],
+    *,
+    precision: Precision | None = None,
+    root: str | None = None,
+    interpret: bool = False,
+) -> Compiled:
+    """`load`, without the class."""
+    if precision not in (None, "f32", "f64"):
+        raise AraelError(
+            Diagnostic(
+                "E0811",
+                f"unknown precision {precision!r}",
+                origin="precision",
+                help=("write `f32` or `f64`",),
+            )
+        )
+    path = find_model(model)
+    text = _read(path)
+    if not interpret and root is None:
+        shipped = _shipped(path, text, precision)
+        if shipped is not None:
+            return shipped
+    key = cache.key(text, root, precision, "interpreter" if interpret else "native")
+    entry = cache.find(key)
+    if entry is not None:
+        return _from_entry(entry, "cache")
+    return _compile(path, key, root, precision, interpret)
+
+
+def find_model(model: str | os.PathLike[str]) -> Path:
+    """Path of a model given by file or by the name of a standard model.
+
+    Raises
+    ------
+    AraelError
+        E0701 if there is neither.
+    """
+    name = os.fspath(model)
+    path = Path(name)
+    if path.suffix == ".arael" or path.exists() or os.sep in name:
+        return path
+    known = standard_models()
+    if name in known:
+        return known[name]
+    from arael.diagnostics.suggest import closest
+
+    near = closest(name, [*known, *(p.name for p in Path().glob("*.arael"))])
+    raise AraelError(
+        Diagnostic(
+            "E0812",
+            f"no model `{name}`: neither a file nor a standard model",
+            origin=name,
+            notes=("standard models: " + ", ".join(sorted(known)),),
+            help=tuple(f"did you mean `{n}`?" for n in near),
+        )
+    )
+
+
+def standard_models() -> dict[str, Path]:
+    """Name and file of the models that come with arael."""
+    here = Path(__file__).resolve().parent
+    checkout = here.parent / "models"
+    folder = checkout if (here.parent / "pyproject.toml").is_file() else here / "models"
+    return {p.stem: p for p in sorted(folder.glob("*.arael"))}
+
+
+def _read(path: Path) -> str:
+    """Text of the model; what is wrong with the file is told by the syntax room."""
+    try:
+        data = path.read_bytes()
+        if len(data) <= 1 << 20:
+            return data.decode("utf-8")
+    except (OSError, UnicodeDecodeError):
+        pass
+    from arael.syntax.parser import read_source
+
+    return read_source(path).text
+
+
+def _shipped(path: Path, text: str, precision: str | None) -> Compiled | None:
+    """The model as it was compiled when arael was installed, if it is that very text."""
+    folder = Path(__file__).resolve().parent / "models"
+    for target in processor.usable_targets():
+        name = f"{path.stem}-{target}" + (f"-{precision}" if precision else "")
+        entry = cache.read_entry(folder / name)
+        if entry is None:
+            continue
+        if entry.manifest.key == cache.shipped_key(text, target):
+            return _from_entry(entry, "shipped")
+    return None
+
+
+def _from_entry(entry: cache.Entry, origin: str, seconds: dict[str, float] | None = None) -> Compiled:
+    layout = from_json(entry.layout)
+    module = entry.module
+    if module is None:
+        _warn_interpreted(entry.manifest.compiler)
+        return Compiled(layout, None, entry.folder, "interpreted", seconds or {})
+    return Compiled(layout, _kernels(module), entry.folder, origin, seconds or {})
+
+
+def _kernels(module: Path) -> Any:
+    """Import an extension module by file and take its table of kernels."""
+    name = module.name.partition(".")[0]
+    unique = f"arael_kernels_{hashlib.sha256(str(module).encode()).hexdigest()[:16]}"
+    loaded = sys.modules.get(unique)
+    if loaded is None:
+        loader = importlib.machinery.ExtensionFileLoader(name, str(module))
+        spec = importlib.util.spec_from_file_location(name, module, loader=loader)
+        assert spec is not None
+        loaded = importlib.util.module_from_spec(spec)
+        loader.exec_module(loaded)
+        sys.modules[unique] = loaded
+    return loaded.KERNELS
+
+
+def _warn_interpreted(why: str) -> None:
+    if why:
+        warnings.warn(
+            f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
+            InterpretedWarning,
+            stacklevel=4,
+        )
+
+
+def _compile(
+    path: Path, key: str, root: str | None, precision: str | None, interpret: bool
+) -> Compiled:
+    """Compile a model and keep the result; another process may have done so meanwhile."""
+    from arael.compiler import build, compiler
+
+    dependencies: dict[str, str] = {}
+    program, seconds = compile_program(path, root, precision, dependencies)
+    layout = program.layout
+    try:
+        with cache.building(key) as folder:
+            entry = cache.find(key)
+            if entry is not None:
+                return _from_entry(entry, "cache")
+            (folder / "layout.json").write_bytes(to_json(layout))
+            why = ""
+            if not interpret:
+                source = compiler.emit(program, cache.digest(path.read_bytes())[:16])
+                why = build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
+                if why:
+                    cache.keep_failure(key, why)
+            described = why or ("" if interpret else build.compiler_version())
+            entry = cache.store(
+                key, folder, layout.name, str(path.resolve()), described, seconds, dependencies
+            )
+    except AraelError as error:
+        if interpret and any(d.code.startswith("E080") for d in error.diagnostics):
+            return Compiled(layout, None, None, "interpreted", seconds)
+        raise
+    return _from_entry(entry, "interpreted" if interpret else "compiled", seconds)
+
+
+def build_module(
+    folder: Path, name: str, source: str, seconds: dict[str, float], target: str = "native"
+) -> str:
+    """Write, cythonise and compile kernels into `folder`; return why not, or ""."""
+    from arael.compiler import build
+
+    pyx = folder / f"{name}.pyx"
+    pyx.write_text(source, encoding="utf-8")
+    if build.find_compiler() is None:
+        return "no C compiler found"
+    started = time.perf_counter()
+    c_file = build.cython_to_c(pyx)
+    seconds["cython"] = time.perf_counter() - started
+    started = time.perf_counter()
+    try:
+        build.compile_c(c_file, target)
+    except build.NoCompiler as error:
+        return error.diagnostics[0].message
+    finally:
+        c_file.unlink(missing_ok=True)
+    seconds["compile"] = time.perf_counter() - started
+    return ""
+
+
+def compile_program(
+    path: Path, root: str | None, precision: str | None, dependencies: dict[str, str]
+) -> tuple[Any, dict[str, float]]:
+    """Run the stages up to the IR; return the program and what each stage took."""
+    started = time.perf_counter()
+    from arael.compiler import compiler
+    from arael.diagnostics.records import Findings
+    from arael.diagnostics.render import render
+    from arael.syntax.parser import parse, read_source
+
+    seconds = {"import": time.perf_counter() - started}
+
+    def imported(item: Import, beside: Path) -> Any:
+        source = read_source(beside.parent / item.path.value)
+        dependencies[str(Path(source.name).resolve())] = cache.digest(source.text.encode())
+        return parse(source)
+
+    started = time.perf_counter()
+    tree = compiler.syntax(read_source(path))
+    seconds["syntax"] = time.perf_counter() - started
+    findings = Findings()
+    started = time.perf_counter()
+    model = compiler.types(tree, findings, root, lambda item: imported(item, path))
+    seconds["check"] = time.perf_counter() - started
+    started = time.perf_counter()
+    said = tuple(render([d], color=False, width=100) for d in findings.warnings)
+    program = compiler.derive(model, str(path), precision, said)
+    seconds["derive"] = time.perf_counter() - started
+    return program, seconds
