@@ -1,0 +1,84 @@
+"""Arrays that grow together: the memory of a table.
+
+Rows live in a window ``start : start + size`` of every array, so that a deque can let go of its front
+without moving anything. A view is valid until rows are added or removed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+class Buffers:
+    """Named columns of equal length, each contiguous."""
+
+    def __init__(self) -> None:
+        self.start = 0
+        self.size = 0
+        self._capacity = 0
+        self._arrays: dict[str, Array] = {}
+
+    def add(self, name: str, dtype: Any, shape: tuple[int, ...] = ()) -> None:
+        """Declare a column; call before any row is there."""
+        self._arrays[name] = np.empty((self._capacity, *shape), dtype)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._arrays
+
+    def view(self, name: str) -> Array:
+        """Live view (size, *shape) of a column."""
+        return self._arrays[name][self.start : self.start + self.size]
+
+    def grow_back(self, count: int) -> bool:
+        """Add `count` rows of undefined content at the back; True if the rows moved."""
+        moved = self._make_room(0, count)
+        self.size += count
+        return moved
+
+    def grow_front(self, count: int) -> bool:
+        """Add `count` rows of undefined content at the front; True if the rows moved."""
+        moved = self._make_room(count, 0)
+        self.start -= count
+        self.size += count
+        return moved
+
+    def _make_room(self, front: int, back: int) -> bool:
+        """Reallocate if there is no room; capacity at least doubles, so that appends are amortised."""
+        if self.start >= front and self.start + self.size + back <= self._capacity:
+            return False
+        needed = front + self.size + back
+        capacity = max(2 * needed, 8)
+        # Room on the side that grows; a window that only wandered is moved back.
+        start = capacity - self.size - (capacity - needed) // 2 if front else 0
+        for name, old in self._arrays.items():
+            fresh = np.empty((capacity, *old.shape[1:]), old.dtype)
+            fresh[start : start + self.size] = old[self.start : self.start + self.size]
+            self._arrays[name] = fresh
+        moved = self.size > 0
+        self._capacity, self.start = capacity, start
+        return moved
+
+    def drop_front(self, count: int) -> None:
+        """Let go of the first `count` rows; no other row moves."""
+        self._forget(slice(self.start, self.start + count))
+        self.start += count
+        self.size -= count
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Keep the rows of `mask`, in their order."""
+        left = int(mask.sum())
+        for name, array in self._arrays.items():
+            array[self.start : self.start + left] = self.view(name)[mask]
+        self._forget(slice(self.start + left, self.start + self.size))
+        self.size = left
+
+    def _forget(self, rows: slice) -> None:
+        """Release objects (strings) that rows no longer in the window hold."""
+        for array in self._arrays.values():
+            if array.dtype == object:
+                array[rows] = None

@@ -1,0 +1,252 @@
+"""The values of a table: one array per field, and beside it presence, `fixed` and `optimize` flags."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.runtime import layout
+from arael.runtime.store.buffers import Buffers
+from arael.runtime.store.messages import error, unknown_field
+from arael.runtime.store.schema import Group, Leaf, fields_of
+from arael.runtime.store.values import blank, convert, default_value, dtype_of
+
+Array = NDArray[Any]
+Bools = NDArray[np.bool_]
+Rows = slice | NDArray[np.int64] | int
+
+
+class Columns:
+    """Columns of one table by path.
+
+    Paths are those of the layout; ``path?`` is the presence of an optional, ``path.fixed`` the flag
+    that keeps a parameter out of every solve.
+
+    Attributes
+    ----------
+    fields : the tree of fields
+    data, optionals : columns with values, and those that mark presence, by path
+    missing : fields of the root without default that nobody has given yet (other tables: empty)
+    optimize_new : per parameter, the `optimize` flag of rows to come
+    """
+
+    def __init__(self, model: layout.Layout, table: layout.Table) -> None:
+        self.layout = table
+        self.fields: Group = fields_of(model, table)
+        self.real = np.dtype(np.float32 if model.precision == "f32" else np.float64)
+        self.buffers = Buffers()
+        self.data: dict[str, layout.Column] = {}
+        self.optionals: dict[str, layout.Column] = {}
+        for column in table.columns:
+            if column.role == "present":
+                self.optionals[column.path] = column
+                self.buffers.add(f"{column.path}?", np.bool_)
+                continue
+            self.data[column.path] = column
+            self.buffers.add(column.path, dtype_of(column, self.real), column.shape)
+            if column.role == "param":
+                self.buffers.add(f"{column.path}.fixed", np.bool_)
+                self.buffers.add(f"{column.path}.optimize", np.bool_)
+        # New rows start with the flag last set for the whole collection.
+        self.missing: set[str] = set()
+        self.optimize_new = {p: True for p, c in self.data.items() if c.role == "param"}
+        self._ancestors = {
+            path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
+            for path in (*self.data, *self.optionals, *(v.path for v in table.values))
+        }
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return self.buffers.size
+
+    def column(self, path: str) -> Array:
+        """Live view (size, *shape) of a column, valid until rows are added or removed.
+
+        Of an optional struct: its presence (size,). ``path?`` is the presence of anything optional.
+        Refs are handles; see `target_rows` for rows.
+        """
+        if path in self.data or path.endswith("?"):
+            return self.buffers.view(path)
+        if path in self.optionals:
+            return self.buffers.view(f"{path}?")
+        raise AraelError(
+            unknown_field(path, self.data, self.layout.struct, self.layout.where, self.layout.path)
+        )
+
+    def present(self, path: str) -> Bools:
+        """Whether each row has what is at `path`: every optional around and at it is there (size,)."""
+        found = np.ones(self.size, np.bool_)
+        for optional in self._ancestors.get(path, ()):
+            found &= self.buffers.view(f"{optional}?")
+        return found
+
+    def fixed(self, path: str) -> Bools:
+        """Live view (size,): parameters that the data keeps fixed."""
+        return self.buffers.view(f"{path}.fixed")
+
+    def optimize(self, path: str) -> Bools:
+        """Live view (size,): parameters that Python lets be solved for."""
+        return self.buffers.view(f"{path}.optimize")
+
+    def free(self, path: str) -> Bools:
+        """Parameters that are solved for (size,): there, not fixed, and to be optimised."""
+        return self.present(path) & self.optimize(path) & ~self.fixed(path)
+
+    def leaf(self, path: str, origin: str) -> Leaf:
+        """The field at `path`; E0701 if there is none."""
+        member = self.fields.find(path)
+        if isinstance(member, Leaf):
+            return member
+        raise AraelError(
+            unknown_field(path, self.data, self.layout.struct, self.layout.where, origin)
+        )
+
+    # --- values of new rows ------------------------------------------------------------------
+
+    def prepare(
+        self, given: Mapping[str, Any], count: int, many: bool, origin: str
+    ) -> dict[str, Array]:
+        """Arrays for every data column of `count` new rows, refs left out.
+
+        `given` maps paths to values: arrays with a leading axis of `count`, or one value for all. What
+        is left out takes its default; what has none and is not within an absent optional is E0702.
+        """
+
+        def name_of(path: str) -> Any:
+            return lambda i: f"{origin}.{path}" if not many else f"{origin}.{path} (row {i})"
+
+        self._refuse_unknown(given, origin)
+        presence = self._presence(given, count, many, origin)
+        ready: dict[str, Array] = {f"{p}?": mask for p, mask in presence.items()}
+        missing = []
+        for path, column in self.data.items():
+            mask = None
+            for optional in self._ancestors[path]:
+                mask = presence[optional] if mask is None else mask & presence[optional]
+            if column.role == "param":
+                fixed = np.asarray(given.get(f"{path}.fixed", False))
+                if fixed.dtype != np.bool_ or fixed.shape not in ((), (count,)):
+                    raise error(
+                        "E0703",
+                        f"expected true or false for each of {count} rows",
+                        f"{origin}.{path}.fixed",
+                        column,
+                    )
+                ready[f"{path}.fixed"] = fixed
+                ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
+            if column.role == "ref":
+                if given.get(path) is None and (mask is None or mask.any()):
+                    missing.append(column)
+                continue
+            if path in given and given[path] is not None:
+                values = given[path]
+                if mask is not None and not mask.all():
+                    values = self._mask_out(column, values, mask, count, many)
+                ready[path] = convert(column, values, count, self.real, name_of(path), many)
+            elif column.default is not None:
+                ready[path] = np.asarray(default_value(column), dtype_of(column, self.real))
+            elif column.role == "constraint_index" or (mask is not None and not mask.any()):
+                ready[path] = np.asarray(blank(column), dtype_of(column, self.real))
+            elif path in given:
+                raise error("E0707", "null where a value is needed", f"{origin}.{path}", column)
+            else:
+                missing.append(column)
+        if missing:
+            raise AraelError(
+                [
+                    error("E0702", f"`{c.path}` is missing", origin, c).diagnostics[0]
+                    for c in missing
+                ]
+            )
+        return ready
+
+    def _refuse_unknown(self, given: Mapping[str, Any], origin: str) -> None:
+        for path in given:
+            bare = path.removesuffix("?").removesuffix(".fixed")
+            if path in self.data or path in self.optionals:
+                continue
+            if path in self.buffers and (path.endswith(("?", ".fixed")) and bare != path):
+                continue
+            known = [*self.data, *self.optionals]
+            raise AraelError(
+                unknown_field(path, known, self.layout.struct, self.layout.where, origin)
+            )
+
+    def _presence(
+        self, given: Mapping[str, Any], count: int, many: bool, origin: str
+    ) -> dict[str, Bools]:
+        """Which optionals the new rows have: as said, else by whether values are given for them."""
+        presence: dict[str, Bools] = {}
+        for path in self.optionals:
+            said = given.get(f"{path}?")
+            if said is None and path not in self.data:
+                said = given.get(path)
+            if said is None:
+                below = f"{path}."
+                said = any(
+                    (p == path or p.startswith(below)) and v is not None for p, v in given.items()
+                )
+            mask = np.asarray(said)
+            if mask.dtype != np.bool_ or mask.shape not in ((), (count,)):
+                raise error(
+                    "E0703", "expected presence as true or false for each row", f"{origin}.{path}"
+                )
+            mask = np.broadcast_to(mask, (count,))
+            for outer in self._ancestors[path]:
+                if outer != path and outer in presence:
+                    mask = mask & presence[outer]
+            presence[path] = mask
+        return presence
+
+    def _mask_out(
+        self, column: layout.Column, values: Any, mask: Bools, count: int, many: bool
+    ) -> Any:
+        """Values with harmless content where the field is absent, whatever was given there."""
+        if not many:
+            return values if mask.all() else blank(column)
+        array = np.asarray(values)
+        if array.shape[:1] != (count,) or array.shape == column.shape:
+            return values
+        array = array.copy()
+        array[~mask] = blank(column) if array.shape[1:] == column.shape else 0
+        return array
+
+    def fill(self, rows: slice, ready: Mapping[str, Array]) -> None:
+        """Put prepared arrays into new rows; refs become null."""
+        for path, array in ready.items():
+            self.buffers.view(path)[rows] = array
+        for path, column in self.data.items():
+            if column.role == "ref":
+                self.buffers.view(path)[rows] = -1
+
+    # --- changes -----------------------------------------------------------------------------
+
+    def set_values(self, path: str, rows: Rows, values: Any, origin: str) -> None:
+        """Write checked values of a field that is not a ref; None makes an optional absent."""
+        leaf = self.leaf(path, origin)
+        column, target = leaf.column, self.buffers.view(path)
+        if values is None:
+            if not leaf.optional:
+                raise error("E0707", "null where a value is needed", origin, column)
+            self.buffers.view(f"{path}?")[rows] = False
+            target[rows] = blank(column)
+            return
+        single = isinstance(rows, int)
+        count = 1 if single else len(np.arange(self.size)[rows])
+        ready = convert(
+            column,
+            values,
+            count,
+            self.real,
+            lambda i: origin if single else f"{origin} (row {i})",
+            not single,
+        )
+        target[rows] = ready
+        self.missing.discard(path)
+        if leaf.optional:
+            self.buffers.view(f"{path}?")[rows] = True

@@ -1,0 +1,112 @@
+"""Diagnostics about data, worded alike wherever the data comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Column
+
+
+def declared(column: Column) -> str:
+    """Note that says what the model declares."""
+    name = column.path.rpartition(".")[2]
+    param = "param " if column.role == "param" else ""
+    text = column.type.removeprefix("param ")
+    return f"declared as `{param}{name}: {text}` at {column.where}"
+
+
+def problem(
+    code: str, message: str, origin: str, column: Column | None = None, help: str = ""
+) -> Diagnostic:
+    """One finding about the data at `origin` (``scene.json: poses[3].pos``)."""
+    notes = (declared(column),) if column is not None else ()
+    return Diagnostic(code, message, origin=origin, notes=notes, help=(help,) if help else ())
+
+
+def error(
+    code: str, message: str, origin: str, column: Column | None = None, help: str = ""
+) -> AraelError:
+    """The same as an exception."""
+    return AraelError(problem(code, message, origin, column, help))
+
+
+class UnknownFieldError(AraelError, AttributeError):
+    """A field that the model does not declare; also an AttributeError, as Python expects one."""
+
+
+def unknown_field(
+    name: str, known: Iterable[str], struct: str, where: str, origin: str
+) -> Diagnostic:
+    """A key or field that the model does not declare."""
+    known = list(known)
+    return Diagnostic(
+        "E0701",
+        f"`{struct}` has no field `{shorten(name)}`",
+        origin=origin,
+        notes=(f"`{struct}` is declared at {where}",) if where else (),
+        help=(suggestion(name, known),) if known else (),
+    )
+
+
+def suggestion(name: str, known: list[str]) -> str:
+    """Help for a misspelt name."""
+    from arael.diagnostics.suggest import closest
+
+    near = closest(name, known)
+    if near:
+        return f"did you mean `{near}`?"
+    shown = ", ".join(f"`{k}`" for k in known[:12])
+    return f"known names are {shown}" + (", ..." if len(known) > 12 else "")
+
+
+def shorten(value: Any, limit: int = 40) -> str:
+    """Text of a value from the data, fit for a message: one line, printable, bounded."""
+    text = value if isinstance(value, str) else repr(value)
+    text = (
+        text[: limit + 1].encode("unicode_escape").decode("ascii")
+        if not text.isprintable()
+        else text
+    )
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def describe(value: Any) -> str:
+    """What a value is, in the words of a data file."""
+    match value:
+        case None:
+            return "null"
+        case bool() | np.bool_():
+            return "true" if value else "false"
+        case int() | float() | np.integer() | np.floating():
+            return f"the number {shorten(str(value))}"
+        case str():
+            return f'the string "{shorten(value)}"'
+        case dict():
+            return "an object"
+        case list() | tuple():
+            return f"an array of {len(value)}"
+        case np.ndarray():
+            return f"an array of shape {value.shape} and type {value.dtype}"
+    return f"a {type(value).__name__}"
+
+
+SCALAR_WORDS = {
+    "real": "a number",
+    "int": "an integer",
+    "bool": "true or false",
+    "string": "a string",
+}
+
+
+def expected(column: Column) -> str:
+    """What a column wants, in words: ``vec3 (3 numbers)``."""
+    if column.role == "ref":
+        return f"a `{column.type}`"
+    if not column.shape:
+        return SCALAR_WORDS[column.kind]
+    count = " x ".join(str(n) for n in column.shape)
+    return f"{column.type.removeprefix('param ')} ({count} numbers)"

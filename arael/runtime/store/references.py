@@ -1,0 +1,207 @@
+"""Refs: from what is given (handles, indices) to handles, and from handles to rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.runtime.layout import Column, Step, Target
+from arael.runtime.store.messages import describe, error
+from arael.runtime.store.slots import NULL, Ints
+
+if TYPE_CHECKING:
+    from arael.runtime.store.table import Table
+
+
+@dataclass(frozen=True, eq=False)
+class Handles:
+    """Handles of rows of one table."""
+
+    table: Table
+    values: Ints
+
+
+def walk(table: Table, steps: tuple[Step, ...], rows: Ints) -> tuple[Table, Ints]:
+    """Where `steps` lead from `rows` of `table`; -1 where a ref on the way is null.
+
+    Raises AraelError (E0709) for a stale ref on the way.
+    """
+    for step in steps:
+        if step.kind == "root":
+            table, rows = table.store.tables[""], np.zeros(len(rows), np.int64)
+            continue
+        known = rows >= 0
+        through = rows[known]
+        result = np.full(len(rows), NULL, np.int64)
+        if step.kind == "parent":
+            result[known] = table.parent_rows_of(through)
+            table = table.store.tables[table.layout.parent]
+        else:
+            result[known] = rows_of_ref(table, step.ref, through)
+            table = table.store.tables[target_of(table, step.ref).table]
+        rows = result
+    return table, rows
+
+
+def target_of(table: Table, path: str) -> Target:
+    """What the ref column at `path` points into."""
+    target = table.data[path].target
+    assert target is not None, path
+    return target
+
+
+def rows_of_ref(table: Table, path: str, rows: Ints) -> Ints:
+    """Dense rows of the target table for some rows of a ref column; -1 where absent.
+
+    Raises AraelError: E0709 for a stale handle, E0702 for a ref that was never set.
+    """
+    column = table.data[path]
+    target = table.store.tables[target_of(table, path).table]
+    handles = table.column(path)[rows]
+    found = target.rows_of(handles)
+    bad = found < 0
+    if bad.any():
+        absent = ~table.present(path)[rows]
+        bad &= ~absent
+        found[absent] = NULL
+        if bad.any():
+            _report(table, column, rows[bad], handles[bad])
+    return found
+
+
+def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
+    """Raise for refs that lead nowhere: the first by name, the others by count."""
+    origin = table.name_of(int(rows[0]), column.path)
+    more = f" (and {len(rows) - 1} more)" if len(rows) > 1 else ""
+    if handles[0] == NULL:
+        raise error("E0702", f"{origin} is not set{more}", origin, column)
+    raise error(
+        "E0709",
+        f"{origin} is stale: the row it pointed to was removed{more}",
+        origin,
+        column,
+        help="remove the rows that refer to it first, or point them elsewhere",
+    )
+
+
+def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: str) -> Ints:
+    """Handles for `rows` of a ref column from `Handles` or from indices as data files count them.
+
+    Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range or not in
+    the collection meant, E0709 stale, E0710 of another table or model.
+    """
+    assert column.target is not None
+    target = table.store.tables[column.target.table]
+
+    def name(i: int) -> str:
+        return f"{origin} (row {i})" if len(rows) > 1 else origin
+
+    if isinstance(given, Handles):
+        if given.table is not target:
+            raise error("E0710", _foreign(given.table, target), origin, column)
+        handles = np.broadcast_to(given.values, _row_shape(given.values, rows, column, origin))
+        dense = target.rows_of(handles)
+        stale = (dense < 0) & (handles != NULL)
+        if stale.any():
+            i = int(np.argmax(stale))
+            raise error("E0709", "the ref is stale: its row was removed", name(i), column)
+    else:
+        index = np.asarray(given)
+        if index.dtype.kind not in "iu":
+            raise error(
+                "E0703", f"expected {ref_words(column)}, found {describe(given)}", origin, column
+            )
+        index = np.broadcast_to(index, _row_shape(index, rows, column, origin)).astype(np.int64)
+        dense = from_index(table, column, index, rows, name)
+        handles = np.full(len(rows), NULL, np.int64)
+        handles[dense >= 0] = target.handles(dense[dense >= 0])
+    null = handles == NULL
+    if null.any() and not table.ref_is_optional(column):
+        raise error("E0707", "null where a ref is needed", name(int(np.argmax(null))), column)
+    if isinstance(given, Handles) and target.layout.parent:
+        _, owners = walk(table, column.target.base, rows)
+        wrong = (dense >= 0) & (owners != target.parent_rows_of(np.where(dense < 0, 0, dense)))
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            raise error(
+                "E0708",
+                f"{target.row_name(int(dense[i]))} is not in `{column.target.text}` of this row",
+                name(i),
+                column,
+            )
+    return handles
+
+
+def ref_words(column: Column) -> str:
+    """What a ref column takes, in words."""
+    assert column.target is not None
+    return f"a ref or the index of a `{column.target.struct}` in `{column.target.text}`"
+
+
+def _row_shape(given: NDArray[Any], rows: Ints, column: Column, origin: str) -> tuple[int]:
+    if given.shape not in ((), (len(rows),)):
+        raise error(
+            "E0704",
+            f"expected {len(rows)} refs, found an array of shape {given.shape}",
+            origin,
+            column,
+        )
+    return (len(rows),)
+
+
+def _foreign(found: Table, target: Table) -> str:
+    if found.layout.path == target.layout.path and found.store is not target.store:
+        return "the ref belongs to another model instance"
+    return f"the ref points into `{found.label}`, not into `{target.label}`"
+
+
+def from_index(table: Table, column: Column, index: Ints, rows: Ints, name: Any) -> Ints:
+    """Dense target rows from indices within the collection that each row's ref counts in."""
+    assert column.target is not None
+    target = table.store.tables[column.target.table]
+    _, owners = walk(table, column.target.base, rows)
+    counts = target.child_counts()[owners] if target.size or len(owners) else owners
+    wrong = (index < NULL) | ((index >= counts) & (index != NULL)) | (owners < 0)
+    wrong &= ~((index == NULL) & (owners < 0))
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        count = int(counts[i])
+        has = f"has {count} row{'' if count == 1 else 's'}"
+        raise error(
+            "E0708",
+            f"index {index[i]} is out of range: `{column.target.text}` {has}",
+            name(i),
+            column,
+        )
+    dense = np.full(len(index), NULL, np.int64)
+    known = index >= 0
+    dense[known] = target.child_rows(owners[known], index[known])
+    return dense
+
+
+def check_owner(table: Table, path: str) -> None:
+    """Raise E0708 if a chained ref points to a row of another owner than its base says."""
+    column = table.data[path]
+    target = table.store.tables[target_of(table, path).table]
+    if not target.layout.parent or not table.size:
+        return
+    every = np.arange(table.size)
+    dense = rows_of_ref(table, path, every)
+    _, owners = walk(table, target_of(table, path).base, every)
+    wrong = (dense >= 0) & (target.parent_rows_of(np.where(dense < 0, 0, dense)) != owners)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        origin = table.name_of(row, path)
+        text = target_of(table, path).text
+        raise AraelError(
+            error(
+                "E0708",
+                f"{target.row_name(int(dense[row]))} is not in `{text}` of this row",
+                origin,
+                column,
+            ).diagnostics
+        )

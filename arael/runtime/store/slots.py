@@ -1,0 +1,101 @@
+"""Stable handles for rows that move.
+
+A handle packs a slot and its generation into one int64. A slot stays with its row while rows around
+it come and go; when the row is removed the slot's generation rises, so that handles kept from before
+are found out at once.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+NULL = -1
+GENERATION_SHIFT = 32
+SLOT_MASK = (1 << GENERATION_SHIFT) - 1
+LAST_GENERATION = (1 << 30) - 1
+GONE = -1
+
+
+class Slots:
+    """Slot map of one table: which position each slot's row has, and its generation."""
+
+    def __init__(self, first_generation: int = 0) -> None:
+        self._first_generation = first_generation
+        self._positions: Ints = np.empty(0, np.int64)
+        self._generations: Ints = np.empty(0, np.int64)
+        self._used = 0
+        self._free: list[int] = []
+
+    @property
+    def next_generation(self) -> int:
+        """A generation that no handle of this map has."""
+        used = self._generations[: self._used]
+        return int(used.max(initial=self._first_generation)) + 1
+
+    def take(self, count: int) -> Ints:
+        """`count` slots for new rows; freed ones first. Their positions are to be set by `move`."""
+        reused = min(count, len(self._free))
+        fresh = count - reused
+        slots = np.empty(count, np.int64)
+        if reused:
+            slots[:reused] = self._free[-reused:]
+            del self._free[-reused:]
+        if fresh:
+            self._grow(self._used + fresh)
+            slots[reused:] = np.arange(self._used, self._used + fresh)
+            self._used += fresh
+        return slots
+
+    def _grow(self, needed: int) -> None:
+        capacity = len(self._positions)
+        if needed <= capacity:
+            return
+        capacity = max(needed, 2 * capacity, 8)
+        positions = np.full(capacity, GONE, np.int64)
+        generations = np.full(capacity, self._first_generation, np.int64)
+        positions[: self._used] = self._positions[: self._used]
+        generations[: self._used] = self._generations[: self._used]
+        self._positions, self._generations = positions, generations
+
+    def release(self, slots: Ints) -> None:
+        """Give slots back; every handle to them is stale from here on."""
+        self._positions[slots] = GONE
+        self._generations[slots] += 1
+        worn_out = self._generations[slots] >= LAST_GENERATION
+        self._free.extend(slots[~worn_out][::-1].tolist())
+
+    def move(self, slots: Ints, positions: Ints | int) -> None:
+        """Say where the rows of these slots are."""
+        self._positions[slots] = positions
+
+    def handles(self, slots: Ints) -> Ints:
+        """Handles of live slots."""
+        return (self._generations[slots] << GENERATION_SHIFT) | slots
+
+    def positions_of_slots(self, slots: Ints) -> Ints:
+        """Positions of slots known to be live."""
+        return self._positions[slots]
+
+    def position(self, handle: int) -> int:
+        """Position of one handle's row; `GONE` if stale."""
+        slot = handle & SLOT_MASK
+        if handle < 0 or slot >= self._used:
+            return GONE
+        if self._generations[slot] != handle >> GENERATION_SHIFT:
+            return GONE
+        return int(self._positions[slot])
+
+    def positions(self, handles: NDArray[Any]) -> Ints:
+        """Positions of the rows of `handles`; `GONE` for null and stale ones."""
+        if not self._used:
+            return np.full(handles.shape, GONE, np.int64)
+        slots = handles & SLOT_MASK
+        known = (handles >= 0) & (slots < self._used)
+        slots = np.where(known, slots, 0)
+        known &= self._generations[slots] == handles >> GENERATION_SHIFT
+        return np.where(known, self._positions[slots], GONE)

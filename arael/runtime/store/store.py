@@ -1,0 +1,93 @@
+"""One instance of a model's data."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arael.diagnostics.records import AraelError
+from arael.runtime.layout import Layout, Step
+from arael.runtime.store import references
+from arael.runtime.store.messages import problem
+from arael.runtime.store.slots import Ints
+from arael.runtime.store.table import Table
+from arael.runtime.store.values import blank, default_value
+
+
+class Store:
+    """Tables of a model instance by path; the root is ``tables[""]`` and has one row.
+
+    Attributes
+    ----------
+    layout : the compiled model
+    tables : path -> `Table`
+    structure_version : changes whenever that of any table does
+    """
+
+    def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
+        self.layout = layout
+        self.structure_version = 0
+        self.tables: dict[str, Table] = {}
+        first = first_generations or {}
+        for table in layout.tables:
+            self.tables[table.path] = Table(self, table, first.get(table.path, 0))
+        self._make_root()
+
+    def _make_root(self) -> None:
+        """The root's one row: defaults, and a note of what has none."""
+        root = self.tables[""]
+        values, missing = {}, set()
+        for path, column in root.data.items():
+            if column.role == "ref":
+                optional = root.ref_is_optional(column)
+            else:
+                has_default = column.default is not None
+                values[path] = default_value(column) if has_default else blank(column)
+                optional = has_default or column.role == "constraint_index"
+            if not optional and not any(
+                path == o or path.startswith(f"{o}.") for o in root.optionals
+            ):
+                missing.add(path)
+        root.make_single_row(values)
+        root.missing = missing
+
+    @property
+    def root(self) -> Table:
+        """The root's table."""
+        return self.tables[""]
+
+    def next_version(self) -> int:
+        """Count a change of structure."""
+        self.structure_version += 1
+        return self.structure_version
+
+    def walk(self, table: str, steps: tuple[Step, ...]) -> tuple[Table, Ints]:
+        """Where `steps` lead from each row of a table: the table reached and dense rows, -1 for null."""
+        start = self.tables[table]
+        return references.walk(start, steps, np.arange(start.size))
+
+    def check_complete(self) -> None:
+        """Raise E0702 naming what the root lacks; solving needs every field without default."""
+        root = self.root
+        if root.missing:
+            raise AraelError(
+                [
+                    problem("E0702", f"`{path}` is not set", self.layout.root, root.data[path])
+                    for path in root.data
+                    if path in root.missing
+                ]
+            )
+
+    def fresh(self) -> Store:
+        """An empty store of the same model to be filled and adopted."""
+        store = Store(
+            self.layout,
+            first_generations={p: t.next_generation for p, t in self.tables.items()},
+        )
+        for path, table in self.tables.items():
+            store.tables[path].optimize_new = dict(table.optimize_new)
+        return store
+
+    def adopt(self, other: Store) -> None:
+        """Take over the data of a store made by `fresh`; every handle from before is stale."""
+        for path, table in self.tables.items():
+            table.take_over(other.tables[path])

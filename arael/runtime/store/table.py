@@ -1,0 +1,373 @@
+"""A table: the rows of one collection (or the root), their handles, parents and refs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.runtime import layout
+from arael.runtime.store import references
+from arael.runtime.store.columns import Columns, Rows
+from arael.runtime.store.messages import error
+from arael.runtime.store.references import Handles
+from arael.runtime.store.slots import Ints, Slots
+
+if TYPE_CHECKING:
+    from arael.runtime.store.store import Store
+
+T = TypeVar("T")
+SLOT, PARENT = "#slot", "#parent"
+
+
+class Table(Columns):
+    """Rows of one collection of the whole model instance, dense and in order.
+
+    Rows of a nested collection are in order of their making; `grouped` gives them by parent.
+
+    Attributes
+    ----------
+    store : the instance that this table belongs to
+    layout : what the compiler says of it
+    structure_version : changes whenever rows are added or removed, or refs are set
+    """
+
+    def __init__(self, store: Store, table: layout.Table, first_generation: int = 0) -> None:
+        super().__init__(store.layout, table)
+        self.store = store
+        self.structure_version = 0
+        self._slots = Slots(first_generation)
+        self._cache: dict[str, tuple[Any, Any]] = {}
+        self.buffers.add(SLOT, np.int64)
+        self.buffers.add(PARENT, np.int64)
+        self.children = [
+            t.path for t in store.layout.tables if t is not table and t.parent == table.path
+        ]
+        refs = [c for c in self.data.values() if c.role == "ref" and c.target is not None]
+        # A chained ref is resolved after those it goes through.
+        self._ref_order = [c.path for c in sorted(refs, key=lambda c: len(_chain(c, self.data)))]
+
+    @property
+    def label(self) -> str:
+        """Path, or the root's struct name."""
+        return self.layout.path or self.layout.struct
+
+    @property
+    def parent(self) -> Table:
+        """The table that holds this one's collection; the root is its own."""
+        return self.store.tables[self.layout.parent]
+
+    @property
+    def next_generation(self) -> int:
+        """A generation that no handle of this table has."""
+        return self._slots.next_generation
+
+    # --- adding ------------------------------------------------------------------------------
+
+    def append(self, parent: int | None = None, /, *, front: bool = False, **values: Any) -> int:
+        """Add one row and return its handle; `parent` is the dense row of its owner.
+
+        Raises AraelError as `extend` does.
+        """
+        owners = None if parent is None else np.array([parent], np.int64)
+        return int(self._add(1, owners, values, many=False, front=front)[0])
+
+    def extend(
+        self, n: int, /, parent_rows: Any = None, *, front: bool = False, **columns: Any
+    ) -> Ints:
+        """Add `n` rows and return their handles (n,).
+
+        Parameters
+        ----------
+        n : number of rows
+        parent_rows : dense rows of the owners, (n,) or one for all; needed in a nested collection
+        front : add before the first row (of a deque)
+        **columns : by path (``**{"info.tilt_roll": T}``), each (n, *shape) or one value for all
+
+        Raises
+        ------
+        AraelError
+            E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs. The
+            table is unchanged then.
+        """
+        owners = None
+        if parent_rows is not None:
+            owners = np.broadcast_to(np.asarray(parent_rows, np.int64), (n,))
+        return self._add(n, owners, columns, many=True, front=front)
+
+    def _add(
+        self, count: int, owners: Ints | None, given: Mapping[str, Any], many: bool, front: bool
+    ) -> Ints:
+        if front and self.layout.collection != "deque":
+            raise self._refusal("only a deque grows at the front")
+        if self.layout.parent:
+            if owners is None:
+                raise self._refusal("rows of a nested collection need their parent")
+            if count and not ((owners >= 0) & (owners < self.parent.size)).all():
+                raise self._refusal("parent row out of range")
+        origin = self._origin_of_new(count, owners, many)
+        ready = self.prepare(given, count, many, origin)
+        first = 0 if front else self.size
+        moved = self.buffers.grow_front(count) if front else self.buffers.grow_back(count)
+        rows = slice(first, first + count)
+        slots = self._slots.take(count)
+        self.buffers.view(SLOT)[rows] = slots
+        self._slots.move(slots, np.arange(first, first + count) + self.buffers.start)
+        if moved:
+            self._renumber()
+        self.buffers.view(PARENT)[rows] = (
+            self.parent.buffers.view(SLOT)[owners] if self.layout.parent else 0
+        )
+        self.fill(rows, ready)
+        self._touch()
+        try:
+            for path in self._ref_order:
+                if given.get(path) is not None:
+                    self._put_refs(
+                        path, np.arange(first, first + count), given[path], f"{origin}.{path}"
+                    )
+        except AraelError:
+            self._take_back(rows)
+            raise
+        return self._slots.handles(slots)
+
+    def _take_back(self, rows: slice) -> None:
+        keep = np.ones(self.size, np.bool_)
+        keep[rows] = False
+        self.remove_rows(~keep)
+
+    def _origin_of_new(self, count: int, owners: Ints | None, many: bool) -> str:
+        if not self.layout.path:
+            return self.layout.struct
+        if self.layout.parent:
+            if owners is None or not len(owners) or (owners != owners[0]).any():
+                return self.layout.path
+            owner = int(owners[0])
+            base = f"{self.parent.row_name(owner)}.{self.layout.field}"
+            return base if many else f"{base}[{self.child_counts()[owner]}]"
+        return self.layout.path if many else f"{self.layout.path}[{self.size}]"
+
+    def make_single_row(self, values: Mapping[str, Any]) -> None:
+        """The root's row with trusted values."""
+        self.buffers.grow_back(1)
+        slots = self._slots.take(1)
+        self._slots.move(slots, 0)
+        self.buffers.view(SLOT)[0] = slots[0]
+        self.buffers.view(PARENT)[0] = 0
+        for path, column in self.data.items():
+            self.buffers.view(path)[0] = values.get(path, references.NULL)
+            if column.role == "param":
+                self.fixed(path)[0] = False
+                self.optimize(path)[0] = True
+        for path in self.optionals:
+            self.buffers.view(f"{path}?")[0] = False
+        self._touch()
+
+    def take_over(self, other: Table) -> None:
+        """Become what `other` (of a store made by `Store.fresh`) is; it must not be used again."""
+        self.buffers, self._slots, self.missing = other.buffers, other._slots, other.missing
+        self._cache.clear()
+        self._touch()
+
+    # --- removing ----------------------------------------------------------------------------
+
+    def retire_front(self, count: int = 1) -> None:
+        """Remove the first `count` rows (and what they hold); no other row moves in memory."""
+        if count <= 0:
+            return
+        gone = np.zeros(self.size, np.bool_)
+        gone[:count] = True
+        self.remove_rows(gone)
+
+    def remove(self, handle: int) -> None:
+        """Remove one row (and what it holds) by its handle; E0709 if it is stale."""
+        gone = np.zeros(self.size, np.bool_)
+        gone[self.row_of(handle)] = True
+        self.remove_rows(gone)
+
+    def clear(self) -> None:
+        """Remove every row and what they hold."""
+        self.remove_rows(np.ones(self.size, np.bool_))
+
+    def remove_rows(self, gone: NDArray[np.bool_]) -> None:
+        """Remove the rows of a mask (size,), and the rows that they hold; order is kept."""
+        if not gone.any():
+            return
+        for path in self.children:
+            child = self.store.tables[path]
+            child.remove_rows(gone[child.parent_rows()])
+        self._slots.release(self.buffers.view(SLOT)[gone].copy())
+        count = int(gone.sum())
+        if gone[:count].all():
+            self.buffers.drop_front(count)
+        else:
+            self.buffers.keep(~gone)
+            self._renumber()
+        self._touch()
+
+    def _renumber(self) -> None:
+        self._slots.move(
+            self.buffers.view(SLOT), np.arange(self.size, dtype=np.int64) + self.buffers.start
+        )
+
+    def _touch(self) -> None:
+        self.structure_version = self.store.next_version()
+
+    def _refusal(self, message: str) -> AraelError:
+        return error("E0424", message, self.label)
+
+    # --- handles -----------------------------------------------------------------------------
+
+    def handles(self, rows: Rows) -> Ints:
+        """Handles of dense rows."""
+        return self._slots.handles(np.atleast_1d(self.buffers.view(SLOT)[rows]))
+
+    def rows_of(self, handles: NDArray[Any]) -> Ints:
+        """Dense rows of handles; -1 for null and stale ones."""
+        positions = self._slots.positions(np.asarray(handles, np.int64))
+        return np.where(positions < 0, -1, positions - self.buffers.start)
+
+    def is_valid(self, handle: int) -> bool:
+        """Whether the row of a handle is still there."""
+        return self._slots.position(handle) >= 0
+
+    def row_of(self, handle: int) -> int:
+        """Dense row of one handle; E0709 if its row was removed."""
+        position = self._slots.position(handle)
+        if position < 0:
+            raise error("E0709", "the ref is stale: its row was removed", self.label)
+        return position - self.buffers.start
+
+    # --- owners ------------------------------------------------------------------------------
+
+    def parent_rows(self) -> Ints:
+        """Dense row of each row's owner in the parent table (size,)."""
+        return self._cached(
+            "parents", lambda: self.parent_rows_of(np.arange(self.size)), self.parent
+        )
+
+    def parent_rows_of(self, rows: Ints) -> Ints:
+        """Dense rows of the owners of some rows."""
+        if not self.layout.parent:
+            return np.zeros(len(rows), np.int64)
+        parent = self.parent
+        slots = self.buffers.view(PARENT)[rows]
+        return parent._slots.positions_of_slots(slots) - parent.buffers.start
+
+    def grouped(self) -> tuple[Ints, Ints]:
+        """Rows by owner: `order` (size,) and `offsets` (parents + 1,).
+
+        ``order[offsets[p]:offsets[p + 1]]`` are the rows that row ``p`` of the parent table holds.
+        """
+        return self._cached("grouped", self._group, self.parent)
+
+    def _group(self) -> tuple[Ints, Ints]:
+        parents = self.parent_rows()
+        counts = np.bincount(parents, minlength=self.parent.size if self.layout.path else 1)
+        offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+        return np.argsort(parents, kind="stable").astype(np.int64), offsets
+
+    def child_counts(self) -> Ints:
+        """Number of rows that each row of the parent table holds."""
+        return np.diff(self.grouped()[1])
+
+    def child_rows(self, owners: Ints, index: Ints) -> Ints:
+        """Dense rows of the `index`-th rows held by `owners` (both in range)."""
+        order, offsets = self.grouped()
+        return order[offsets[owners] + index]
+
+    def index_in_parent(self) -> Ints:
+        """Place of each row within the collection that holds it (size,)."""
+
+        def build() -> Ints:
+            order, offsets = self.grouped()
+            place = np.empty(self.size, np.int64)
+            place[order] = np.arange(self.size) - offsets[self.parent_rows()[order]]
+            return place
+
+        return self._cached("places", build, self.parent)
+
+    def row_name(self, row: int) -> str:
+        """Name of a row as a user would write it: ``landmarks[5].frines[2]``; "" for the root."""
+        if not self.layout.path:
+            return ""
+        if not self.layout.parent:
+            return f"{self.layout.path}[{row}]"
+        owner = self.parent.row_name(int(self.parent_rows()[row]))
+        return f"{owner}.{self.layout.field}[{self.index_in_parent()[row]}]"
+
+    def name_of(self, row: int, path: str) -> str:
+        """Name of a field of a row: ``poses[3].ea``; of the root just ``gamma``."""
+        name = self.row_name(row)
+        return f"{name}.{path}" if name else path
+
+    # --- refs --------------------------------------------------------------------------------
+
+    def target_rows(self, path: str) -> Ints:
+        """Dense row in the target table for each row of a ref column (size,); -1 where absent.
+
+        Raises
+        ------
+        AraelError
+            E0709 a stale ref, E0702 one never set, E0708 one that its base contradicts; by name.
+        """
+
+        def build() -> Ints:
+            references.check_owner(self, path)
+            return references.rows_of_ref(self, path, np.arange(self.size))
+
+        return self._cached(f"target {path}", build, self.store)
+
+    def set_refs(self, path: str, rows: Ints, given: Handles | Any, origin: str) -> None:
+        """Point refs of some rows at `Handles`, or at indices counted as in data files."""
+        self._put_refs(path, rows, given, origin)
+        self._touch()
+
+    def _put_refs(self, path: str, rows: Ints, given: Handles | Any, origin: str) -> None:
+        column = self.data[path]
+        ancestors = self.present(path)[rows] if path not in self.optionals else None
+        if ancestors is not None and not ancestors.all():
+            rows, given = rows[ancestors], _subset(given, ancestors)
+        handles = references.handles_of(self, column, given, rows, origin)
+        self.column(path)[rows] = handles
+        self.missing.discard(path)
+        if path in self.optionals:
+            self.buffers.view(f"{path}?")[rows] = handles != references.NULL
+
+    def ref_is_optional(self, column: layout.Column) -> bool:
+        """Whether the ref may be null."""
+        return column.path in self.optionals
+
+    def _cached(self, name: str, build: Callable[[], T], other: Table | Store) -> T:
+        """A derived array, as long as neither this table nor `other` has changed its structure."""
+        version = (self.structure_version, other.structure_version)
+        known = self._cache.get(name)
+        if known is not None and known[0] == version:
+            return known[1]  # type: ignore[no-any-return]
+        value = build()
+        self._cache[name] = (version, value)
+        return value
+
+
+def _chain(column: layout.Column, columns: Mapping[str, layout.Column]) -> list[str]:
+    """Refs of the same row that a ref goes through, all the way down."""
+    through: list[str] = []
+    for step in column.target.base if column.target else ():
+        if step.kind != "ref":
+            break
+        through.append(step.ref)
+        if step.ref in columns and step.ref != column.path:
+            through += _chain(columns[step.ref], columns)
+        break
+    return through
+
+
+def _subset(given: Any, mask: NDArray[np.bool_]) -> Any:
+    if isinstance(given, Handles):
+        values = given.values
+        return Handles(given.table, values[mask] if values.ndim else values)
+    array = np.asarray(given)
+    return array[mask] if array.shape == mask.shape else array

@@ -1,0 +1,254 @@
+"""Values from outside made into a column: checked, never silently converted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.runtime.layout import Column
+from arael.runtime.store import rotations
+from arael.runtime.store.messages import describe, error, expected
+
+Array = NDArray[Any]
+# Name of element i of the values being converted, for messages.
+NameOf = Callable[[int], str]
+
+ROTATIONS = ("rotation", "quaternion")
+
+
+def dtype_of(column: Column, real: np.dtype[Any]) -> np.dtype[Any]:
+    """Type of a column's memory; refs are int64 handles."""
+    if column.role == "present":
+        return np.dtype(np.bool_)
+    if column.role in ("ref", "constraint_index"):
+        return np.dtype(np.int64)
+    kinds = {"real": real, "int": np.int64, "bool": np.bool_, "string": np.object_}
+    return np.dtype(kinds[column.kind])
+
+
+def is_unit_quaternion(column: Column) -> bool:
+    """Whether the four scalars of this column are a unit quaternion."""
+    if column.param is not None:
+        return column.param.kind in ROTATIONS
+    return column.type.removeprefix("param ").split(" ")[0].rstrip("?") in ("quat", "quaternion")
+
+
+def blank(column: Column) -> Any:
+    """What rows hold where the field is absent: harmless in arithmetic, never shown."""
+    if column.role in ("ref", "constraint_index"):
+        return -1
+    if column.kind == "string":
+        return ""
+    if column.shape == (4,) and is_unit_quaternion(column):
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    return 0
+
+
+def default_value(column: Column) -> Any:
+    """The declared default as a value of the column's shape; only where there is one."""
+    if isinstance(column.default, str):
+        return column.default
+    value = np.asarray(column.default)
+    return value.reshape(column.shape) if column.shape else value.reshape(-1)[0]
+
+
+def convert(
+    column: Column, values: Any, count: int, dtype: np.dtype[Any], name_of: NameOf, many: bool
+) -> Array:
+    """Values of `count` rows as (count, *shape), or of all rows alike as (*shape).
+
+    Parameters
+    ----------
+    column : what is declared
+    values : an array or nested sequence; rotations also as Euler angles (3) or matrices (3, 3)
+    count : number of rows
+    dtype : type of the memory
+    name_of : name of the i-th element, for messages
+    many : whether a leading axis of `count` is meant; if not, one value is wanted
+
+    Raises
+    ------
+    AraelError
+        E0703 wrong type, E0704 wrong shape, E0705 not finite, E0706 does not fit, E0721 not a
+        rotation.
+    """
+    if column.kind == "string":
+        return _strings(column, values, count, name_of, many)
+    array = _as_array(column, values, name_of)
+    if (
+        column.kind == "real"
+        and column.param is not None
+        and column.param.kind in ("rotation", "quaternion", "euler")
+    ):
+        array = _as_rotation(column, array, count, name_of, many)
+    wanted = (count, *column.shape) if many else column.shape
+    if array.shape != wanted and not (many and array.shape == column.shape):
+        raise _wrong_shape(column, array, count, name_of, many)
+    found = _checked(column, array, dtype, name_of, array.shape == wanted and many)
+    return found
+
+
+def _as_array(column: Column, values: Any, name_of: NameOf) -> Array:
+    try:
+        array = np.asarray(values)
+    except (ValueError, TypeError):
+        raise error(
+            "E0704",
+            f"expected {expected(column)}, found sequences of different lengths",
+            name_of(0),
+            column,
+        ) from None
+    except OverflowError:
+        raise error("E0706", "the number does not fit", name_of(0), column) from None
+    allowed = {"real": "fiu", "int": "iuf", "bool": "b"}[column.kind]
+    if array.dtype == object and column.kind != "bool" and array.size:
+        if all(isinstance(v, int) and not isinstance(v, bool) for v in array.ravel().tolist()):
+            raise error("E0706", "the number does not fit 64 bits", name_of(0), column)
+    if array.size == 0 and array.dtype.kind == "f":
+        return array
+    if array.dtype.kind not in allowed or (
+        not isinstance(values, np.ndarray) and _mixes_bools(values, column)
+    ):
+        raise error(
+            "E0703", f"expected {expected(column)}, found {describe(values)}", name_of(0), column
+        )
+    return array
+
+
+def _mixes_bools(values: Any, column: Column) -> bool:
+    """Whether nested sequences of numbers hold a bool, which NumPy would take for 0 or 1."""
+    if column.kind == "bool":
+        return False
+    if isinstance(values, (list, tuple)):
+        return any(_mixes_bools(v, column) for v in values)
+    return isinstance(values, (bool, np.bool_))
+
+
+def _as_rotation(column: Column, array: Array, count: int, name_of: NameOf, many: bool) -> Array:
+    """Rotations given in another form than the stored one, told by their shape."""
+    assert column.param is not None
+    lead = (count,) if many else ()
+    wants_euler = column.param.kind == "euler"
+    for shape in (column.shape, (4,), (3,), (3, 3)):
+        for full in ((*lead, *shape), shape):
+            if array.shape == full:
+                break
+        else:
+            continue
+        break
+    else:
+        return array
+    if shape == column.shape:
+        if not wants_euler:
+            _require(rotations.is_unit(array), array, "a unit quaternion", column, name_of)
+            return rotations.normalised(array.astype(np.float64))
+        return array
+    if shape == (3, 3):
+        _require(rotations.is_rotation(array), array, "a rotation matrix", column, name_of)
+        return (
+            rotations.euler_from_matrix(array)
+            if wants_euler
+            else rotations.quaternion_from_matrix(array)
+        )
+    if shape == (4,):
+        _require(rotations.is_unit(array), array, "a unit quaternion", column, name_of)
+        unit = rotations.normalised(array.astype(np.float64))
+        return rotations.euler_from_matrix(rotations.matrix_from_quaternion(unit))
+    _require(np.isfinite(array).all(axis=-1), array, "finite", column, name_of)
+    return rotations.quaternion_from_euler(array.astype(np.float64))
+
+
+def _require(
+    good: NDArray[np.bool_], array: Array, what: str, column: Column, name_of: NameOf
+) -> None:
+    if good.all():
+        return
+    row = int(np.argmin(good)) if good.ndim else 0
+    if not np.isfinite(array[row] if good.ndim else array).all():
+        raise _not_finite(column, name_of(row))
+    detail = ""
+    if what == "a unit quaternion":
+        norm = float(np.linalg.norm(array[row] if good.ndim else array))
+        detail = f": its norm is {norm:.6g}"
+    raise error("E0721", f"expected {what}{detail}", name_of(row), column)
+
+
+def _wrong_shape(
+    column: Column, array: Array, count: int, name_of: NameOf, many: bool
+) -> AraelError:
+    if many:
+        wanted = f"an array of shape {(count, *column.shape)}"
+        return error(
+            "E0704",
+            f"expected {wanted}, found shape {array.shape}",
+            name_of(0).split("[")[0] or name_of(0),
+            column,
+        )
+    found = "a single number" if array.shape == () else f"an array of shape {array.shape}"
+    if array.ndim == 1 and array.size != 0:
+        found = f"{array.shape[0]} numbers"
+    return error("E0704", f"expected {expected(column)}, found {found}", name_of(0), column)
+
+
+def _not_finite(column: Column, origin: str) -> AraelError:
+    return error("E0705", "the value is NaN or infinite", origin, column)
+
+
+def _checked(
+    column: Column, array: Array, dtype: np.dtype[Any], name_of: NameOf, per_row: bool
+) -> Array:
+    """`array` in the memory's type, if every number survives that."""
+
+    def row_of(bad: NDArray[np.bool_]) -> str:
+        index = int(np.argmax(bad.reshape(len(bad), -1).any(axis=1))) if per_row else 0
+        return name_of(index)
+
+    if array.dtype.kind == "f":
+        finite = np.isfinite(array)
+        if not finite.all():
+            raise _not_finite(column, row_of(~finite))
+    if column.kind == "real":
+        if column.param is None and column.shape == (4,) and is_unit_quaternion(column):
+            unit = rotations.is_unit(array)
+            _require(unit, array, "a unit quaternion", column, name_of)
+            array = rotations.normalised(array.astype(np.float64))
+        with np.errstate(over="ignore"):
+            result = array.astype(dtype)
+        if dtype == np.float32 and not np.isfinite(result).all():
+            raise error(
+                "E0706",
+                "the number does not fit single precision",
+                row_of(~np.isfinite(result)),
+                column,
+            )
+        return result
+    if column.kind == "int":
+        if array.dtype.kind == "f":
+            bad = (array != np.floor(array)) | (np.abs(array) > 2.0**53)
+            if bad.any():
+                raise error("E0706", "expected an integer, found a fraction", row_of(bad), column)
+        elif array.dtype.kind == "u" and array.size and (array > np.iinfo(np.int64).max).any():
+            bad = array > np.iinfo(np.int64).max
+            raise error("E0706", "the number does not fit 64 bits", row_of(bad), column)
+        return array.astype(np.int64)
+    return array.astype(dtype)
+
+
+def _strings(column: Column, values: Any, count: int, name_of: NameOf, many: bool) -> Array:
+    if isinstance(values, str):
+        return np.array(values, dtype=object)
+    if not many:
+        raise error("E0703", f"expected a string, found {describe(values)}", name_of(0), column)
+    items = values.tolist() if isinstance(values, np.ndarray) else list(values)
+    for i, item in enumerate(items):
+        if not isinstance(item, str):
+            raise error("E0703", f"expected a string, found {describe(item)}", name_of(i), column)
+    if len(items) != count:
+        raise error("E0704", f"expected {count} strings, found {len(items)}", name_of(0), column)
+    result = np.empty(count, dtype=object)
+    result[:] = items
+    return result
