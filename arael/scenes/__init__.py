@@ -1,0 +1,24 @@
+"""Synthetic scenes with known truth: the generator behind the demos, tests and benchmarks."""
+
+from __future__ import annotations
+
+from arael.scenes.columns import columns
+from arael.scenes.config import SceneConfig, benchmark_config, demo_config
+from arael.scenes.observations import Observations
+from arael.scenes.scene import Scene, make_scene
+from arael.scenes.sensors import Sensors
+from arael.scenes.trajectory import TRAJECTORIES, TrajectoryName, trajectory
+
+__all__ = [
+    "TRAJECTORIES",
+    "Observations",
+    "Scene",
+    "SceneConfig",
+    "Sensors",
+    "TrajectoryName",
+    "benchmark_config",
+    "columns",
+    "demo_config",
+    "make_scene",
+    "trajectory",
+]
