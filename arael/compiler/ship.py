@@ -1,0 +1,72 @@
+"""Models compiled ahead of use: the standard models on install, and those of other packages.
+
+A shipped model is a folder like a cache entry, one per instruction set; at import the best one that
+the processor runs is taken.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from arael.compiler import build, cache, compiler, processor
+from arael.loading import compile_program
+from arael.runtime.layout import to_json
+
+
+def ship(
+    models: Iterable[Path], folder: Path, targets: Sequence[str] | None = None
+) -> list[Path]:
+    """Compile `models` into `folder`; return the folders made.
+
+    Parameters
+    ----------
+    models : `.arael` files; each is copied into `folder`, beside its compiled forms
+    targets : instruction sets (``x86-64-v3``, ``baseline``); by default those of this platform
+
+    Raises
+    ------
+    AraelError
+        A model is wrong, or there is no working C compiler.
+    """
+    chosen = list(targets or processor.shipped_targets())
+    folder.mkdir(parents=True, exist_ok=True)
+    # Deriving and Cython hold the interpreter lock, the C compiler does not: two of those at a time.
+    with ThreadPoolExecutor(2) as pool:
+        waiting = []
+        for path in models:
+            shutil.copyfile(path, folder / path.name)
+            dependencies: dict[str, str] = {}
+            program, seconds = compile_program(path, None, None, dependencies)
+            text = path.read_text(encoding="utf-8")
+            source = compiler.emit(program, cache.digest(text.encode())[:16])
+            for target in chosen:
+                entry = folder / f"{path.stem}-{target}"
+                shutil.rmtree(entry, ignore_errors=True)
+                entry.mkdir()
+                (entry / "layout.json").write_bytes(to_json(program.layout))
+                pyx = entry / f"kernels_{program.layout.name}.pyx"
+                pyx.write_text(source, encoding="utf-8")
+                c_file = build.cython_to_c(pyx)
+                waiting.append(
+                    pool.submit(_finish, c_file, target, text, path.name, seconds)
+                )
+        return [job.result() for job in waiting]
+
+
+def _finish(c_file: Path, target: str, text: str, source: str, seconds: dict[str, float]) -> Path:
+    build.compile_c(c_file, target)
+    c_file.unlink()
+    entry = c_file.parent
+    cache.seal(
+        entry,
+        cache.shipped_key(text, target),
+        c_file.stem,
+        source,
+        build.compiler_version(),
+        seconds,
+        {},
+    )
+    return entry
