@@ -73,7 +73,7 @@ def benchmark_config(
     trajectory: TrajectoryName = "s-curve",
     seed: int = 42,
 ) -> SceneConfig:
-    """Describe the scene of the benchmarks: nothing wrong, exact odometry, a start near the truth."""
+    """Describe the scene of the benchmarks: none wrong, exact odometry, a start near the truth."""
     return SceneConfig(
         poses,
         landmarks,

@@ -1,6 +1,7 @@
 """The synthetic visual-inertial scene: truth, measurements, and a start for the solver.
 
-Every random part draws from its own stream, so that for instance the share of wrong associations can change while the landmarks stay.
+Every random part draws from its own stream, so that for instance the share of wrong
+associations can change while the landmarks stay.
 """
 
 from __future__ import annotations
