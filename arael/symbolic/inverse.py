@@ -67,5 +67,3 @@ def inverse(g: Graph, m: Matrix) -> Matrix:
                     for entry, pivot in zip(work[i], work[k], strict=True)
                 ]
     return [row[n:] for row in work]
-
-

@@ -176,6 +176,4 @@ def skew(g: Graph, v: Sequence[int]) -> Matrix:
 def vee(g: Graph, m: Matrix) -> Vector:
     """Inverse of `skew`; of a general matrix, of its antisymmetric part (M - M') / 2."""
     half = g.const(0.5)
-    return [
-        g.op("mul", half, g.op("sub", m[i][j], m[j][i])) for i, j in ((2, 1), (0, 2), (1, 0))
-    ]
+    return [g.op("mul", half, g.op("sub", m[i][j], m[j][i])) for i, j in ((2, 1), (0, 2), (1, 0))]

@@ -159,4 +159,3 @@ def from_rotation_matrix(g: Graph, m: Matrix) -> Vector:
     chosen = [pick(*column) for column in columns]
     factor = g.op("div", g.const(0.5), g.op("sqrt", pick(ww, xx, yy, zz)))
     return scale(g, factor, chosen)
-

@@ -98,9 +98,7 @@ def _mul(g: Graph, a: int, b: int) -> int:
         return b
     minus_a, minus_b = _negated(g, a), _negated(g, b)
     if minus_a is not None or minus_b is not None:
-        product = g.op(
-            "mul", a if minus_a is None else minus_a, b if minus_b is None else minus_b
-        )
+        product = g.op("mul", a if minus_a is None else minus_a, b if minus_b is None else minus_b)
         return _with_sign(g, (minus_a is None) != (minus_b is None), product)
     if factor is not None and g.ops[b] == "mul":
         inner = g.value(g.args[b][0])
@@ -124,9 +122,7 @@ def _div(g: Graph, a: int, b: int) -> int:
         return a
     minus_a, minus_b = _negated(g, a), _negated(g, b)
     if minus_a is not None or minus_b is not None:
-        quotient = g.op(
-            "div", a if minus_a is None else minus_a, b if minus_b is None else minus_b
-        )
+        quotient = g.op("div", a if minus_a is None else minus_a, b if minus_b is None else minus_b)
         return _with_sign(g, (minus_a is None) != (minus_b is None), quotient)
     if divisor is not None and _is_power_of_two(divisor) and math.isfinite(1.0 / divisor):
         return g.op("mul", g.const(1.0 / divisor), a)
