@@ -1,0 +1,1 @@
+"""The symbolic engine: scalar graphs, their derivatives, and the mathematics built on them."""

@@ -1,9 +1,9 @@
 """Differentiation of straight-line programs: sparse forward mode on the graph.
 
-Derivatives become nodes of the same graph, so whatever they share with the values and with each other
-is found as they are made. A chain of operations that all vary through one earlier node carries a
-single factor along instead of one tangent per seed; the factor meets the tangents only where two such
-chains join, or at an output.
+Derivatives become nodes of the same graph, so whatever they share with the values and with each
+other is found as they are made. A chain of operations that all vary through one earlier node
+carries a single factor along instead of one tangent per seed; the factor meets the tangents only
+where two such chains join, or at an output.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ class _Tangent(NamedTuple):
 def forward(
     graph: Graph, outputs: Iterable[int], seeds: Mapping[int, Mapping[Seed, int]]
 ) -> list[dict[Seed, int]]:
-    """Derivatives of `outputs` by every seed.
+    """Differentiate `outputs` by every seed.
 
     Parameters
     ----------
     graph : where `outputs` are, and where their derivatives are made
     outputs : nodes
-    seeds : for a node, usually an input, its derivative by each seed, as nodes. It is not looked into
-        any further. What is absent is constant.
+    seeds : for a node, usually an input, its derivative by each seed, as nodes. Differentiation
+        does not look behind such a node. What is absent is constant.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def _branch(
 
 
 def _entries(graph: Graph, tangent: _Tangent) -> Entries:
-    """The tangents multiplied out."""
+    """Multiply the tangents out."""
     products = {s: graph.op("mul", tangent.scale, e) for s, e in tangent.entries.items()}
     return {seed: entry for seed, entry in products.items() if graph.value(entry) != 0}
 

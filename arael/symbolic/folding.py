@@ -1,8 +1,8 @@
 """Values of primitive operations on constants.
 
-Folding is done in binary64 with the C library's functions. What has no finite value is never folded:
-the operation stays in the graph, so that the NaN or the infinity appears at run time, where it can be
-reported with its place.
+Folding is done in binary64 with the C library's functions. What has no finite value is never
+folded: the operation stays in the graph, so that the NaN or the infinity appears at run time, where
+it can be reported with its place.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The graph of a formula: scalar operations, each kept once.
 
-Nodes are integers in order of creation, which is an order of evaluation. A node is identified by its
-operation and operands, so equal expressions are one node: value numbering, which is deterministic
-elimination of common subexpressions, happens as the graph is built.
+Nodes are integers in order of creation, which is an order of evaluation. A node is identified by
+its operation and operands, so equal expressions are one node: value numbering, which is
+deterministic elimination of common subexpressions, happens as the graph is built.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Graph:
         self._inputs: dict[Hashable, int] = {}
 
     def __len__(self) -> int:
-        """Number of nodes."""
+        """Count the nodes."""
         return len(self.ops)
 
     # Making nodes
@@ -92,7 +92,7 @@ class Graph:
         return rule(self, *args) if rule is not None else self.intern(name, args)
 
     def custom(self, value: int, partials: Iterable[tuple[int, int]]) -> int:
-        """A node with the value of `value` and a prescribed derivative.
+        """Make a node with the value of `value` and a prescribed derivative.
 
         Parameters
         ----------
@@ -167,11 +167,11 @@ class Graph:
         return found
 
     def operations(self, outputs: Iterable[int]) -> int:
-        """Number of distinct arithmetic operations that `outputs` take."""
+        """Count the distinct arithmetic operations that `outputs` take."""
         return sum(self.ops[n] not in ("input", "const", "custom") for n in self.live(outputs))
 
     def tree_operations(self, outputs: Iterable[int]) -> int:
-        """Number of operations of the expressions written out in full, nothing shared."""
+        """Count the operations of the expressions written out in full, nothing shared."""
         outputs = list(outputs)
         size: dict[int, int] = {}
         for node in self.live(outputs):
@@ -182,7 +182,7 @@ class Graph:
     # Rewriting
 
     def substitute(self, outputs: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
-        """`outputs` with nodes replaced by others of this graph, simplified again.
+        """Build `outputs` again with nodes replaced by others of this graph.
 
         Replacements are not themselves rewritten. Prescribed derivatives follow their values.
         """
@@ -229,12 +229,12 @@ class Graph:
     # Tapes
 
     def tape(self, outputs: Iterable[int], inputs: Sequence[Hashable] | None = None) -> Tape:
-        """The straight-line program of `outputs`.
+        """Make the straight-line program of `outputs`.
 
         Parameters
         ----------
         outputs : nodes, in the order wanted of the results
-        inputs : keys of the program's inputs in order; by default those of the graph, also the unused
+        inputs : keys of the program's inputs in order; by default all those of the graph
 
         Raises
         ------

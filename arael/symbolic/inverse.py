@@ -36,7 +36,7 @@ def _laplace(g: Graph, m: Matrix) -> int:
 
 
 def det(g: Graph, m: Matrix) -> int:
-    """Determinant by expansion along the first row, up to 4 x 4."""
+    """Return the determinant by expansion along the first row, up to 4 x 4."""
     _order(m, LARGEST_DETERMINANT, "determinant")
     return _laplace(g, m)
 
@@ -44,10 +44,10 @@ def det(g: Graph, m: Matrix) -> int:
 def inverse(g: Graph, m: Matrix) -> Matrix:
     """Inverse matrix, up to 6 x 6.
 
-    Up to 3 x 3 the adjugate over the determinant. Above that Gauss-Jordan elimination that takes the
-    pivots from the diagonal in order: right for symmetric definite and diagonally dominant matrices,
-    not for those with a vanishing leading minor, which give NaN. A singular matrix gives NaN or
-    infinities.
+    Up to 3 x 3 the adjugate over the determinant. Above that Gauss-Jordan elimination that takes
+    the pivots from the diagonal in order: right for symmetric definite and diagonally dominant
+    matrices, not for those with a vanishing leading minor, which give NaN. A singular matrix gives
+    NaN or infinities.
     """
     n = _order(m, LARGEST_INVERSE, "inverse")
     if n <= 3:

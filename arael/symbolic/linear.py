@@ -1,7 +1,7 @@
 """Small dense linear algebra on graph nodes.
 
-A vector is a list of nodes, a matrix a list of rows. Everything is written out in full, so these are
-for the sizes that occur in residuals.
+A vector is a list of nodes, a matrix a list of rows. Everything is written out in full, so these
+are for the sizes that occur in residuals.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Matrix = list[list[int]]
 
 
 def matrix(entries: Sequence[int], rows: int, columns: int) -> Matrix:
-    """The `rows` x `columns` matrix whose entries are listed row by row."""
+    """Make a `rows` x `columns` matrix of entries listed row by row."""
     if len(entries) != rows * columns:
         raise ValueError(f"{len(entries)} entries do not fill a {rows} x {columns} matrix")
     return [list(entries[i * columns : (i + 1) * columns]) for i in range(rows)]
@@ -27,7 +27,7 @@ def flatten(m: Matrix) -> Vector:
 
 
 def constants(g: Graph, values: Sequence[float]) -> Vector:
-    """A vector of literal values."""
+    """Make a vector of literal values."""
     return [g.const(value) for value in values]
 
 
@@ -103,7 +103,7 @@ def unit(g: Graph, a: Sequence[int]) -> Vector:
 
 
 def perp(g: Graph, a: Sequence[int]) -> Vector:
-    """A 2-vector turned left by a right angle: (-y, x)."""
+    """Turn a 2-vector left by a right angle: (-y, x)."""
     x, y = a
     return [g.op("neg", y), x]
 
@@ -163,7 +163,7 @@ def trace(g: Graph, m: Matrix) -> int:
 
 
 def skew(g: Graph, v: Sequence[int]) -> Matrix:
-    """The matrix [v]x with [v]x w = v x w."""
+    """Return the matrix [v]x with [v]x w = v x w."""
     x, y, z = v
     zero = g.const(0.0)
     return [

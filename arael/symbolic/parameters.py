@@ -2,8 +2,8 @@
 
 A parameter is stored as some scalars and moved by a tangent vector `delta`, possibly a shorter one.
 Derivatives are always taken at delta = 0, since deltas are folded into the stored value after every
-accepted step. What is costly to compute from the stored value alone (sines, rotation matrices) is cached
-once per entity; constraints read the caches as inputs.
+accepted step. What is costly to compute from the stored value alone (sines, rotation matrices) is
+cached once per entity; constraints read the caches as inputs.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class ParameterType:
     retract : (graph, stored, delta) -> stored value moved by delta
     tangent : (graph, stored) -> derivative of the stored scalars by delta, at delta = 0
     caches : (graph, stored) -> values worth keeping per entity, by name; matrices row by row
-    cache_tangents : (graph, stored, caches) -> derivative of each cached value by delta at delta = 0
+    cache_tangents : (graph, stored, caches) -> derivative of each cached value by delta at 0
     cache_names : the names in `caches` with their numbers of scalars
     """
 
@@ -97,8 +97,8 @@ def _euler_caches(g: Graph, stored: Sequence[int]) -> Caches:
 def _euler_cache_tangents(g: Graph, stored: Sequence[int], caches: Caches) -> dict[str, Tangents]:
     """From the cached sines and R alone.
 
-    dR/droll = R [ex]x, since Rx stands last; dR/dpitch = R [(0, cos roll, -sin roll)]x, the pitch axis
-    seen from the body; dR/dyaw = [ez]x R, since Rz stands first.
+    dR/droll = R [ex]x, since Rx stands last; dR/dpitch = R [(0, cos roll, -sin roll)]x, the pitch
+    axis seen from the body; dR/dyaw = [ez]x R, since Rz stands first.
     """
     sin, cos = caches["sin"], caches["cos"]
     r = matrix(caches["R"], 3, 3)
@@ -132,7 +132,7 @@ def _retract_quaternion(g: Graph, stored: Sequence[int], delta: Sequence[int]) -
 
 
 def _quaternion_tangent(g: Graph, stored: Sequence[int]) -> Tangents:
-    """``q (0, e_k) / 2``: the same for Euler angles and for a rotation vector, which agree at zero."""
+    """Return ``q (0, e_k) / 2``, of Euler angles as of rotation vectors: they agree near zero."""
     half, zero = g.const(0.5), g.const(0.0)
     by = []
     for k in range(3):
@@ -233,7 +233,7 @@ PARAMETERS: dict[str, ParameterType] = {
 
 
 def parameter_type(name: str) -> ParameterType:
-    """The parameter type called `name`: one of `PARAMETERS`, or ``vec<n>`` written ``vec7``.
+    """Return the parameter type called `name`: one of `PARAMETERS`, or ``vec<n>`` written ``vec7``.
 
     Raises
     ------

@@ -1,11 +1,12 @@
 """Partial derivatives of the primitive operations, as nodes of the graph.
 
 `partials` gives, for a node, each operand through which it varies and the partial derivative with
-respect to it. What is missing is structurally zero: comparisons, ``floor ceil round sign heaviside``.
+respect to it. What is missing is structurally zero: comparisons, ``floor ceil round sign
+heaviside``.
 
-Singular points of the plain functions follow IEEE arithmetic: the derivative of ``sqrt`` and ``log``
-at 0 and of ``asin`` and ``acos`` at 1 is infinite, that of ``atan2`` and ``hypot`` at the origin NaN.
-``abs`` has 0 at 0; ``min`` and ``max`` take the first argument at a tie.
+Singular points of the plain functions follow IEEE arithmetic: the derivative of ``sqrt`` and
+``log`` at 0 and of ``asin`` and ``acos`` at 1 is infinite, that of ``atan2`` and ``hypot`` at the
+origin NaN. ``abs`` has 0 at 0; ``min`` and ``max`` take the first argument at a tie.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def _div(g: Graph, node: int, a: int, b: int) -> Partials:
 
 
 def _pow(g: Graph, node: int, base: int, exponent: int) -> Partials:
-    """The partial by the exponent is 0 at base 0, the limit of x^y log x for y > 0."""
+    """Make the partial by the exponent 0 at base 0: the limit of x^y log x for y > 0."""
     lower = g.op("pow", base, g.op("sub", exponent, g.const(1.0)))
     result = [(base, g.op("mul", exponent, lower))]
     if g.value(exponent) is None:

@@ -44,12 +44,12 @@ def inverse(g: Graph, q: Sequence[int]) -> Vector:
 
 
 def normalized(g: Graph, q: Sequence[int]) -> Vector:
-    """The unit quaternion along `q`; NaN for zero."""
+    """Return the unit quaternion along `q`; NaN for zero."""
     return unit(g, q)
 
 
 def rotate(g: Graph, q: Sequence[int], v: Sequence[int]) -> Vector:
-    """The 3-vector `v` turned by unit quaternion `q`: v + w t + u x t with u = vec q, t = 2 u x v."""
+    """Turn the 3-vector `v` by unit quaternion `q`: v + w t + u x t, u = vec q, t = 2 u x v."""
     u = q[1:]
     t = scale(g, g.const(2.0), cross(g, u, v))
     return add(g, add(g, v, scale(g, q[0], t)), cross(g, u, t))
@@ -84,9 +84,9 @@ def euler_angles(g: Graph, q: Sequence[int]) -> Vector:
 
 
 def exp(g: Graph, v: Sequence[int]) -> Vector:
-    """Unit quaternion of the rotation vector `v` (rad): (cos(t/2), v sin(t/2)/t), t = |v|.
+    """Return the unit quaternion of the rotation vector `v` (rad), (cos(t/2), v sin(t/2)/t).
 
-    Near zero by the series in h = (t/2)^2, so value and derivative are right at the identity.
+    Here t = |v|. Near zero by the series in h = (t/2)^2, so value and derivative are right at the identity.
     """
     h = g.op("mul", g.const(0.25), norm2(g, v))
     small = g.op("lt", h, g.const(_SMALL_ANGLE_SQUARED))
@@ -101,8 +101,8 @@ def log(g: Graph, q: Sequence[int]) -> Vector:
     """Rotation vector (rad) of a unit quaternion, of length at most pi: q and -q give the same.
 
     Near the identity by the series 2/w (1 - s/3 + s^2/5 - s^3/7) of 2 atan(sqrt(s))/sqrt(s)/w with
-    s = |vec q|^2 / w^2; right there in value and derivative. At the half turn, where q and -q meet, it
-    jumps between opposite vectors.
+    s = |vec q|^2 / w^2; right there in value and derivative. At the half turn, where q and -q meet,
+    it jumps between opposite vectors.
     """
     negative = g.op("lt", q[0], g.const(0.0))
     w = g.op("abs", q[0])
@@ -132,7 +132,7 @@ def _series(g: Graph, x: int, coefficients: Sequence[float]) -> int:
 
 
 def from_rotation_matrix(g: Graph, m: Matrix) -> Vector:
-    """Unit quaternion of a rotation matrix, with a positive w up to turns of 120 degrees.
+    """Return the unit quaternion of a rotation matrix, with a positive w up to turns of 120 degrees.
 
     Shepperd's method: of the four squares 4w^2, 4x^2, 4y^2, 4z^2 the largest is at least 1, and the
     others follow from it by division, so it is accurate for every rotation. Beyond 120 degrees the

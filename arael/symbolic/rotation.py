@@ -1,7 +1,7 @@
 """Rotation matrices and Euler angles on graph nodes.
 
-Convention: R = Rz(yaw) Ry(pitch) Rx(roll) maps body to world; Euler angles are listed roll, pitch, yaw
-(rad); a rotation vector is axis times angle (rad).
+Convention: R = Rz(yaw) Ry(pitch) Rx(roll) maps body to world; Euler angles are listed roll, pitch,
+yaw (rad); a rotation vector is axis times angle (rad).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def planar(g: Graph, sin: int, cos: int) -> Matrix:
 def euler_angles(g: Graph, m: Matrix) -> Vector:
     """Roll, pitch, yaw (rad) of a rotation matrix; roll and yaw are undetermined at pitch +-90 deg.
 
-    roll = atan2(M21, M22), pitch = atan2(-M20, hypot(M00, M10)), yaw = atan2(M10, M00). Neither needs
-    the matrix to be exactly orthonormal.
+    roll = atan2(M21, M22), pitch = atan2(-M20, hypot(M00, M10)), yaw = atan2(M10, M00). Neither
+    needs the matrix to be exactly orthonormal.
     """
     level = g.op(
         "sqrt",
@@ -79,7 +79,7 @@ def rotation_vector(g: Graph, m: Matrix) -> Vector:
 
 
 def quaternion_of_euler(g: Graph, rpy: Sequence[int]) -> Vector:
-    """Unit quaternion qz(yaw) qy(pitch) qx(roll) of roll, pitch, yaw (rad)."""
+    """Return the unit quaternion qz(yaw) qy(pitch) qx(roll) of roll, pitch, yaw (rad)."""
     half = g.const(0.5)
     (sr, sp, sy), (cr, cp, cy) = sines(g, [g.op("mul", half, a) for a in rpy])
     zero = g.const(0.0)

@@ -1,12 +1,14 @@
 """Smart constructors: one small rule set per operation, applied when a node is made.
 
 Rules are local: they look at the operands of the new node and at whether an equivalent node exists
-already. Sums and products are not reassociated, so rounding is that of the formula as written, except
-that signed zeros are not kept and that zero times anything is zero: without that rule a sparse
-derivative would be a dense one (a NaN that only multiplies a structural zero is thereby lost).
+already. Sums and products are not reassociated, so rounding is that of the formula as written,
+except that signed zeros are not kept and that zero times anything is zero: without that rule a
+sparse derivative would be a dense one (a NaN that only multiplies a structural zero is thereby
+lost).
 
-Signs float outwards: ``(-a) * b`` becomes ``-(a * b)``, so that ``a * b`` is shared, and ``a - b`` and
-``b - a`` are one node and its negation. A negative constant counts as the negation of a positive one.
+Signs float outwards: ``(-a) * b`` becomes ``-(a * b)``, so that ``a * b`` is shared, and ``a - b``
+and ``b - a`` are one node and its negation. A negative constant counts as the negation of a
+positive one.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ _LARGEST_POWER = 8
 
 
 def _negated(g: Graph, node: int) -> int | None:
-    """The node whose negation `node` is, if it is one."""
+    """Return the node whose negation `node` is, if it is one."""
     if g.ops[node] == "neg":
         return g.args[node][0]
     value = g.value(node)

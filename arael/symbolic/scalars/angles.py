@@ -37,7 +37,7 @@ def _rad_sum(g: Graph, a: int, b: int) -> int:
 
 
 def _fast_atan_unit(g: Graph, x: int) -> int:
-    """The polynomial, for |x| <= 1."""
+    """Evaluate the polynomial, for |x| <= 1."""
     square = g.op("mul", x, x)
     result = g.const(FAST_ATAN_COEFFICIENTS[-1])
     for coefficient in reversed(FAST_ATAN_COEFFICIENTS[:-1]):

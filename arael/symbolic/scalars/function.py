@@ -33,7 +33,7 @@ class ScalarFunction:
     singular: str = ""
 
     def __call__(self, g: Graph, *args: int) -> int:
-        """The function's node for these arguments."""
+        """Make the function's node for these arguments."""
         if len(args) != self.arity:
             raise ValueError(f"{self.name} takes {self.arity} arguments, not {len(args)}")
         return self.build(g, *args)
@@ -42,7 +42,7 @@ class ScalarFunction:
 def primitive(
     name: str, arity: int, derivative: str, singular: str = "", value: str = ""
 ) -> ScalarFunction:
-    """A function that is an operation of the graph."""
+    """Describe a function that is an operation of the graph."""
     arguments = ", ".join(("x", "y", "z")[:arity])
 
     def build(g: Graph, *args: int) -> int:

@@ -1,7 +1,7 @@
 """Starship, a bounded residual.
 
-gamma atan(r / gamma) is near r for small r and never exceeds gamma pi / 2, so no single residual costs
-more than (gamma pi / 2)^2. Its authors describe the method as patented (US 12,346,118).
+gamma atan(r / gamma) is near r for small r and never exceeds gamma pi / 2, so no single residual
+costs more than (gamma pi / 2)^2. Its authors describe the method as patented (US 12,346,118).
 """
 
 from __future__ import annotations
