@@ -1,0 +1,307 @@
+/* Dense kernels for the panels of a Cholesky factor, on tiles that stay in vector registers.
+ *
+ * Included by tiles.pyx once per scalar type and instruction set, with
+ *   T     scalar,  VB  bytes of a vector (0: plain scalars),  RV  vectors of rows in a tile,
+ *   F(x)  the name of function x in this instance.
+ * All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is 6, so that
+ * the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the callers:
+ * a kernel may touch up to one vector beyond the last row.
+ */
+
+#if VB
+typedef T F(vec) __attribute__((vector_size(VB), aligned(sizeof(T)), may_alias));
+#define W ((ptrdiff_t)(VB / sizeof(T)))
+#else
+typedef T F(vec);
+#define W ((ptrdiff_t)1)
+#endif
+#define V F(vec)
+
+/* acc[j][i] = sum over p of rows i of column p of `a` times entry j of column p of `b` */
+TILE_INLINE void F(product)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+                            const T *b, ptrdiff_t ldb, V acc[NC][RV]) {
+    int i, j;
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) acc[j][i] = (V){0};
+    }
+    for (; depth > 0; depth--, a += lda, b += ldb) {
+        V x[RV];
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) x[i] = *(const V *)(a + i * W);
+        TILE_UNROLL
+        for (j = 0; j < nc; j++) {
+            TILE_UNROLL
+            for (i = 0; i < rv; i++) acc[j][i] += x[i] * b[j];
+        }
+    }
+}
+
+/* c = -a b', for `rows` rv W and columns nc */
+TILE_INLINE void F(negative)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+                             const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc) {
+    V acc[NC][RV];
+    int i, j;
+    F(product)(rv, nc, depth, a, lda, b, ldb, acc);
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) = -acc[j][i];
+    }
+}
+
+/* c = c - a b' */
+TILE_INLINE void F(subtract)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+                             const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc) {
+    V acc[NC][RV];
+    int i, j;
+    F(product)(rv, nc, depth, a, lda, b, ldb, acc);
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) -= acc[j][i];
+    }
+}
+
+/* c = (c - a b') d^-T with d the lower triangle that starts at `d`, 1 / its diagonal in `inverse` */
+TILE_INLINE void F(divide)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+                           const T *b, ptrdiff_t ldb, const T *d, ptrdiff_t ldd, const T *inverse,
+                           T *c, ptrdiff_t ldc) {
+    V acc[NC][RV];
+    int i, j, l;
+    F(product)(rv, nc, depth, a, lda, b, ldb, acc);
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) acc[j][i] = *(const V *)(c + i * W + j * ldc) - acc[j][i];
+        TILE_UNROLL
+        for (l = 0; l < j; l++) {
+            TILE_UNROLL
+            for (i = 0; i < rv; i++) acc[j][i] -= acc[l][i] * d[j + l * ldd];
+        }
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) acc[j][i] *= inverse[j];
+        TILE_UNROLL
+        for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) = acc[j][i];
+    }
+}
+
+/* Call f with constants for rv in 1..RV and nc in 1..6. */
+#define TILE_COLUMNS(f, rv, ...)                    \
+    switch (nc) {                                   \
+    case 6: f(rv, 6, __VA_ARGS__); break;           \
+    case 5: f(rv, 5, __VA_ARGS__); break;           \
+    case 4: f(rv, 4, __VA_ARGS__); break;           \
+    case 3: f(rv, 3, __VA_ARGS__); break;           \
+    case 2: f(rv, 2, __VA_ARGS__); break;           \
+    default: f(rv, 1, __VA_ARGS__);                 \
+    }
+#if RV >= 3
+#define TILE_SIZES(f, ...)                                  \
+    if (rv >= 3) { TILE_COLUMNS(f, 3, __VA_ARGS__) }        \
+    else if (rv == 2) { TILE_COLUMNS(f, 2, __VA_ARGS__) }   \
+    else { TILE_COLUMNS(f, 1, __VA_ARGS__) }
+#else
+#define TILE_SIZES(f, ...)                                  \
+    if (rv >= 2) { TILE_COLUMNS(f, 2, __VA_ARGS__) }        \
+    else { TILE_COLUMNS(f, 1, __VA_ARGS__) }
+#endif
+
+/* Vectors of the next tile when `rows` rows are left. */
+static inline int F(vectors)(ptrdiff_t rows) {
+    ptrdiff_t v = (rows + W - 1) / W;
+    return v < RV ? (int)v : RV;
+}
+
+/* Factor of the nc x nc matrix at d into `factor` (leading dimension NC); 0 or 1 + failing pivot. */
+static int F(pivots)(int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
+    int i, j, l;
+    for (j = 0; j < nc; j++) {
+        T pivot = d[j + j * ldd];
+        for (l = 0; l < j; l++) pivot -= factor[j + l * NC] * factor[j + l * NC];
+        /* NaN fails the first comparison, infinity the second. */
+        if (!(pivot > 0 && pivot <= LARGEST)) return j + 1;
+        pivot = SQRT(pivot);
+        factor[j + j * NC] = pivot;
+        inverse[j] = 1 / pivot;
+        for (i = j + 1; i < nc; i++) {
+            T s = d[i + j * ldd];
+            for (l = 0; l < j; l++) s -= factor[i + l * NC] * factor[j + l * NC];
+            factor[i + j * NC] = s * inverse[j];
+        }
+    }
+    return 0;
+}
+
+/* First column of which all rows up to the ends of both operands may be addressed. */
+static inline ptrdiff_t F(first)(ptrdiff_t end, ptrdiff_t other, ptrdiff_t reach) {
+    const ptrdiff_t p = (end > other ? end : other) - 1 - reach;
+    return p > 0 ? p : 0;
+}
+
+/* Cholesky factor in place of a symmetric matrix of which only a band is stored or touched.
+ *
+ * Entry (i, j) lies at l[i + j ld]. `height` rows from the diagonal on may be non-zero in a column
+ * (the diagonal counts; n or more: dense) and `reach` rows below the diagonal may be addressed and
+ * are zero beyond the band. 1 / diagonal goes to `inverse`. Returns 0 or 1 + the failing pivot.
+ * Up to NC - 1 entries above the diagonal are spoilt: in a band they alias the rows that many
+ * places before ld below the diagonal of the column before, so there reach is at most ld - NC.
+ */
+static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
+                          T *inverse) {
+    ptrdiff_t j0, i, end, first;
+    T factor[NC * NC];
+    for (j0 = 0; j0 < n; j0 += NC) {
+        const int nc = n - j0 < NC ? (int)(n - j0) : NC;
+        T *column = l + j0 * ld;
+        int rv, status;
+        end = j0 + nc - 1 + height < n ? j0 + nc - 1 + height : n;
+        for (i = j0; i < j0 + nc; i += W) {
+            rv = 1;
+            first = F(first)(i + W, j0 + nc, reach);
+            TILE_COLUMNS(F(subtract), 1, j0 - first, l + i + first * ld, ld, l + j0 + first * ld,
+                         ld, column + i, ld)
+        }
+        status = F(pivots)(nc, column + j0, ld, factor, inverse + j0);
+        if (status) return j0 + status;
+        for (i = j0; i < j0 + nc; i += W) {
+            TILE_COLUMNS(F(divide), 1, 0, l, ld, l, ld, factor, NC, inverse + j0, column + i, ld)
+        }
+        for (; i < end; i += rv * W) {
+            rv = F(vectors)(end - i);
+            first = F(first)(i + rv * W, j0 + nc, reach);
+            TILE_SIZES(F(divide), j0 - first, l + i + first * ld, ld, l + j0 + first * ld, ld,
+                       factor, NC, inverse + j0, column + i, ld)
+        }
+    }
+    return 0;
+}
+
+/* x = x l^-T, x of shape (r, k) */
+static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T *inverse, T *x,
+                    ptrdiff_t ldx) {
+    ptrdiff_t i, j0;
+    int rv, nc;
+    for (i = 0; i < r; i += rv * W) {
+        rv = F(vectors)(r - i);
+        for (j0 = 0; j0 < k; j0 += NC) {
+            nc = k - j0 < NC ? (int)(k - j0) : NC;
+            TILE_SIZES(F(divide), j0, x + i, ldx, l + j0, ld, l + j0 + j0 * ld, ld, inverse + j0,
+                       x + i + j0 * ldx, ldx)
+        }
+    }
+}
+
+/* Lower triangle of u = -x x', x of shape (r, k); what lies above the diagonal is spoilt. */
+static void F(syrk)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u, ptrdiff_t ldu) {
+    ptrdiff_t i0, i, j0;
+    int rv, nc, tile;
+    for (i0 = 0; i0 < r; i0 += tile * W) {
+        tile = F(vectors)(r - i0);
+        for (j0 = 0; j0 < r && j0 < i0 + tile * W; j0 += NC) {
+            nc = r - j0 < NC ? (int)(r - j0) : NC;
+            i = j0 > i0 ? i0 + (j0 - i0) / W * W : i0;
+            rv = tile - (int)((i - i0) / W);
+            TILE_SIZES(F(negative), k, x + i, ldx, x + j0, ldx, u + i + j0 * ldu, ldu)
+        }
+    }
+}
+
+/* y = -x b, x of shape (r, k); y is padded like the rows of x */
+static void F(multiply)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, const T *b, T *y) {
+    ptrdiff_t i;
+    int rv;
+    const int nc = 1;
+    for (i = 0; i < r; i += rv * W) {
+        rv = F(vectors)(r - i);
+        if (rv == RV) F(negative)(RV, nc, k, x + i, ldx, b, 1, y + i, 0);
+        else if (rv == 2) F(negative)(2, nc, k, x + i, ldx, b, 1, y + i, 0);
+        else F(negative)(1, nc, k, x + i, ldx, b, 1, y + i, 0);
+    }
+}
+
+/* sums[j] = column j of x times y over r rows, for nc columns, vector by vector */
+TILE_INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
+                         T *sums) {
+    V acc[NC];
+    ptrdiff_t i = 0, w;
+    int j;
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) acc[j] = (V){0};
+    for (; i + W <= r; i += W) {
+        V t = *(const V *)(y + i);
+        TILE_UNROLL
+        for (j = 0; j < nc; j++) acc[j] += *(const V *)(x + i + j * ldx) * t;
+    }
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        T s = 0;
+        const T *lanes = (const T *)&acc[j];
+        for (w = 0; w < W; w++) s += lanes[w];
+        for (w = i; w < r; w++) s += x[w + j * ldx] * y[w];
+        sums[j] = s;
+    }
+}
+
+/* b = b - x' y, x of shape (r, k) */
+static void F(transposed)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, const T *y, T *b) {
+    ptrdiff_t j0;
+    int j, nc;
+    T s[NC];
+    for (j0 = 0; j0 < k; j0 += NC) {
+        nc = k - j0 < NC ? (int)(k - j0) : NC;
+        switch (nc) {
+        case 6: F(dots)(6, r, x + j0 * ldx, ldx, y, s); break;
+        case 5: F(dots)(5, r, x + j0 * ldx, ldx, y, s); break;
+        case 4: F(dots)(4, r, x + j0 * ldx, ldx, y, s); break;
+        case 3: F(dots)(3, r, x + j0 * ldx, ldx, y, s); break;
+        case 2: F(dots)(2, r, x + j0 * ldx, ldx, y, s); break;
+        default: F(dots)(1, r, x + j0 * ldx, ldx, y, s);
+        }
+        for (j = 0; j < nc; j++) b[j0 + j] -= s[j];
+    }
+}
+
+/* b = l^-1 b with the factor of `potrf` */
+static void F(forward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld, const T *inverse,
+                       T *b) {
+    ptrdiff_t j0, j, i, end;
+    for (j0 = 0; j0 < n; j0 += NC) {
+        const ptrdiff_t stop = n - j0 < NC ? n : j0 + NC;
+        for (j = j0; j < stop; j++) {
+            b[j] *= inverse[j];
+            for (i = j + 1; i < stop; i++) b[i] -= l[i + j * ld] * b[j];
+        }
+        end = stop - 1 + height < n ? stop - 1 + height : n;
+        if (stop - j0 == NC) {
+            const T *c = l + j0 * ld;
+            const T b0 = b[j0], b1 = b[j0 + 1], b2 = b[j0 + 2], b3 = b[j0 + 3], b4 = b[j0 + 4],
+                    b5 = b[j0 + 5];
+            for (i = stop; i < end; i++)
+                b[i] -= c[i] * b0 + c[i + ld] * b1 + c[i + 2 * ld] * b2 + c[i + 3 * ld] * b3
+                        + c[i + 4 * ld] * b4 + c[i + 5 * ld] * b5;
+        }
+    }
+}
+
+/* b = l^-T b with the factor of `potrf` */
+static void F(backward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld, const T *inverse,
+                        T *b) {
+    ptrdiff_t j0, j, i, end;
+    if (n <= 0) return;
+    for (j0 = (n - 1) / NC * NC; j0 >= 0; j0 -= NC) {
+        const ptrdiff_t stop = n - j0 < NC ? n : j0 + NC;
+        end = stop - 1 + height < n ? stop - 1 + height : n;
+        if (end > stop) F(transposed)(end - stop, stop - j0, l + stop + j0 * ld, ld, b + stop, b + j0);
+        for (j = stop - 1; j >= j0; j--) {
+            for (i = j + 1; i < stop; i++) b[j] -= l[i + j * ld] * b[i];
+            b[j] *= inverse[j];
+        }
+    }
+}
+
+#undef V
+#undef W
+#undef TILE_SIZES
+#undef TILE_COLUMNS

@@ -1,0 +1,126 @@
+# Dense kernels for panels of a Cholesky factor, as pointers to the best build for this processor.
+#
+# Column-major. Rows of a panel are padded to a multiple of `PAD` scalars, and every panel is
+# followed by `PAD` scalars of slack, because the kernels work by whole vectors.
+
+from arael.runtime.linear.blas cimport real
+
+cdef enum:
+    PAD_BYTES = 64
+
+ctypedef Py_ssize_t (*potrf64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, double*, Py_ssize_t,
+                                 double*) noexcept nogil
+ctypedef Py_ssize_t (*potrf32_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, float*, Py_ssize_t,
+                                 float*) noexcept nogil
+ctypedef void (*trsm64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*, double*,
+                          Py_ssize_t) noexcept nogil
+ctypedef void (*trsm32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*, float*,
+                          Py_ssize_t) noexcept nogil
+ctypedef void (*syrk64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*,
+                          Py_ssize_t) noexcept nogil
+ctypedef void (*syrk32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*,
+                          Py_ssize_t) noexcept nogil
+ctypedef void (*multiply64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
+                              double*) noexcept nogil
+ctypedef void (*multiply32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
+                              float*) noexcept nogil
+ctypedef void (*sweep64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
+                           double*) noexcept nogil
+ctypedef void (*sweep32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
+                           float*) noexcept nogil
+
+ctypedef struct Tiles64:
+    potrf64_t potrf
+    trsm64_t trsm
+    syrk64_t syrk
+    multiply64_t multiply
+    multiply64_t transposed
+    sweep64_t forward
+    sweep64_t backward
+
+ctypedef struct Tiles32:
+    potrf32_t potrf
+    trsm32_t trsm
+    syrk32_t syrk
+    multiply32_t multiply
+    multiply32_t transposed
+    sweep32_t forward
+    sweep32_t backward
+
+cdef Tiles64 f64
+cdef Tiles32 f32
+
+
+cdef inline Py_ssize_t potrf(
+    Py_ssize_t n, Py_ssize_t height, Py_ssize_t reach, real* l, Py_ssize_t ld, real* inverse
+) noexcept nogil:
+    """Cholesky factor in place, 1 / diagonal to `inverse`; 0 or 1 + the failing pivot.
+
+    At most `height` rows from the diagonal on are non-zero in a column, `reach` rows below the
+    diagonal may be addressed.
+    """
+    if real is double:
+        return f64.potrf(n, height, reach, l, ld, inverse)
+    else:
+        return f32.potrf(n, height, reach, l, ld, inverse)
+
+
+cdef inline void trsm(
+    Py_ssize_t r, Py_ssize_t k, const real* l, Py_ssize_t ld, const real* inverse, real* x,
+    Py_ssize_t ldx
+) noexcept nogil:
+    """x = x l^-T, x of shape (r, k)."""
+    if real is double:
+        f64.trsm(r, k, l, ld, inverse, x, ldx)
+    else:
+        f32.trsm(r, k, l, ld, inverse, x, ldx)
+
+
+cdef inline void syrk(
+    Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu
+) noexcept nogil:
+    """Lower triangle of u = -x x', x of shape (r, k); what lies above it is spoilt."""
+    if real is double:
+        f64.syrk(r, k, x, ldx, u, ldu)
+    else:
+        f32.syrk(r, k, x, ldx, u, ldu)
+
+
+cdef inline void multiply(
+    Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, const real* b, real* y
+) noexcept nogil:
+    """y = -x b, x of shape (r, k), y padded like the rows of x."""
+    if real is double:
+        f64.multiply(r, k, x, ldx, b, y)
+    else:
+        f32.multiply(r, k, x, ldx, b, y)
+
+
+cdef inline void transposed(
+    Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, const real* y, real* b
+) noexcept nogil:
+    """b = b - x' y, x of shape (r, k)."""
+    if real is double:
+        f64.transposed(r, k, x, ldx, y, b)
+    else:
+        f32.transposed(r, k, x, ldx, y, b)
+
+
+cdef inline void forward(
+    Py_ssize_t n, Py_ssize_t height, const real* l, Py_ssize_t ld, const real* inverse, real* b
+) noexcept nogil:
+    """b = l^-1 b with the factor of `potrf`."""
+    if real is double:
+        f64.forward(n, height, l, ld, inverse, b)
+    else:
+        f32.forward(n, height, l, ld, inverse, b)
+
+
+cdef inline void backward(
+    Py_ssize_t n, Py_ssize_t height, const real* l, Py_ssize_t ld, const real* inverse, real* b
+) noexcept nogil:
+    """b = l^-T b with the factor of `potrf`."""
+    if real is double:
+        f64.backward(n, height, l, ld, inverse, b)
+    else:
+        f32.backward(n, height, l, ld, inverse, b)
