@@ -1,7 +1,7 @@
 """`load`: from a model's name or file to a class, compiled once and found again afterwards.
 
-A warm start reads the cache entry and imports one extension module; the language rooms, lark, SymPy,
-Cython and setuptools stay unimported.
+A warm start reads the cache entry and imports one extension module; the language rooms, lark,
+SymPy, Cython and setuptools stay unimported.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def _read(path: Path) -> str:
 
 
 def _shipped(path: Path, text: str, precision: str | None) -> Compiled | None:
-    """The model as it was compiled when arael was installed, if it is that very text."""
+    """Take the model as compiled when arael was installed, if it is that very text."""
     folder = Path(__file__).resolve().parent / "models"
     for target in processor.usable_targets():
         name = f"{path.stem}-{target}" + (f"-{precision}" if precision else "")
@@ -184,7 +184,9 @@ def _shipped(path: Path, text: str, precision: str | None) -> Compiled | None:
     return None
 
 
-def _from_entry(entry: cache.Entry, origin: str, seconds: dict[str, float] | None = None) -> Compiled:
+def _from_entry(
+    entry: cache.Entry, origin: str, seconds: dict[str, float] | None = None
+) -> Compiled:
     layout = from_json(entry.layout)
     module = entry.module
     if module is None:

@@ -150,8 +150,8 @@ def compile_c(c_file: Path, target: str = NATIVE) -> Path:
     _run(
         [
             *compiler,
-            *_extra("CFLAGS"),
             *compile_flags(target),
+            *_extra("CFLAGS"),
             *include,
             *shared,
             str(c_file),
@@ -206,7 +206,9 @@ def _run(command: Sequence[str], source: Path) -> None:
 
 def _no_compiler() -> Diagnostic:
     wanted = os.environ.get("CC")
-    message = f"the C compiler `{wanted}` named by CC was not found" if wanted else "no C compiler found"
+    message = (
+        f"the C compiler `{wanted}` named by CC was not found" if wanted else "no C compiler found"
+    )
     return Diagnostic(
         "E0801",
         message,

@@ -1,6 +1,6 @@
 """The compiler, stage by stage. Each stage is a pure function whose result can be printed.
 
-    text -> tree -> typed model -> IR with Jacobians -> Cython source -> extension module
+text -> tree -> typed model -> IR with Jacobians -> Cython source -> extension module
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from typing import cast
 from arael.check.typed import EntitySite
 from arael.runtime.layout import Entity, ParamUse
 from arael.symbolic.graph import Graph
-from arael.symbolic.parameters import kind_of
+from arael.symbolic.parameters import ParameterType, parameter_type
 
 # A derivative of a cached value that takes more operations than this is cached as well: reading a
 # scalar per lane costs about as much as two or three vector operations.
@@ -78,7 +78,7 @@ def model_state(site: EntitySite) -> StateModel:
     names: list[str] = []
     tangent_names: list[str] = []
     for use in uses:
-        kind = kind_of(use.kind, use.stored)
+        kind = _type_of(use)
         stored = stored_in[use.stored_start : use.stored_start + use.stored]
         step = step_in[use.tangent_start : use.tangent_start + use.tangent]
         outputs += kind.retract(move, stored, step)
@@ -90,7 +90,7 @@ def model_state(site: EntitySite) -> StateModel:
     caches: dict[str, dict[str, tuple[int, ...]]] = {}
     pending: list[tuple[ParamUse, dict[str, list[int]], list[int]]] = []
     for use in uses:
-        kind = kind_of(use.kind, use.stored)
+        kind = _type_of(use)
         offsets = range(use.stored_start, use.stored_start + use.stored)
         for offset, row in zip(
             offsets, kind.tangent(see, [see.input(o) for o in offsets]), strict=True
@@ -110,7 +110,7 @@ def model_state(site: EntitySite) -> StateModel:
 
     extra: dict[int, int] = {}  # derivative node of `see` -> offset of its cache
     for use, seen, stored in pending:
-        kind = kind_of(use.kind, use.stored)
+        kind = _type_of(use)
         short = use.column.removeprefix(site.prefix)
         for name, rows in kind.cache_tangents(see, stored, seen).items():
             for offset, row in zip(caches[use.column][name], rows, strict=True):
@@ -120,7 +120,9 @@ def model_state(site: EntitySite) -> StateModel:
                             extra[node] = len(outputs)
                             known = {see.input(o): outputs[o] for o in see_inputs(see, [node])}
                             outputs.append(see.copy([node], move, known)[0])
-                            names.append(f"d({names[offset]})/d({tangent_names[use.tangent_start + k]})")
+                            names.append(
+                                f"d({names[offset]})/d({tangent_names[use.tangent_start + k]})"
+                            )
                         node = see.input(extra[node])
                     tangents[offset][use.tangent_start + k] = node
     tangents += [{} for _ in range(len(outputs) - len(tangents))]
@@ -143,6 +145,10 @@ def model_state(site: EntitySite) -> StateModel:
         tangent_names=tuple(tangent_names),
     )
     return StateModel(entity, caches, see, tangents, names, {u.column: u for u in uses})
+
+
+def _type_of(use: ParamUse) -> ParameterType:
+    return parameter_type(f"vec{use.stored}" if use.kind == "vec" else use.kind)
 
 
 def see_inputs(see: Graph, nodes: list[int]) -> list[int]:

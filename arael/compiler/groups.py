@@ -6,12 +6,12 @@ what depends on data alone into a program that runs once per solve; form the pro
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.entities import StateModel, see_inputs
-from arael.compiler.scalarise import Scalariser
+from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
 from arael.symbolic.derive import forward
@@ -92,20 +92,18 @@ def _differentiate(
     graph: Graph, residuals: list[int], uses: _Uses
 ) -> dict[tuple[int, int, int], int]:
     """Structurally non-zero Jacobian entries: (residual, use, tangent) -> node."""
-    seeds: dict[int, dict[Hashable, int]] = {}
+    seeds: dict[int, dict[tuple[int, int], int]] = {}
     live = set(graph.live(residuals))
     for key in list(graph.inputs):
-        if key[0] != "state":
-            continue
         node = graph.input(key)
-        if node not in live:
+        if not isinstance(key, StateInput) or node not in live:
             continue
-        _, use, offset = key
+        use, offset = key
         state = uses.states[uses.uses[use].entity]
         tangents = state.tangents[offset]
         nodes = list(tangents.values())
         known = {
-            state.graph.input(o): graph.input(("state", use, o))
+            state.graph.input(o): graph.input(StateInput(use, o))
             for o in see_inputs(state.graph, nodes)
         }
         copies = state.graph.copy(nodes, graph, known)
@@ -131,8 +129,9 @@ def _assemble(
 ) -> Kernel:
     outputs = [*residuals, *jacobian.values()]
     live = graph.live(outputs)
-    state_keys = sorted(k for k in graph.inputs if k[0] == "state" and graph.input(k) in set(live))
-    raw_keys = sorted(k for k in graph.inputs if k[0] == "raw" and graph.input(k) in set(live))
+    keys = [graph.key(n) for n in live if graph.ops[n] == "input"]
+    state_keys = sorted(k for k in keys if isinstance(k, StateInput))
+    raw_keys = sorted(k for k in keys if isinstance(k, RawInput))
     state_nodes = {graph.input(k) for k in state_keys}
 
     lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
@@ -179,11 +178,11 @@ def _assemble(
         residuals=len(r),
         slots=site.slots,
         uses=tuple(uses.uses),
-        raw=tuple(Raw(slot, column, k) for _, slot, column, k in raw_keys),
+        raw=tuple(Raw(*key) for key in raw_keys),
         prepare=prepare,
         data_count=len(lane_nodes),
         uniform_count=len(uniform_nodes),
-        states=tuple((use, offset) for _, use, offset in state_keys),
+        states=tuple((use, offset) for use, offset in state_keys),
         tape=tape,
         jacobian=tuple(entries),
         places=tuple(scalariser.places),
@@ -204,7 +203,7 @@ def _assemble(
         rolled=rolled,
         state_names=tuple(
             f"{_slot_name(site, uses.uses[use].slot)}{states[uses.uses[use].entity].names[offset]}"
-            for _, use, offset in state_keys
+            for use, offset in state_keys
         ),
         data_names=tuple(_node_name(site, graph, n) for n in lane_nodes),
         uniform_names=tuple(_node_name(site, graph, n) for n in uniform_nodes),
@@ -217,7 +216,7 @@ def _hoist(
     outputs: list[int],
     live: list[int],
     states: set[int],
-    raw_keys: list[tuple[str, int, str, int]],
+    raw_keys: list[RawInput],
 ) -> tuple[list[int], list[int]]:
     """Nodes that depend on data alone and feed what depends on parameters.
 
@@ -230,14 +229,20 @@ def _hoist(
         below = graph.depends(costly)
         frontier = _frontier(graph, outputs, live, moving, lambda n: n in below)
     varying = graph.depends(
-        {graph.input(k) for k in raw_keys if not _is_root(site, k[1])},
+        {graph.input(k) for k in raw_keys if not _is_root(site, k.slot)},
     )
     lanes = [n for n in frontier if n in varying]
     uniforms = [n for n in frontier if n not in varying]
     return lanes, uniforms
 
 
-def _frontier(graph, outputs, live, moving, wanted) -> list[int]:  # type: ignore[no-untyped-def]
+def _frontier(
+    graph: Graph,
+    outputs: list[int],
+    live: list[int],
+    moving: set[int],
+    wanted: Callable[[int], bool],
+) -> list[int]:
     """Fixed nodes read by moving ones (or results themselves), descending where not `wanted`."""
     found: set[int] = set()
 
@@ -297,8 +302,8 @@ def _guard(
         return None, ()
     graph = Graph()
     (node,) = Scalariser(graph, _Uses(site, states)).nodes(guard)
-    keys = list(graph.inputs)
-    return graph.tape([node], inputs=keys), tuple(Raw(s, c, k) for _, s, c, k in keys)
+    keys = [key for key in graph.inputs if isinstance(key, RawInput)]
+    return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
 
 
 def _slot_name(site: ConstraintSite, slot: int) -> str:
@@ -310,8 +315,12 @@ def _slot_name(site: ConstraintSite, slot: int) -> str:
 
 def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
     if graph.ops[node] == "input":
-        _, slot, column, component = graph.inputs[graph.args[node][0]]
+        key = graph.key(node)
+        assert isinstance(key, RawInput)
+        slot, column, component = key
         return f"{_slot_name(site, slot)}{column}[{component}]"
-    names = sorted({_node_name(site, graph, n) for n in graph.live([node]) if graph.ops[n] == "input"})
+    names = sorted(
+        {_node_name(site, graph, n) for n in graph.live([node]) if graph.ops[n] == "input"}
+    )
     shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
     return f"{graph.ops[node]} of {shown}"

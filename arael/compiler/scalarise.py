@@ -3,15 +3,15 @@
 Every value becomes a flat list of nodes: a vector its components, a matrix row by row, a quaternion
 w, x, y, z. Reads become inputs of the graph, keyed by what they read:
 
-- ``("state", use, offset)``: a scalar of the state of a used entity,
-- ``("raw", slot, column, component)``: data, or the stored value of a parameter.
+- `StateInput`: a scalar of the state of a used entity,
+- `RawInput`: data, or the stored value of a parameter.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from arael.check.typed import (
     Apply,
@@ -29,10 +29,26 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.runtime.layout import Place
-from arael.symbolic import linear, quaternion, rotation, scalars
+from arael.symbolic import inverse, linear, quaternion, rotation
 from arael.symbolic.graph import Graph
+from arael.symbolic.scalars import SCALARS
 
 Nodes = list[int]
+
+
+class StateInput(NamedTuple):
+    """A scalar of the state of an entity: number of its use, offset in the state."""
+
+    use: int
+    offset: int
+
+
+class RawInput(NamedTuple):
+    """A scalar of a column reached through a slot."""
+
+    slot: int
+    column: str
+    component: int
 
 
 class Uses(Protocol):
@@ -81,7 +97,7 @@ class Scalariser:
         if isinstance(e, Read):
             return self._read(e)
         if isinstance(e, Present):
-            return [g.input(("raw", e.slot, e.column, 0))]
+            return [g.input(RawInput(e.slot, e.column, 0))]
         if isinstance(e, Component):
             return [self.nodes(e.of)[e.index]]
         if isinstance(e, Pack):
@@ -102,11 +118,11 @@ class Scalariser:
     def _read(self, e: Read) -> Nodes:
         if e.version == "trial":
             offsets = self.uses.stored(e.slot, e.column)
-            return [self.graph.input(("state", use, offset)) for use, offset in offsets]
-        return [self.graph.input(("raw", e.slot, e.column, k)) for k in range(width(e.type))]
+            return [self.graph.input(StateInput(use, offset)) for use, offset in offsets]
+        return [self.graph.input(RawInput(e.slot, e.column, k)) for k in range(width(e.type))]
 
     def _cached(self, e: Apply) -> Nodes | None:
-        """What the state of an entity already holds: its rotation matrix, sines and cosines."""
+        """Find what the state of an entity holds: its rotation matrix, sines and cosines."""
         if len(e.args) != 1:
             return None
         (arg,) = e.args
@@ -130,7 +146,7 @@ class Scalariser:
             if not isinstance(e.args[0].type, ScalarType):
                 return None
             found = [found[component]]
-        return [self.graph.input(("state", use, offset)) for use, offset in found]
+        return [self.graph.input(StateInput(use, offset)) for use, offset in found]
 
     def _place(self, e: Typed) -> int:
         key = (str(e.span), e.span.text)
@@ -142,7 +158,7 @@ class Scalariser:
 
 @contextmanager
 def _at(graph: Graph, place: int) -> Iterator[None]:
-    """New nodes remember `place`."""
+    """Let new nodes remember `place`."""
     saved, graph.place = graph.place, place
     yield
     graph.place = saved
@@ -157,10 +173,10 @@ def apply(g: Graph, name: str, types: Sequence[ValueType], args: Sequence[Nodes]
 
 
 def _elementwise(g: Graph, name: str, args: Sequence[Nodes]) -> Nodes:
-    """A scalar function, on each component of its first argument; others may be scalars."""
+    """Apply a scalar function to each component of its first argument; others may be scalars."""
     n = max(len(a) for a in args)
     columns = [a if len(a) == n else list(a) * n for a in args]
-    return [scalars.apply(g, name, *scalar_args) for scalar_args in zip(*columns, strict=True)]
+    return [SCALARS[name](g, *scalar_args) for scalar_args in zip(*columns, strict=True)]
 
 
 def _op(name: str) -> Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]:
@@ -182,10 +198,6 @@ def _grid(type_: ValueType, nodes: Nodes) -> list[Nodes]:
     return [nodes[r * c : (r + 1) * c] for r in range(type_.rows)]
 
 
-def _flat(rows: Sequence[Sequence[int]]) -> Nodes:
-    return [n for row in rows for n in row]
-
-
 def _mul(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
     (left, right), (a, b) = types, args
     if isinstance(left, ScalarType) or isinstance(right, ScalarType):
@@ -196,20 +208,19 @@ def _mul(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
         return list(linear.matvec(g, _grid(left, a), b))
     if isinstance(left, VectorType):
         return list(linear.matvec(g, linear.transpose(_grid(right, b)), a))
-    return _flat(linear.matmul(g, _grid(left, a), _grid(right, b)))
+    return linear.flatten(linear.matmul(g, _grid(left, a), _grid(right, b)))
 
 
 def _matrix(
-    f: Callable[[Graph, list[Nodes]], Sequence[Sequence[int]]],
+    f: Callable[[Graph, list[Nodes]], list[Nodes]],
 ) -> Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]:
-    return lambda g, t, a: _flat(f(g, _grid(t[0], a[0])))
+    return lambda g, t, a: linear.flatten(f(g, _grid(t[0], a[0])))
 
 
 def _inverse(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
     if isinstance(types[0], QuaternionType):
-        norm2 = linear.norm2(g, args[0])
-        return [g.op("div", n, norm2) for n in quaternion.conj(g, args[0])]
-    return _flat(linear.inverse(g, _grid(types[0], args[0])))
+        return quaternion.inverse(g, args[0])
+    return linear.flatten(inverse.inverse(g, _grid(types[0], args[0])))
 
 
 def _index(g: Graph, node: int) -> int:
@@ -220,16 +231,16 @@ def _index(g: Graph, node: int) -> int:
 
 def _rotation_matrix(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
     if isinstance(types[0], QuaternionType):
-        return _flat(quaternion.to_matrix(g, args[0]))
+        return linear.flatten(quaternion.rotation_matrix(g, args[0]))
     if isinstance(types[0], ScalarType):
-        return _flat(rotation.matrix2(g, args[0][0]))
-    return _flat(rotation.from_euler(g, args[0]))
+        return linear.flatten(rotation.rotation_matrix2(g, args[0][0]))
+    return linear.flatten(rotation.rotation_matrix(g, args[0]))
 
 
 def _euler_angles(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
     if isinstance(types[0], QuaternionType):
-        return list(rotation.to_euler(g, quaternion.to_matrix(g, args[0])))
-    return list(rotation.to_euler(g, _grid(types[0], args[0])))
+        return list(quaternion.euler_angles(g, args[0]))
+    return list(rotation.euler_angles(g, _grid(types[0], args[0])))
 
 
 _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]] = {
@@ -240,26 +251,26 @@ _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], N
     "emul": _op("mul"),
     "ediv": _op("div"),
     "mul": _mul,
-    "transpose": lambda g, t, a: _flat(linear.transpose(_grid(t[0], a[0]))),
+    "transpose": lambda g, t, a: linear.flatten(linear.transpose(_grid(t[0], a[0]))),
     "inverse": _inverse,
     "row": lambda g, t, a: _grid(t[0], a[0])[_index(g, a[1][0])],
     "column": lambda g, t, a: [r[_index(g, a[1][0])] for r in _grid(t[0], a[0])],
     "quat_vec": lambda g, t, a: a[0][1:],
     "rotation_matrix": _rotation_matrix,
     "euler_angles": _euler_angles,
-    "rotation_vector": lambda g, t, a: list(rotation.to_vector(g, _grid(t[0], a[0]))),
+    "rotation_vector": lambda g, t, a: list(rotation.rotation_vector(g, _grid(t[0], a[0]))),
     "dot": lambda g, t, a: [linear.dot(g, a[0], a[1])],
     "cross": lambda g, t, a: list(linear.cross(g, a[0], a[1])),
     "norm": lambda g, t, a: [linear.norm(g, a[0])],
     "norm2": lambda g, t, a: [linear.norm2(g, a[0])],
     "unit": lambda g, t, a: list(linear.unit(g, a[0])),
     "perp": lambda g, t, a: list(linear.perp(g, a[0])),
-    "det": lambda g, t, a: [linear.det(g, _grid(t[0], a[0]))],
+    "det": lambda g, t, a: [inverse.det(g, _grid(t[0], a[0]))],
     "trace": lambda g, t, a: [linear.trace(g, _grid(t[0], a[0]))],
-    "skew": lambda g, t, a: _flat(linear.skew(g, a[0])),
+    "skew": lambda g, t, a: linear.flatten(linear.skew(g, a[0])),
     "vee": lambda g, t, a: list(linear.vee(g, _grid(t[0], a[0]))),
-    "identity2": lambda g, t, a: _flat(linear.identity_matrix(g, 2)),
-    "identity3": lambda g, t, a: _flat(linear.identity_matrix(g, 3)),
+    "identity2": lambda g, t, a: linear.flatten(linear.identity(g, 2)),
+    "identity3": lambda g, t, a: linear.flatten(linear.identity(g, 3)),
     "conj": lambda g, t, a: list(quaternion.conj(g, a[0])),
     "rotate": lambda g, t, a: list(quaternion.rotate(g, a[0], a[1])),
     "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),

@@ -16,9 +16,7 @@ from arael.loading import compile_program
 from arael.runtime.layout import to_json
 
 
-def ship(
-    models: Iterable[Path], folder: Path, targets: Sequence[str] | None = None
-) -> list[Path]:
+def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = None) -> list[Path]:
     """Compile `models` into `folder`; return the folders made.
 
     Parameters
@@ -33,7 +31,7 @@ def ship(
     """
     chosen = list(targets or processor.shipped_targets())
     folder.mkdir(parents=True, exist_ok=True)
-    # Deriving and Cython hold the interpreter lock, the C compiler does not: two of those at a time.
+    # Deriving and Cython hold the interpreter lock, the C compiler does not.
     with ThreadPoolExecutor(2) as pool:
         waiting = []
         for path in models:
@@ -50,9 +48,7 @@ def ship(
                 pyx = entry / f"kernels_{program.layout.name}.pyx"
                 pyx.write_text(source, encoding="utf-8")
                 c_file = build.cython_to_c(pyx)
-                waiting.append(
-                    pool.submit(_finish, c_file, target, text, path.name, seconds)
-                )
+                waiting.append(pool.submit(_finish, c_file, target, text, path.name, seconds))
         return [job.result() for job in waiting]
 
 

@@ -1,7 +1,7 @@
 """What the runtime knows of a compiled model: tables, parameters, constraints as tapes, passes.
 
-The compiler writes a `Layout`; the store, the data readers, the solver and the diagnosis read it. It
-is plain data and travels as JSON beside the compiled kernels, so that a model that was compiled
+The compiler writes a `Layout`; the store, the data readers, the solver and the diagnosis read it.
+It is plain data and travels as JSON beside the compiled kernels, so that a model that was compiled
 before starts without the language rooms.
 
 Words
@@ -54,8 +54,8 @@ class Param(msgspec.Struct, frozen=True):
 class Target(msgspec.Struct, frozen=True):
     """Where a ref points: a table, and the way to the row that owns the collection meant.
 
-    With ``feature: ref PointFeature in pose.info.features`` the table is ``poses.info.features`` and
-    `base` is ``(ref pose,)``; data files count the target within that owner.
+    With ``feature: ref PointFeature in pose.info.features`` the table is ``poses.info.features``
+    and `base` is ``(ref pose,)``; data files count the target within that owner.
     """
 
     table: str
@@ -123,7 +123,7 @@ class Table(msgspec.Struct, frozen=True):
     doc: str = ""
 
     def column(self, path: str) -> Column:
-        """The column of that path; KeyError if there is none."""
+        """Return the column of that path; KeyError if there is none."""
         for column in self.columns:
             if column.path == path:
                 return column
@@ -257,7 +257,7 @@ class Layout(msgspec.Struct, frozen=True):
     doc: str = ""
 
     def table(self, path: str) -> Table:
-        """The table of that path; KeyError if there is none."""
+        """Return the table of that path; KeyError if there is none."""
         for table in self.tables:
             if table.path == path:
                 return table
@@ -265,10 +265,10 @@ class Layout(msgspec.Struct, frozen=True):
 
 
 def to_json(layout: Layout) -> bytes:
-    """The layout as JSON."""
+    """Write the layout as JSON."""
     return msgspec.json.encode(layout)
 
 
 def from_json(data: bytes) -> Layout:
-    """A layout from its JSON; msgspec.ValidationError if it is not one."""
+    """Read a layout from its JSON; msgspec.ValidationError if it is not one."""
     return msgspec.json.decode(data, type=Layout)

@@ -21,12 +21,12 @@ def _sign(x: Array) -> Array:
 
 
 def _heaviside(x: Array) -> Array:
-    """1 for x > 0, 0 for x < 0, one half at 0."""
+    """Step from 0 to 1, one half at 0."""
     return np.heaviside(x, 0.5)
 
 
 def _round_half_away(x: Array) -> Array:
-    """C's round(): halves go away from zero, unlike NumPy's."""
+    """Round as C does: halves go away from zero, unlike NumPy's."""
     return np.copysign(np.floor(np.abs(x) + 0.5), x)
 
 
@@ -114,7 +114,7 @@ class Tape(msgspec.Struct, frozen=True):
 def evaluate(
     tape: Tape, inputs: Sequence[Array], dtype: np.dtype[Any] | type = np.float64
 ) -> list[Array]:
-    """Values of every node, for a whole column of instances at once.
+    """Compute every node, for a whole column of instances at once.
 
     Parameters
     ----------

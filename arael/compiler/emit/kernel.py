@@ -113,9 +113,7 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         with w.block("for block in range((n + W - 1) // W):"):
             _gather(w, kernel, tape, entities)
             with w.block("for w in range(W):"):
-                used = statements(
-                    w, tape, _inputs(kernel), lambda i: [f"r[{i}][w]"], group.places
-                )
+                used = statements(w, tape, _inputs(kernel), lambda i: [f"r[{i}][w]"], group.places)
             squares = " + ".join(f"<double>r[{k}][w] * <double>r[{k}][w]" for k in range(r))
             w.line("count = min(n - block * W, W)")
             with w.block("for w in range(count):"):
@@ -185,9 +183,7 @@ def _emit_both(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         f"cdef double linearise_{number}(const Lanes* lanes, void* gradient, void* values) "
         "noexcept nogil:"
     ):
-        w.line(
-            f"return evaluate_{number}(lanes, <real*>gradient, <real*>values, NULL, NULL)"
-        )
+        w.line(f"return evaluate_{number}(lanes, <real*>gradient, <real*>values, NULL, NULL)")
     w.line()
     with w.block(
         f"cdef void rows_{number}(const Lanes* lanes, void* residuals, void* entries) noexcept nogil:"
@@ -224,9 +220,7 @@ def _tangents(kernel: Kernel, entities: Sequence[Entity]) -> list[int]:
     return [entities[use.entity].tangent for use in kernel.group.uses]
 
 
-def _scatter(
-    w: Writer, kernel: Kernel, entities: Sequence[Entity], sources: list[str]
-) -> None:
+def _scatter(w: Writer, kernel: Kernel, entities: Sequence[Entity], sources: list[str]) -> None:
     """Add one lane's gradient and products to where they belong."""
     group = kernel.group
     tangent = _tangents(kernel, entities)

@@ -73,9 +73,7 @@ def _head(w: Writer, name: str, source: str, source_hash: str, precision: str) -
     for function in _FUNCTIONS_1:
         w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}) noexcept nogil')
     for function in _FUNCTIONS_2:
-        w.line(
-            f'    {scalar} m_{function} "{function}{suffix}"({scalar}, {scalar}) noexcept nogil'
-        )
+        w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}, {scalar}) noexcept nogil')
     w.line(f'    {scalar} m_abs "fabs{suffix}"({scalar}) noexcept nogil')
     w.line(f'    {scalar} m_nan "NAN"')
     w.line(f'    {scalar} m_inf "INFINITY"')
@@ -104,7 +102,7 @@ def _table(
     w.line(f"cdef refresh_function refresh[{max(len(entities), 1)}]")
     w.line("cdef KernelTable table")
     for number, kernel in enumerate(kernels):
-        w.line(f"groups[{number}].label = b\"{kernel.group.label}\"")
+        w.line(f'groups[{number}].label = b"{kernel.group.label}"')
         w.line(f"groups[{number}].cost = cost_{number}")
         w.line(f"groups[{number}].linearise = linearise_{number}")
         w.line(f"groups[{number}].rows = rows_{number}")
