@@ -1,0 +1,269 @@
+"""Names, ``a.b`` and ``a[i]``: reaching a value."""
+
+from __future__ import annotations
+
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue, describe
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, ROW_METHODS
+from arael.check.reading import bind_field
+from arael.check.typed import (
+    QUATERNION,
+    REAL,
+    Apply,
+    Component,
+    Literal_,
+    MatrixType,
+    Read,
+    Typed,
+    VectorType,
+)
+from arael.check.typist import Typist
+from arael.diagnostics.records import Label
+from arael.check.suggest import nearest
+from arael.syntax import tree
+
+CONSTANT_VALUES = {
+    "pi": 3.141592653589793,
+    "e": 2.718281828459045,
+    "epsilon": 2.220446049250313e-16,
+}
+
+QUATERNION_PARTS = {"w": 0, "x": 1, "y": 2, "z": 3}
+VECTOR_PARTS = {"x": 0, "y": 1, "z": 2}
+
+
+def name(t: Typist, node: tree.Name) -> Binding:
+    """A bare name."""
+    found = t.scope.candidates(node.id)
+    if len(found) > 1:
+        first = found[0].entity
+        agree = first is not None and all(c.entity and c.entity.same(first) for c in found)
+        if not agree:
+            return t.fail(
+                "E0202",
+                node.span,
+                f"`{node.id}` means two things here",
+                label=" or ".join(c.what for c in found),
+                labels=[Label(c.span, c.what) for c in found if c.span is not None],
+                help=["rename one of them, or write the longer way: `self.x`, `root.x`"],
+            )
+    if found:
+        return found[0].bind(node.span)
+    if node.id in CONSTANTS:
+        return t.make(Literal_(type=REAL, span=node.span, value=CONSTANT_VALUES[node.id]))
+    if node.id in IDENTITIES:
+        return t.make(Apply(type=IDENTITIES[node.id], span=node.span, name=node.id, args=()))
+    return _unknown(t, node)
+
+
+def _unknown(t: Typist, node: tree.Name) -> Broken:
+    if node.id in t.declarations.broken:
+        return BROKEN
+    if node.id in FUNCTIONS or node.id in t.declarations.functions:
+        return t.fail(
+            "E0304",
+            node.span,
+            f"`{node.id}` is a function",
+            label="expected a value here",
+            help=[f"call it: `{node.id}(...)`"],
+        )
+    help_ = t.scope.advice(node.id)
+    if not help_:
+        near = nearest(node.id, [*t.scope.names(), *CONSTANTS, *IDENTITIES])
+        help_ = [f"did you mean `{near}`?"] if near else []
+    return t.fail(
+        "E0201",
+        node.span,
+        f"unknown name `{node.id}`",
+        label="not found here",
+        help=help_,
+    )
+
+
+def attribute(t: Typist, node: tree.Attribute) -> Binding:
+    """``obj.name``: a field of an entity, a component of a value, ``.value`` of a parameter."""
+    owner = t.visit(node.obj)
+    if isinstance(owner, Broken):
+        return BROKEN
+    if isinstance(owner, Entity):
+        return _of_entity(t, node, owner)
+    if isinstance(owner, Collection):
+        return _of_collection(t, node, owner)
+    if isinstance(owner, OptionalValue) or isinstance(owner, Typed):
+        value = t.as_value(owner, node.obj.span)
+        return value if isinstance(value, Broken) else _of_value(t, node, value)
+    return BROKEN
+
+
+def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
+    struct = entity.place.struct
+    if node.name in struct.fields:
+        return bind_field(t, entity, node.name, node.span)
+    if node.name == "parent":
+        owner = t.paths.owner(entity)
+        if owner is not None:
+            return owner
+        return t.fail(
+            "E0204", node.name_span, f"{struct.name} has no parent", label="it is the root"
+        )
+    if node.name in t.declarations.broken:
+        return BROKEN
+    near = nearest(node.name, struct.fields)
+    help_ = [f"did you mean `{near}`?"] if near else []
+    owner = t.paths.owner(entity)
+    if not near and owner is not None and node.name in owner.place.struct.fields:
+        help_ = [
+            f"its parent {owner.place.struct.name} has one: write `{node.obj.span.text}.parent."
+            f"{node.name}`"
+        ]
+    return t.fail(
+        "E0204",
+        node.name_span,
+        f"{struct.name} has no field `{node.name}`",
+        label="unknown field",
+        labels=[Label(struct.node.name.span, f"{struct.name} is declared here")],
+        help=help_,
+    )
+
+
+def _of_collection(t: Typist, node: tree.Attribute, collection: Collection) -> Broken:
+    held = collection.site.place.struct.name
+    return t.fail(
+        "E0304",
+        node.obj.span,
+        f"`{node.obj.span.text}` is a collection",
+        label=f"of which {held}?",
+        help=[
+            f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where it "
+            "runs for each"
+        ],
+    )
+
+
+def _of_value(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
+    if node.name == "value":
+        return _stored(t, node, value)
+    type_ = value.type
+    if type_ == QUATERNION:
+        if node.name in QUATERNION_PARTS:
+            return _component(t, node, value, QUATERNION_PARTS[node.name])
+        if node.name == "vec":
+            return t.apply(node, "quat_vec", [value], VectorType(3))
+    if isinstance(type_, VectorType) and node.name in VECTOR_PARTS:
+        at = VECTOR_PARTS[node.name]
+        if at < type_.n:
+            return _component(t, node, value, at)
+        return t.fail(
+            "E0305",
+            node.name_span,
+            f"{type_} has no `{node.name}`",
+            label=f"it has {', '.join(list(VECTOR_PARTS)[: type_.n])}",
+            labels=t.origin(value),
+        )
+    help_ = []
+    if node.name in METHODS:
+        help_ = [f"`{node.name}` is a method: write `{node.name}()`"]
+    elif isinstance(type_, MatrixType):
+        help_ = ["write `M[row, column]`, `M.row(i)` or `M.col(i)`"]
+    return t.fail(
+        "E0204",
+        node.name_span,
+        f"{type_} has no part `{node.name}`",
+        label="unknown part",
+        labels=t.origin(value),
+        help=help_,
+    )
+
+
+def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
+    if isinstance(value, Read) and value.version == "trial":
+        stored = Read(
+            type=value.type,
+            span=node.span,
+            slot=value.slot,
+            column=value.column,
+            version="stored",
+            parameter=value.parameter,
+        )
+        return t.make(stored)
+    return t.fail(
+        "E0308",
+        node.name_span,
+        "only a parameter has a stored value",
+        label="not the value of a parameter",
+        labels=t.origin(value),
+        notes=["`x.value` is what the parameter `x` held when the solve began"],
+    )
+
+
+def _component(t: Typist, node: tree.Expr, value: Typed, at: int) -> Binding:
+    return t.make(Component(type=REAL, span=node.span, of=value, index=at))
+
+
+def index(t: Typist, node: tree.Index) -> Binding:
+    """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0."""
+    value = t.number(node.obj)
+    if isinstance(value, Broken):
+        return BROKEN
+    type_ = value.type
+    sizes: tuple[int, ...]
+    if isinstance(type_, VectorType):
+        sizes = (type_.n,)
+    elif isinstance(type_, MatrixType):
+        sizes = (type_.rows, type_.columns)
+    else:
+        help_ = ["write q.w, q.x, q.y, q.z"] if type_ == QUATERNION else []
+        return t.fail(
+            "E0305",
+            node.span,
+            f"{type_} cannot be indexed",
+            label="only vectors and matrices have elements",
+            labels=t.origin(value),
+            help=help_,
+        )
+    if len(node.indices) != len(sizes):
+        help_ = ["write `M.row(i)` for a whole row"] if len(sizes) == 2 else []
+        return t.fail(
+            "E0305",
+            node.span,
+            f"{type_} takes {len(sizes)} {'index' if len(sizes) == 1 else 'indices'}, "
+            f"found {len(node.indices)}",
+            labels=t.origin(value),
+            help=help_,
+        )
+    at = 0
+    for expr, size in zip(node.indices, sizes, strict=True):
+        i = constant_index(t, expr, size, str(type_))
+        if i is None:
+            return BROKEN
+        at = at * size + i
+    return _component(t, node, value, at)
+
+
+def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None:
+    """An index that is known when the model is compiled; None after a complaint."""
+    value = t.number(node)
+    if isinstance(value, Broken):
+        return None
+    if not isinstance(value, Literal_) or value.value != int(value.value):
+        t.fail(
+            "E0305",
+            node.span,
+            "an index is a whole number known in advance",
+            label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
+        )
+        return None
+    i = int(value.value)
+    if not 0 <= i < size:
+        t.fail(
+            "E0305",
+            node.span,
+            f"index {i} is outside of {of}",
+            label=f"expected 0 to {size - 1}",
+        )
+        return None
+    return i
+
+
+def method_names() -> list[str]:
+    """Everything that may follow a dot and be called."""
+    return sorted({*METHODS, *ROW_METHODS})

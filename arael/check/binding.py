@@ -1,0 +1,67 @@
+"""What a name or an expression can stand for while it is being checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arael.check.declared import FieldDecl
+from arael.check.places import Place, TableSite
+from arael.check.typed import Typed
+from arael.diagnostics.records import Span
+from arael.runtime.layout import Step
+
+
+@dataclass(frozen=True)
+class Entity:
+    """A struct at a place, in the row reached from the constraint's own by `steps`.
+
+    `holder` is the entity that owns the row, where a ref tells us (``feature`` in
+    ``pose.info.features`` belongs to ``pose.info``).
+    """
+
+    steps: tuple[Step, ...]
+    place: Place
+    holder: Entity | None = None
+
+    def same(self, other: Entity) -> bool:
+        return self.steps == other.steps and self.place is other.place
+
+
+@dataclass(frozen=True)
+class Collection:
+    """A collection, named where a value was perhaps meant; `owner` holds it."""
+
+    owner: Entity
+    site: TableSite
+
+
+@dataclass(frozen=True)
+class OptionalValue:
+    """An optional scalar, vector or matrix: a presence test or a value, as its use decides."""
+
+    entity: Entity
+    field: FieldDecl
+    span: Span
+
+
+@dataclass(frozen=True)
+class Broken:
+    """Something that was complained about already; silences what follows from it."""
+
+
+BROKEN = Broken()
+
+Binding = Typed | Entity | Collection | OptionalValue | Broken
+
+
+def describe(binding: Binding) -> str:
+    """What a binding is, as a message says it."""
+    if isinstance(binding, Typed):
+        return str(binding.type)
+    if isinstance(binding, Entity):
+        return f"the struct {binding.place.struct.name}"
+    if isinstance(binding, Collection):
+        return f"a collection of {binding.site.place.struct.name}"
+    if isinstance(binding, OptionalValue):
+        return f"{binding.field.text}"
+    return "nothing"

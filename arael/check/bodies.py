@@ -1,0 +1,199 @@
+"""Constraints: the guard, the lets and the residual of each, typed at each place of its struct."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.check.binding import Binding, Broken, Collection, Entity, describe
+from arael.check.constants import Constants
+from arael.check.expressions import HANDLERS, condition
+from arael.check.guards import Fact, facts_of
+from arael.check.items import RESERVED
+from arael.check.limits import MAX_MODEL_OPERATIONS
+from arael.check.paths import Paths
+from arael.check.places import Place
+from arael.check.reading import bind_field, presence
+from arael.check.report import Reporter
+from arael.check.residuals import check_guard, check_parameters, residual_of
+from arael.check.scope import BodyScope
+from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
+from arael.check.typist import Slots, Typist
+from arael.diagnostics.records import Label, Span
+from arael.runtime.layout import Slot
+from arael.syntax import tree
+
+
+class Bodies:
+    """Types constraints and fits."""
+
+    def __init__(self, paths: Paths, constants: Constants, report: Reporter) -> None:
+        self.paths = paths
+        self.constants = constants
+        self.report = report
+        self.operations = 0
+        self.full = False
+
+    def constraint(self, place: Place, node: tree.Constraint) -> ConstraintSite | None:
+        """A constraint at one place of its struct; None after a complaint."""
+        home = Entity((), place)
+        struct = place.struct
+        index = next((f for f in struct.fields.values() if f.kind == "constraint_index"), None)
+        return self._site(
+            home,
+            home,
+            f"{struct.name}.{node.name.id}",
+            node.name.id,
+            node,
+            {},
+            index_column=place.column(index) if index else "",
+        )
+
+    def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:
+        """A `fit` of the root: a constraint on each element of a collection."""
+        start = Entity((), root)
+        found = self.paths.walk(start, node.collection, own=True)
+        if isinstance(found, Broken):
+            return None
+        if not isinstance(found, Collection):
+            self.report.error(
+                "E0608",
+                node.collection.span,
+                f"`{node.collection}` is not a collection",
+                label=f"this is {describe(found)}",
+                help=["`fit` runs over the elements of a `list of`, `deque of` or `arena of`"],
+            )
+            return None
+        home = Entity((), found.site.place)
+        own = self.paths.root(home)
+        lets: dict[str, tuple[Binding, Span]] = {node.element.id: (home, node.element.span)}
+        return self._site(home, own, f"{root.struct.name}.{name}", name, node, lets)
+
+    def _site(
+        self,
+        home: Entity,
+        own: Entity,
+        label: str,
+        name: str,
+        node: tree.Constraint | tree.Fit,
+        lets: dict[str, tuple[Binding, Span]],
+        index_column: str = "",
+    ) -> ConstraintSite | None:
+        if self.full:
+            return None
+        before = len(self.report.findings.errors)
+        t = self._typist(home, own, lets)
+        with t.knowing(self._facts(home)):
+            guard = self._guard(t, home, node.guard)
+            facts = facts_of(guard, t.slots.steps)[0] if guard is not None else frozenset()
+            with t.knowing(facts):
+                self._lets(t, node.body, lets)
+                residual = residual_of(t, node.body.result)
+        self.operations += t.operations
+        if self.operations > MAX_MODEL_OPERATIONS:
+            self.full = True
+            t.fail(
+                "E0606",
+                node.span,
+                "the constraints of this model are too large together",
+                label=f"more than {MAX_MODEL_OPERATIONS} scalar operations up to here",
+            )
+        if residual is None or len(self.report.findings.errors) > before:
+            return None
+        if not check_parameters(t, node, residual):
+            return None
+        place = home.place
+        return ConstraintSite(
+            label=label,
+            struct=own.place.struct.name,
+            name=name,
+            table=place.table.path,
+            prefix=place.prefix,
+            span=node.span,
+            slots=tuple(t.slots.items),
+            residual=tuple(residual),
+            guard=guard,
+            index_column=index_column,
+            doc=node.doc,
+        )
+
+    def _typist(self, home: Entity, own: Entity, lets: dict[str, tuple[Binding, Span]]) -> Typist:
+        declarations = self.constants.declarations
+        slots = Slots([Slot((), home.place.table.path)])
+        scope = BodyScope(
+            declarations,
+            self.paths,
+            home,
+            own,
+            lambda entity, name, span: bind_field(t, entity, name, span),
+            self.constants.named,
+            lets,
+        )
+        t = Typist(
+            declarations, self.report, HANDLERS, scope, self.constants.named, slots, self.paths
+        )
+        return t
+
+    def _facts(self, home: Entity) -> frozenset[Fact]:
+        """Optionals that are there because this row is: those around it, and around its owners."""
+        facts: set[Fact] = set()
+        here: Entity | None = home
+        while here is not None:
+            facts.update((here.steps, optional) for optional in here.place.optionals)
+            here = self.paths.owner(here)
+        return frozenset(facts)
+
+    def _guard(self, t: Typist, home: Entity, node: tree.Expr | None) -> Typed | None:
+        """The guard as written, joined to the presence of the optional structs around."""
+        guard: Typed | None = None
+        span = node.span if node is not None else home.place.struct.node.name.span
+        if home.place.optionals:
+            around = presence(t, home, home.place.optionals, span)
+            guard = around if isinstance(around, Typed) else None
+        if node is None:
+            return guard
+        written = condition(t, node)
+        if isinstance(written, Broken) or not check_guard(t, node, written):
+            return guard
+        if guard is None:
+            return written
+        return Apply(type=BOOL, span=node.span, name="and", args=(guard, written))
+
+    def _lets(self, t: Typist, body: tree.Body, lets: dict[str, tuple[Binding, Span]]) -> None:
+        for let in body.lets:
+            name = let.name.id
+            binding = t.visit(let.value)
+            if name in RESERVED:
+                t.fail(
+                    "E0208",
+                    let.name.span,
+                    f"`{name}` belongs to the language",
+                    label="choose another name",
+                )
+            elif name in lets:
+                t.fail(
+                    "E0207",
+                    let.name.span,
+                    f"`{name}` is declared twice in this body",
+                    label="declared again here",
+                    labels=[Label(lets[name][1], "first declared here")],
+                )
+            else:
+                lets[name] = (binding, let.name.span)
+                if isinstance(binding, Typed):
+                    note = Label(let.name.span, f"`{name}` is {binding.type}")
+                    t.origins.setdefault(id(binding), note)
+                    t.kept.append(binding)
+
+
+def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:
+    """A name for each `fit`: its collection, numbered where that is not enough."""
+    names = []
+    for fit in fits:
+        base = "_".join(p.id for p in fit.collection.parts)
+        name, n = base, 1
+        while name in taken:
+            n += 1
+            name = f"{base}_{n}"
+        taken.add(name)
+        names.append(name)
+    return names

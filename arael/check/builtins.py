@@ -1,0 +1,215 @@
+"""The built-in functions: what each takes and what it gives.
+
+A signature looks at argument types and answers with the type of the result, or None where they do
+not fit; `takes` says in words what would.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from arael.check.limits import MAX_INVERSE
+from arael.check.typed import (
+    INT,
+    QUATERNION,
+    REAL,
+    MatrixType,
+    QuaternionType,
+    ScalarType,
+    ValueType,
+    VectorType,
+)
+
+Types = Sequence[ValueType]
+
+MAT2 = MatrixType(2, 2)
+MAT3 = MatrixType(3, 3)
+VEC3 = VectorType(3)
+
+# Functions of one scalar; on a vector they work element by element.
+ELEMENTWISE = (
+    "sin cos tan asin acos atan sinh cosh tanh exp log log2 log10 sqrt cbrt abs sign floor ceil "
+    "round heaviside identity safe_sqrt safe_asin safe_acos deg2rad rad2deg fast_atan starship_gamma"
+).split()
+
+# Functions of two scalars.
+BINARY = "atan2 hypot pow safe_atan2 rad_diff rad_sum fast_atan2".split()
+
+# Constants by name, and the functions without arguments that read like constants.
+CONSTANTS = ("pi", "e", "epsilon")
+IDENTITIES: dict[str, ValueType] = {"identity2": MAT2, "identity3": MAT3}
+
+
+def is_number(type_: ValueType) -> bool:
+    """Whether a type is a scalar number."""
+    return type_ in (REAL, INT)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A built-in function.
+
+    `result` gives the type of the result, or the name under which the operation goes from here on
+    with that type, or None if the arguments do not fit.
+    """
+
+    least: int
+    most: int | None
+    takes: str
+    result: Callable[[Types], ValueType | tuple[str, ValueType] | None]
+    method: bool = False
+
+    @property
+    def arity(self) -> str:
+        """Number of arguments in words."""
+        if self.most is None:
+            return f"at least {self.least}"
+        return str(self.least)
+
+
+def _elementwise(types: Types) -> ValueType | None:
+    (x,) = types
+    if is_number(x):
+        return REAL
+    return x if isinstance(x, VectorType) else None
+
+
+def _scalars(types: Types) -> ValueType | None:
+    return REAL if all(is_number(t) for t in types) else None
+
+
+def _starship(types: Types) -> ValueType | None:
+    r, gamma = types
+    if not is_number(gamma):
+        return None
+    return REAL if is_number(r) else r if isinstance(r, VectorType) else None
+
+
+def _exp(types: Types) -> ValueType | tuple[str, ValueType] | None:
+    if types[0] == VEC3:
+        return "quat_exp", QUATERNION
+    return REAL if is_number(types[0]) else None
+
+
+def _log(types: Types) -> ValueType | tuple[str, ValueType] | None:
+    if types[0] == QUATERNION:
+        return "quat_log", VEC3
+    return _elementwise(types)
+
+
+def _same_vectors(types: Types) -> ValueType | None:
+    a, b = types
+    return REAL if isinstance(a, VectorType) and a == b else None
+
+
+def _vector_to_scalar(types: Types) -> ValueType | None:
+    return REAL if isinstance(types[0], VectorType) else None
+
+
+def _vector_to_vector(types: Types) -> ValueType | None:
+    return types[0] if isinstance(types[0], VectorType) else None
+
+
+def _cross(types: Types) -> ValueType | None:
+    return VEC3 if all(t == VEC3 for t in types) else None
+
+
+def _perp(types: Types) -> ValueType | None:
+    return types[0] if types[0] == VectorType(2) else None
+
+
+def _transpose(types: Types) -> ValueType | None:
+    m = types[0]
+    return MatrixType(m.columns, m.rows) if isinstance(m, MatrixType) else None
+
+
+def _small_square(m: ValueType) -> bool:
+    return isinstance(m, MatrixType) and m.rows == m.columns and m.rows <= MAX_INVERSE
+
+
+def _inverse(types: Types) -> ValueType | None:
+    return types[0] if types[0] == QUATERNION or _small_square(types[0]) else None
+
+
+def _det(types: Types) -> ValueType | None:
+    return REAL if _small_square(types[0]) else None
+
+
+def _trace(types: Types) -> ValueType | None:
+    m = types[0]
+    return REAL if isinstance(m, MatrixType) and m.rows == m.columns else None
+
+
+def _rotation_matrix(types: Types) -> ValueType | None:
+    x = types[0]
+    if is_number(x):
+        return MAT2
+    return MAT3 if x in (VEC3, QUATERNION) else None
+
+
+def _exactly(takes: ValueType, gives: ValueType) -> Callable[[Types], ValueType | None]:
+    return lambda types: gives if types[0] == takes else None
+
+
+def _euler_angles(types: Types) -> ValueType | None:
+    return VEC3 if types[0] in (MAT3, QUATERNION) else None
+
+
+def _conj(types: Types) -> ValueType | None:
+    return QUATERNION if types[0] == QUATERNION else None
+
+
+def _rotate(types: Types) -> ValueType | None:
+    return VEC3 if isinstance(types[0], QuaternionType) and types[1] == VEC3 else None
+
+
+def _one(
+    takes: str, result: Callable[[Types], ValueType | tuple[str, ValueType] | None]
+) -> Signature:
+    return Signature(1, 1, takes, result, method=True)
+
+
+_SMALL = f"a square matrix of up to {MAX_INVERSE} rows"
+
+FUNCTIONS: dict[str, Signature] = {
+    **{name: Signature(1, 1, "a scalar or a vector", _elementwise) for name in ELEMENTWISE},
+    **{name: Signature(2, 2, "two scalars", _scalars) for name in BINARY},
+    "min": Signature(2, None, "scalars", _scalars),
+    "max": Signature(2, None, "scalars", _scalars),
+    "clamp": Signature(3, 3, "three scalars: value, low, high", _scalars),
+    "starship": Signature(2, 2, "a scalar or a vector, and a scalar gamma", _starship),
+    "exp": _one("a scalar, or a rotation vector (vec3) for a quaternion", _exp),
+    "log": _one("a scalar, a vector or a quaternion", _log),
+    "dot": Signature(2, 2, "two vectors of the same length", _same_vectors, method=True),
+    "cross": Signature(2, 2, "two vectors of length 3", _cross, method=True),
+    "norm": _one("a vector", _vector_to_scalar),
+    "norm2": _one("a vector", _vector_to_scalar),
+    "unit": _one("a vector", _vector_to_vector),
+    "perp": _one("a vec2", _perp),
+    "transpose": _one("a matrix", _transpose),
+    "inverse": _one(f"{_SMALL}, or a quaternion", _inverse),
+    "det": _one(_SMALL, _det),
+    "trace": _one("a square matrix", _trace),
+    "skew": _one("a vec3", _exactly(VEC3, MAT3)),
+    "vee": _one("a mat3", _exactly(MAT3, VEC3)),
+    "rotation_matrix": _one(
+        "Euler angles (vec3), a quaternion, or an angle (real)", _rotation_matrix
+    ),
+    "euler_angles": _one("a mat3 or a quaternion", _euler_angles),
+    "rotation_vector": _one("a mat3", _exactly(MAT3, VEC3)),
+    "conj": _one("a quaternion", _conj),
+    "rotate": Signature(2, 2, "a quaternion and a vec3", _rotate, method=True),
+}
+
+# `M.row(i)` and `M.col(i)`: methods only, their argument is a constant.
+ROW_METHODS = {"row": "row", "col": "column"}
+
+METHODS = frozenset({name for name, s in FUNCTIONS.items() if s.method} | ROW_METHODS.keys())
+
+BUILTIN_NAMES = frozenset({*FUNCTIONS, *CONSTANTS, *IDENTITIES})
+
+
+def widened(type_: ValueType) -> ValueType:
+    """The type that arithmetic on a value of `type_` gives: whole numbers become real."""
+    return REAL if isinstance(type_, ScalarType) and type_ == INT else type_

@@ -1,0 +1,126 @@
+"""From the tree of a model to its typed schema: the list of rules, in order."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+from arael.check.blocks import check_blocks, check_into, check_marginalize
+from arael.check.bodies import Bodies, fit_names
+from arael.check.constants import Constants
+from arael.check.containment import check_containment
+from arael.check.declared import Declarations
+from arael.check.fields import Fields, declare_fields
+from arael.check.functions import check_functions
+from arael.check.items import Load, choose_root, gather
+from arael.check.members import check_keys, sort_members
+from arael.check.passes import Passes
+from arael.check.paths import Paths
+from arael.check.places import Sites
+from arael.check.report import Reporter
+from arael.check.tables import build_entities, build_tables, check_refs
+from arael.check.typed import ConstraintSite, TypedModel
+from arael.check.usage import warn_unread_parameters, warn_unused_structs
+from arael.diagnostics.records import Findings
+from arael.syntax import tree
+
+
+def check(
+    file: tree.File, *, load: Load | None = None, root: str | None = None, findings: Findings
+) -> TypedModel:
+    """Resolve every name, work out every shape, and lay out the tables of a model.
+
+    Parameters
+    ----------
+    file : the model as parsed
+    load : gives the file that an ``import`` names; without it imports are an error
+    root : name of the root to compile where the model has several
+    findings : takes errors and warnings
+
+    Raises
+    ------
+    AraelError
+        With every error found. Warnings stay in `findings`.
+    """
+    report = Reporter(findings)
+    declarations = gather(file, load, report)
+    constants = Constants(declarations, report)
+    check_functions(declarations, report)
+    constants.check_all()
+    declare(declarations, constants, report)
+    check_containment(declarations, report)
+    chosen = choose_root(file, declarations, root, report)
+    if chosen is None or _endless(findings):
+        findings.stop_on_errors()
+    assert chosen is not None
+
+    sites = Sites(declarations, chosen, report)
+    if sites.full:
+        findings.stop_on_errors()
+    paths = Paths(sites, report)
+    check_refs(sites, paths)
+    constraints = _constraints(sites, paths, constants, report)
+    check_marginalize(sites, paths, report)
+    passes = Passes(sites, paths, constants, report).all()
+    findings.stop_on_errors()
+
+    warn_unused_structs(declarations, report)
+    warn_unread_parameters(sites, constraints, report)
+    tables = build_tables(sites, paths)
+    return TypedModel(
+        name=PurePath(file.source.name).stem,
+        root=chosen.name,
+        precision=chosen.node.precision or "f64",
+        tables=tables,
+        entities=build_entities(sites, tables),
+        constraints=tuple(constraints),
+        passes=passes,
+        doc=chosen.node.doc,
+    )
+
+
+def declare(declarations: Declarations, constants: Constants, report: Reporter) -> None:
+    """Work out the members of all structs."""
+    fields = Fields(declarations, constants, report)
+    for struct in declarations.structs.values():
+        sort_members(struct, report)
+        declare_fields(fields, struct)
+        check_keys(struct, report)
+    for struct in declarations.structs.values():
+        check_blocks(struct, declarations, report)
+
+
+def _endless(findings: Findings) -> bool:
+    """Whether the places of the model could not be laid out."""
+    return any(e.code in ("E0401", "E0402") for e in findings.errors)
+
+
+def _constraints(
+    sites: Sites, paths: Paths, constants: Constants, report: Reporter
+) -> list[ConstraintSite]:
+    """Every constraint at every place of its struct, then the fits of the root."""
+    bodies = Bodies(paths, constants, report)
+    found: list[ConstraintSite | None] = []
+    for place in sites.places():
+        for node in place.struct.constraints:
+            check_into(place, node, paths, report)
+            if node.loss is not None:
+                _loss(node, report)
+            found.append(bodies.constraint(place, node))
+    root = sites.root.place
+    names = fit_names(root.struct.fits, {c.name.id for c in root.struct.constraints})
+    for fit, name in zip(root.struct.fits, names, strict=True):
+        if fit.loss is not None:
+            _loss(fit, report)
+        found.append(bodies.fit(root, fit, name))
+    return [site for site in found if site is not None]
+
+
+def _loss(node: tree.Constraint | tree.Fit, report: Reporter) -> None:
+    assert node.loss is not None
+    report.error(
+        "E0904",
+        node.loss.span,
+        "loss: it is part of the language, but this version does not compile it",
+        label="not compiled",
+        help=["robustify the residual itself: `starship(r, gamma)`"],
+    )

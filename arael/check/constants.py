@@ -1,0 +1,97 @@
+"""Rule: a constant is a number (or a list of numbers) that is known when the model is compiled.
+
+Allowed: ``const DEG = pi / 180``, constants in any order, functions of the model with constant
+arguments.
+
+Not allowed: a constant that depends on itself, ``1 / 0``, names of data or parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from arael.check.arithmetic import NotConstant, Values, evaluate
+from arael.check.binding import BROKEN, Binding, Broken
+from arael.check.declared import Declarations
+from arael.check.expressions import HANDLERS
+from arael.check.report import Reporter
+from arael.check.scope import ConstantScope
+from arael.check.typed import INT, REAL, Literal_, Typed, ValueType
+from arael.check.typist import Slots, Typist
+from arael.diagnostics.records import Span
+from arael.syntax import tree
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant value with its type; `values` is flat."""
+
+    type: ValueType
+    values: Values
+
+
+class Constants:
+    """The constants of a model, worked out when first asked for."""
+
+    def __init__(self, declarations: Declarations, report: Reporter) -> None:
+        self.declarations = declarations
+        self.report = report
+        self.done: dict[str, Typed | Broken] = {}
+        self.open: list[str] = []
+
+    def check_all(self) -> None:
+        """Work out every constant, so that mistakes in unused ones are found too."""
+        for name, node in self.declarations.consts.items():
+            self.named(name, node.name.span)
+
+    def named(self, name: str, use: Span) -> Binding:
+        """The constant `name` as an expression at `use`."""
+        if name not in self.done:
+            if name in self.open or len(self.open) > 100:
+                return self._circle(name, use)
+            self.open.append(name)
+            self.done[name] = self._work_out(self.declarations.consts[name].value)
+            self.open.pop()
+        found = self.done[name]
+        return replace(found, span=use) if isinstance(found, Literal_) else found
+
+    def evaluate(self, node: tree.Expr) -> Constant | None:
+        """The value of a constant expression; None after a complaint."""
+        typed = self._typed(node)
+        if isinstance(typed, Broken):
+            return None
+        try:
+            return Constant(typed.type, evaluate(typed))
+        except NotConstant as wrong:
+            self.report.error(
+                "E0309",
+                node.span,
+                "cannot work out this constant",
+                label=f"`{wrong.node.span.text}` {wrong.reason}",
+            )
+            return None
+
+    def _work_out(self, node: tree.Expr) -> Typed | Broken:
+        typed = self._typed(node)
+        if isinstance(typed, Broken) or typed.type not in (REAL, INT):
+            return typed
+        value = self.evaluate(node)
+        if value is None:
+            return BROKEN
+        return Literal_(type=typed.type, span=node.span, value=value.values[0])
+
+    def _typed(self, node: tree.Expr) -> Typed | Broken:
+        scope = ConstantScope(self.declarations, self.named)
+        t = Typist(self.declarations, self.report, HANDLERS, scope, self.named, Slots([]))
+        return t.value(node)
+
+    def _circle(self, name: str, use: Span) -> Broken:
+        start = self.open.index(name) if name in self.open else 0
+        circle = " -> ".join([*self.open[start:], name])
+        self.report.error(
+            "E0213",
+            use,
+            f"constant depends on itself: {circle}",
+            label="needs its own value",
+        )
+        return BROKEN

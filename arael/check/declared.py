@@ -1,0 +1,85 @@
+"""What a model declares, gathered from its files: structs with their fields, consts, functions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from arael.check.typed import ValueType
+from arael.diagnostics.records import Span
+from arael.runtime.layout import Param
+from arael.syntax import tree
+
+FieldKind = Literal[
+    "column", "struct", "collection", "ref", "block", "triplets", "constraint_index"
+]
+
+
+@dataclass(eq=False)
+class FieldDecl:
+    """One field, understood as far as that can be done without knowing where its struct sits.
+
+    Attributes
+    ----------
+    kind : what the field is; ``column`` for everything with a plain value, parameters included
+    type : type as an expression reads it (``euler`` reads as ``vec3``); None unless a column
+    text : the type as declared, for messages (``vec3 [m]``)
+    shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
+    struct : name of the struct held by value, collected or referred to
+    """
+
+    name: str
+    node: tree.Field
+    kind: FieldKind
+    text: str
+    type: ValueType | None = None
+    shape: tuple[int, ...] = ()
+    optional: bool = False
+    unit: str = ""
+    struct: str = ""
+    collection: Literal["list", "deque", "arena"] = "list"
+    param: Param | None = None
+    default: tuple[float, ...] | str | None = None
+
+    @property
+    def span(self) -> Span:
+        return self.node.name.span
+
+    @property
+    def where(self) -> str:
+        return str(self.node.span)
+
+
+@dataclass(eq=False)
+class StructDecl:
+    """A struct or root with its members sorted by kind."""
+
+    node: tree.Struct
+    fields: dict[str, FieldDecl] = field(default_factory=dict)
+    constraints: list[tree.Constraint] = field(default_factory=list)
+    fits: list[tree.Fit] = field(default_factory=list)
+    marginalize: list[tree.Marginalize] = field(default_factory=list)
+    solve: tree.Solve | None = None
+    key: str = ""
+
+    @property
+    def name(self) -> str:
+        return self.node.name.id
+
+    @property
+    def has_params(self) -> bool:
+        return any(f.param is not None for f in self.fields.values())
+
+
+@dataclass(eq=False)
+class Declarations:
+    """All items of a model, by name."""
+
+    structs: dict[str, StructDecl] = field(default_factory=dict)
+    consts: dict[str, tree.Const] = field(default_factory=dict)
+    functions: dict[str, tree.Function] = field(default_factory=dict)
+    broken: set[str] = field(default_factory=set)  # names already complained about
+
+    @property
+    def roots(self) -> list[StructDecl]:
+        return [s for s in self.structs.values() if s.node.kind == "root"]

@@ -1,0 +1,149 @@
+"""Rule: a default, and a bound of a parameter, is a constant that fits the type.
+
+Allowed: ``w: real = 1 / 3``, ``m: mat2 = [1, 0, 0, 1]``, ``param a: vec2 in 0 .. [1, 2]``.
+
+Not allowed: ``v: vec3 = 0`` (say `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower bound
+above the upper one.
+"""
+
+from __future__ import annotations
+
+from arael.check.constants import Constants
+from arael.check.declared import FieldDecl
+from arael.check.report import Reporter
+from arael.check.typed import BOOL, INT, STRING, ScalarType, VectorType
+from arael.check.types import size_of
+from arael.diagnostics.records import Label
+from arael.runtime.layout import Param
+from arael.syntax import tree
+
+INT_LIMIT = 2**53  # whole numbers beyond are not exact as a double
+
+
+def default_of(
+    field: FieldDecl, node: tree.Expr, constants: Constants, report: Reporter
+) -> tuple[float, ...] | str | None:
+    """Flat values of a default; None after a complaint."""
+    if field.optional:
+        report.error(
+            "E0310",
+            node.span,
+            "an optional field takes no default",
+            label="what is left out is absent",
+            help=["drop the `?` or the default"],
+        )
+        return None
+    if field.type == STRING:
+        if isinstance(node, tree.String):
+            return node.value
+        report.error("E0310", node.span, "expected a text in quotes", label="not a string")
+        return None
+    if isinstance(node, tree.String):
+        report.error("E0310", node.span, f"expected {field.text}", label="this is a string")
+        return None
+    return constant_for(field, node, constants, report)
+
+
+def constant_for(
+    field: FieldDecl, node: tree.Expr, constants: Constants, report: Reporter
+) -> tuple[float, ...] | None:
+    """Flat values of a constant for the column `field`; None after a complaint."""
+    found = constants.evaluate(node)
+    if found is None:
+        return None
+    size = 1
+    for n in field.shape:
+        size *= n
+    label = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
+    scalar = field.shape == ()
+    if len(found.values) != size or scalar != isinstance(found.type, ScalarType):
+        example = "a single number" if scalar else f"a list of {size} numbers"
+        report.error(
+            "E0310",
+            node.span,
+            f"expected {example} for `{field.text}`, found {found.type}",
+            label="does not fit",
+            labels=[label],
+            help=[f"write `[{', '.join(['0'] * size)}]`"] if not scalar and size <= 4 else [],
+        )
+        return None
+    if (field.type == BOOL) != (found.type == BOOL):
+        report.error(
+            "E0310",
+            node.span,
+            f"expected {field.type}, found {found.type}",
+            label="does not fit",
+            labels=[label],
+        )
+        return None
+    if field.type == INT and not (
+        float(found.values[0]).is_integer() and abs(found.values[0]) <= INT_LIMIT
+    ):
+        report.error(
+            "E0310",
+            node.span,
+            "expected a whole number",
+            label=f"this is {found.values[0]:.17g}",
+            labels=[label],
+        )
+        return None
+    return found.values
+
+
+def bounds_of(
+    field: FieldDecl, bounds: tree.Bounds, constants: Constants, report: Reporter
+) -> Param | None:
+    """The parameter of `field` with its bounds; None after a complaint."""
+    param = field.param
+    if param is None or param.kind not in ("real", "vec"):
+        report.error(
+            "E0408",
+            bounds.span,
+            "only plain parameters have bounds",
+            label=f"`{field.text}` is not one" if param else "this field is data, not a parameter",
+            help=["bounds are for `param` of real, vec2, vec3, vec<n>"],
+        )
+        return None
+    low = _bound(field, param, bounds.low, constants, report)
+    high = _bound(field, param, bounds.high, constants, report)
+    if low is None or high is None:
+        return None
+    for a, b in zip(low, high, strict=True):
+        if a is not None and b is not None and a > b:
+            report.error(
+                "E0408",
+                bounds.span,
+                f"the lower bound {a:g} is above the upper bound {b:g}",
+                label="no value is allowed",
+            )
+            return None
+    return replace_bounds(param, low, high)
+
+
+def replace_bounds(
+    param: Param, low: tuple[float | None, ...], high: tuple[float | None, ...]
+) -> Param:
+    """`param` with these bounds."""
+    return Param(param.kind, param.stored, param.tangent, low, high)
+
+
+def _bound(
+    field: FieldDecl, param: Param, node: tree.Expr | None, constants: Constants, report: Reporter
+) -> tuple[float | None, ...] | None:
+    if node is None:
+        return (None,) * param.tangent
+    found = constants.evaluate(node)
+    if found is None:
+        return None
+    if isinstance(found.type, ScalarType) and found.type != BOOL:
+        return found.values * param.tangent
+    if isinstance(found.type, VectorType) and size_of(found.type) == param.tangent:
+        return found.values
+    report.error(
+        "E0408",
+        node.span,
+        f"expected a number, or one for each of {param.tangent}, found {found.type}",
+        label="does not fit",
+        labels=[Label(field.span, f"`{field.name}` is declared `{field.text}` here")],
+    )
+    return None

@@ -1,0 +1,249 @@
+"""Expressions: operators, lists, conditionals; the table of what types which node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from arael.check.access import attribute, index, name
+from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
+from arael.check.builtins import widened
+from arael.check.calls import call
+from arael.check.guards import facts_of
+from arael.check.operators import OPERATIONS, advice, result_type
+from arael.check.reading import presence
+from arael.check.typed import (
+    BOOL,
+    INT,
+    QUATERNION,
+    REAL,
+    Literal_,
+    MatrixType,
+    Pack,
+    ScalarType,
+    Select,
+    Typed,
+    VectorType,
+)
+from arael.check.types import size_of
+from arael.check.typist import Typist
+from arael.diagnostics.records import Label
+from arael.syntax import tree
+
+
+def _number(t: Typist, node: tree.Number) -> Binding:
+    value = node.value
+    if value in (float("inf"), float("-inf")):
+        return t.fail("E0310", node.span, "number is too large", label="beyond 1.8e308")
+    return t.make(Literal_(type=INT if node.is_integer else REAL, span=node.span, value=value))
+
+
+def _boolean(t: Typist, node: tree.Boolean) -> Binding:
+    return t.make(Literal_(type=BOOL, span=node.span, value=float(node.value)))
+
+
+def _string(t: Typist, node: tree.String) -> Binding:
+    return t.fail("E0304", node.span, "text cannot be computed with", label="this is a string")
+
+
+def _lambda(t: Typist, node: tree.Lambda) -> Binding:
+    return t.fail(
+        "E0304",
+        node.span,
+        "expected a value here",
+        label="`|s| ...` belongs behind `loss`",
+    )
+
+
+def _unary(t: Typist, node: tree.Unary) -> Binding:
+    if node.op == "not":
+        inner = condition(t, node.operand)
+        return BROKEN if isinstance(inner, Broken) else t.apply(node, "not", [inner], BOOL)
+    value = t.number(node.operand)
+    if isinstance(value, Broken) or node.op == "+":
+        return value
+    if isinstance(value, Literal_):
+        return t.make(Literal_(type=value.type, span=node.span, value=-value.value))
+    return t.apply(node, "neg", [value], widened(value.type))
+
+
+def _binary(t: Typist, node: tree.Binary) -> Binding:
+    """A chain ``a + b - c``; long chains lean to the left, so they are taken step by step."""
+    if node.op in ("and", "or"):
+        return _logic(t, node)
+    chain = [node]
+    while isinstance(chain[-1].left, tree.Binary) and chain[-1].left.op not in ("and", "or"):
+        chain.append(chain[-1].left)
+    left: Binding = t.number(chain[-1].left)
+    for step in reversed(chain):
+        right = t.number(step.right)
+        if isinstance(left, Typed) and left.type == BOOL:
+            left = t.fail(
+                "E0307",
+                step.left.span,
+                "expected a number here",
+                label="this is a bool",
+                help=["join comparisons with `and`: `a < b and b < c`"],
+            )
+        both = isinstance(left, Typed) and isinstance(right, Typed)
+        left = _operation(t, step, left, right) if both else BROKEN  # type: ignore[arg-type]
+    return left
+
+
+def _operation(t: Typist, node: tree.Binary, left: Typed, right: Typed) -> Binding:
+    type_ = result_type(node.op, left.type, right.type)
+    if type_ is not None:
+        return t.apply(node, OPERATIONS[node.op], [left, right], widened(type_))
+    return t.fail(
+        "E0301",
+        node.span,
+        f"`{left.type} {node.op} {right.type}` does not fit",
+        labels=[
+            Label(left.span, f"this is {left.type}"),
+            Label(right.span, f"this is {right.type}"),
+            *t.origin(left),
+            *t.origin(right),
+        ],
+        help=advice(node.op, left.type, right.type),
+    )
+
+
+def _logic(t: Typist, node: tree.Binary) -> Binding:
+    chain = [node]
+    while isinstance(chain[-1].left, tree.Binary) and chain[-1].left.op == node.op:
+        chain.append(chain[-1].left)
+    left: Binding = condition(t, chain[-1].left)
+    before = t.facts
+    for step in reversed(chain):
+        if isinstance(left, Typed):
+            holds, fails = facts_of(left, t.slots.steps)
+            t.facts = before | (holds if node.op == "and" else fails)
+        right = condition(t, step.right)
+        if isinstance(left, Typed) and isinstance(right, Typed):
+            left = t.apply(step, node.op, [left, right], BOOL)
+        else:
+            left = BROKEN
+    t.facts = before
+    return left
+
+
+def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
+    """A boolean: a comparison, a flag, or an optional whose presence is asked for."""
+    found = t.visit(node)
+    if isinstance(found, OptionalValue):
+        path = found.entity.place.column(found.field)
+        test = presence(t, found.entity, (*found.entity.place.optionals, path), node.span)
+        return test if isinstance(test, Typed) else BROKEN
+    if isinstance(found, Entity):
+        place = found.place
+        if place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix:
+            test = presence(t, found, place.optionals, node.span)
+            return test if isinstance(test, Typed) else BROKEN
+        return t.fail(
+            "E0502",
+            node.span,
+            f"`{node.span.text}` is always there",
+            label=f"this is {describe(found)}, not an optional",
+            help=["only a field declared with `?` can be absent"],
+        )
+    value = t.as_value(found, node.span)
+    if isinstance(value, Typed) and value.type != BOOL:
+        return t.fail(
+            "E0307",
+            node.span,
+            "expected a condition here",
+            label=f"this is {value.type}",
+            labels=t.origin(value),
+            help=["compare it: `x > 0`"] if isinstance(value.type, ScalarType) else [],
+        )
+    return value
+
+
+def _transpose(t: Typist, node: tree.Transpose) -> Binding:
+    value = t.number(node.operand)
+    if isinstance(value, Broken):
+        return BROKEN
+    if isinstance(value.type, MatrixType):
+        return t.apply(node, "transpose", [value], MatrixType(value.type.columns, value.type.rows))
+    help_ = []
+    if isinstance(value.type, VectorType):
+        help_ = ["write `dot(a, b)` for a' * b; `a * M` takes a vector as a row as it stands"]
+    elif value.type == QUATERNION:
+        help_ = ["write `q.conj()` for the inverse rotation"]
+    return t.fail(
+        "E0301",
+        node.span,
+        f"only a matrix can be transposed, found {value.type}",
+        labels=t.origin(value),
+        help=help_,
+    )
+
+
+def _conditional(t: Typist, node: tree.Conditional) -> Binding:
+    cond = condition(t, node.cond)
+    holds = fails = frozenset()
+    if isinstance(cond, Typed):
+        holds, fails = facts_of(cond, t.slots.steps)
+    with t.knowing(holds):
+        then = t.value(node.then)
+    with t.knowing(fails):
+        otherwise = t.value(node.otherwise)
+    if isinstance(cond, Broken) or isinstance(then, Broken) or isinstance(otherwise, Broken):
+        return BROKEN
+    if widened(then.type) != widened(otherwise.type):
+        return t.fail(
+            "E0306",
+            node.span,
+            f"the two arms of `if` differ: {then.type} and {otherwise.type}",
+            labels=[
+                Label(then.span, f"this is {then.type}"),
+                Label(otherwise.span, f"this is {otherwise.type}"),
+            ],
+        )
+    type_ = widened(then.type)
+    return t.make(Select(type=type_, span=node.span, cond=cond, then=then, otherwise=otherwise))
+
+
+def _list(t: Typist, node: tree.ListExpr) -> Binding:
+    items: list[Typed] = []
+    broken = False
+    for part in node.items:
+        value = t.number(part)
+        if isinstance(value, Broken):
+            broken = True
+        elif isinstance(value.type, VectorType) or value.type in (REAL, INT):
+            items.append(value)
+        else:
+            broken = True
+            help_ = ["take a part of it: `q.vec`"] if value.type == QUATERNION else []
+            t.fail(
+                "E0312",
+                part.span,
+                "a list joins scalars and vectors",
+                label=f"this is {value.type}",
+                labels=t.origin(value),
+                help=help_,
+            )
+    if broken:
+        return BROKEN
+    if not items:
+        return t.fail("E0312", node.span, "an empty list has no value", label="put numbers in it")
+    size = sum(size_of(i.type) for i in items)
+    return t.make(Pack(type=VectorType(size), span=node.span, items=tuple(items)))
+
+
+HANDLERS: Mapping[type, Callable[[Typist, Any], Binding]] = {
+    tree.Number: _number,
+    tree.Boolean: _boolean,
+    tree.String: _string,
+    tree.Lambda: _lambda,
+    tree.Name: name,
+    tree.Attribute: attribute,
+    tree.Index: index,
+    tree.Call: call,
+    tree.Unary: _unary,
+    tree.Binary: _binary,
+    tree.Transpose: _transpose,
+    tree.Conditional: _conditional,
+    tree.ListExpr: _list,
+}

@@ -1,0 +1,223 @@
+"""Rule: a field has a type that exists and that its role allows.
+
+Allowed: ``param`` of the parameter types; plain data of every value type, optional or with a
+default; structs by value; collections of structs; refs.
+
+Not allowed: ``param`` of a string or an optional; a list of numbers; ``euler`` without ``param``; an
+optional collection; a default for a struct.
+"""
+
+from __future__ import annotations
+
+from arael.check.constants import Constants
+from arael.check.declared import Declarations, FieldDecl, StructDecl
+from arael.check.defaults import bounds_of, default_of
+from arael.check.report import Reporter
+from arael.check.typed import BOOL, REAL, ValueType, VectorType
+from arael.check.types import (
+    FIXED_TYPES,
+    LATER_PARAM_TYPES,
+    PARAM_TYPES,
+    BadSize,
+    shape_of,
+    size_of,
+    type_text,
+    value_type,
+)
+from arael.diagnostics.records import Span
+from arael.check.suggest import nearest
+from arael.runtime.layout import Param
+from arael.syntax import tree
+
+
+class Fields:
+    """Works out the fields of structs."""
+
+    def __init__(self, declarations: Declarations, constants: Constants, report: Reporter) -> None:
+        self.declarations = declarations
+        self.constants = constants
+        self.report = report
+
+    def declare(self, node: tree.Field) -> FieldDecl | None:
+        """One field; None after a complaint."""
+        declared = self._typed(node)
+        if declared is None:
+            return None
+        if declared.kind != "column" and (node.default is not None or node.bounds is not None):
+            what = "default" if node.default is not None else "bounds"
+            self._wrong(node.span, f"`{declared.text}` takes no {what}", "only plain values do")
+            return None
+        if node.default is not None:
+            default = default_of(declared, node.default, self.constants, self.report)
+            if default is None:
+                return None
+            declared.default = default
+        if node.bounds is not None:
+            bounded = bounds_of(declared, node.bounds, self.constants, self.report)
+            if bounded is None:
+                return None
+            declared.param = bounded
+        return declared
+
+    def _typed(self, node: tree.Field) -> FieldDecl | None:
+        type_ = node.type
+        text = type_text(type_)
+        name = node.name.id
+        plain = isinstance(type_, tree.NamedType)
+        if node.role != "data" and not isinstance(type_, tree.NamedType | tree.OptionalType):
+            return self._wrong(type_.span, f"`{node.role}` takes a value type, found `{text}`", "")
+        if isinstance(type_, tree.NamedType):
+            if node.role == "param":
+                return self._param(node, type_, text)
+            if type_.name == "constraint_index" and node.role == "data":
+                return FieldDecl(name, node, "constraint_index", text)
+            return self._named(node, type_, text, optional=False)
+        if isinstance(type_, tree.OptionalType):
+            if node.role == "param":
+                return self._wrong(
+                    type_.span,
+                    "a parameter cannot be optional",
+                    "solved for, or absent?",
+                    "put the parameter into a struct of its own and make that optional",
+                )
+            return self._named(node, type_.inner, text, optional=True)
+        if isinstance(type_, tree.CollectionType):
+            if not self._struct(type_.element, f"`{type_.kind} of` takes a struct"):
+                return None
+            return FieldDecl(
+                name, node, "collection", text, struct=type_.element.name, collection=type_.kind
+            )
+        if isinstance(type_, tree.RefType):
+            target = tree.NamedType(name=type_.target.id, span=type_.target.span)
+            if not self._struct(target, "a ref points to a struct"):
+                return None
+            return FieldDecl(name, node, "ref", text, struct=type_.target.id)
+        assert not plain
+        return FieldDecl(
+            name, node, "block" if isinstance(type_, tree.BlockType) else "triplets", text
+        )
+
+    def _named(
+        self, node: tree.Field, type_: tree.NamedType, text: str, *, optional: bool
+    ) -> FieldDecl | None:
+        name, unit = node.name.id, type_.unit.text if type_.unit else ""
+        value = value_type(type_)
+        if isinstance(value, BadSize):
+            return self._size(type_, value)
+        if value is not None:
+            if value == BOOL and optional:
+                return self._wrong(
+                    node.type.span,
+                    "a bool cannot be optional",
+                    "true, false or absent?",
+                    "use an int, or a bool with a default",
+                )
+            return FieldDecl(
+                name, node, "column", text, value, shape_of(value), optional=optional, unit=unit
+            )
+        if type_.name in PARAM_TYPES:
+            reading = PARAM_TYPES[type_.name][0]
+            return self._wrong(
+                type_.span,
+                f"`{type_.name}` is a type of parameters",
+                "this field is data",
+                f"write `param {name}: {type_.name}`, or `{name}: {reading}` for data",
+            )
+        if not self._struct(type_, ""):
+            return None
+        if node.role == "skip":
+            return self._wrong(type_.span, "`skip` takes a value type", f"{type_.name} is a struct")
+        return FieldDecl(name, node, "struct", text, struct=type_.name, optional=optional)
+
+    def _param(self, node: tree.Field, type_: tree.NamedType, text: str) -> FieldDecl | None:
+        name, unit = node.name.id, type_.unit.text if type_.unit else ""
+        reading: ValueType
+        if type_.name in PARAM_TYPES and not type_.dims:
+            reading, param = PARAM_TYPES[type_.name]
+            shape: tuple[int, ...] = () if param.stored == 1 else (param.stored,)
+            return FieldDecl(name, node, "column", text, reading, shape, unit=unit, param=param)
+        if type_.name in LATER_PARAM_TYPES:
+            self.report.error(
+                "E0906",
+                type_.span,
+                f"parameter type `{type_.name}`: it is part of the language, but this version does "
+                "not compile it",
+                label="not compiled",
+                help=["this version solves for: real, vec<n>, euler, rotation, quaternion, angle"],
+            )
+            return None
+        value = value_type(type_)
+        if isinstance(value, BadSize):
+            return self._size(type_, value)
+        if value == REAL or isinstance(value, VectorType):
+            n = size_of(value)
+            param = Param("real" if value == REAL else "vec", n, n)
+            return FieldDecl(
+                name, node, "column", text, value, shape_of(value), unit=unit, param=param
+            )
+        if value is None and type_.name not in self.declarations.structs:
+            self._unknown(type_)
+            return None
+        help_ = "a parameter is: real, vec2, vec3, vec<n>, euler, rotation, quaternion, angle"
+        if type_.name == "quat":
+            help_ = "write `quaternion` for a parameter"
+        elif type_.name in self.declarations.structs:
+            help_ = f"leave `param` out: the parameters within {type_.name} are found"
+        return self._wrong(
+            type_.span, f"`{type_.name}` cannot be a parameter", "not solvable", help_
+        )
+
+    def _struct(self, type_: tree.NamedType, need: str) -> bool:
+        name = type_.name
+        if name in self.declarations.broken:
+            return False
+        struct = self.declarations.structs.get(name)
+        if struct is None:
+            if need and (name in FIXED_TYPES or name in PARAM_TYPES or name in ("vec", "mat")):
+                self._wrong(
+                    type_.span,
+                    f"{need}, found `{name}`",
+                    "not a struct",
+                    f"wrap it: `struct Item {{ x: {type_text(type_)} }}`",
+                )
+            else:
+                self._unknown(type_)
+            return False
+        if struct.node.kind == "root":
+            self._wrong(type_.span, f"`{name}` is a root", "a root is held by nothing")
+            return False
+        return True
+
+    def _unknown(self, type_: tree.NamedType) -> None:
+        if type_.name in self.declarations.broken:
+            return
+        structs = [s.name for s in self.declarations.structs.values() if s.node.kind == "struct"]
+        near = nearest(type_.name, [*structs, *FIXED_TYPES, *PARAM_TYPES])
+        self.report.error(
+            "E0203",
+            type_.span,
+            f"unknown type `{type_.name}`",
+            label="not found",
+            help=[f"did you mean `{near}`?"]
+            if near
+            else [f"declare it: `struct {type_.name} {{ ... }}`"],
+        )
+
+    def _size(self, type_: tree.NamedType, bad: BadSize) -> None:
+        self.report.error(
+            "E0311", type_.span, f"`{type_text(type_)}` {bad.reason}", label="not a type"
+        )
+
+    def _wrong(self, span: Span, message: str, label: str, help_: str = "") -> None:
+        self.report.error("E0407", span, message, label=label, help=[help_] if help_ else [])
+
+
+def declare_fields(fields: Fields, struct: StructDecl) -> None:
+    """Work out all fields of a struct; duplicates and reserved names are found elsewhere."""
+    for member in struct.node.members:
+        if isinstance(member, tree.Field) and member.name.id not in struct.fields:
+            declared = fields.declare(member)
+            if declared is not None:
+                struct.fields[declared.name] = declared
+            else:
+                fields.declarations.broken.add(member.name.id)

@@ -1,0 +1,154 @@
+"""Rule: a function of the model can be written out where it is called.
+
+Allowed: functions that call each other in any order; unused ones.
+
+Not allowed: a function that calls itself, directly or through others; a name in its body that is
+neither a parameter nor a constant; two parameters of one name.
+"""
+
+from __future__ import annotations
+
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
+from arael.check.declared import Declarations
+from arael.check.report import Reporter
+from arael.check.walk import subtrees
+from arael.diagnostics.records import Label
+from arael.check.suggest import nearest
+from arael.syntax import tree
+
+
+def check_functions(declarations: Declarations, report: Reporter) -> None:
+    """Check all functions; those in error are marked, so that calls of them stay silent."""
+    for name, function in declarations.functions.items():
+        if not _supported(function, report):
+            declarations.broken.add(name)
+        elif not _names(function, declarations, report):
+            declarations.broken.add(name)
+    _recursion(declarations, report)
+
+
+def _supported(function: tree.Function, report: Reporter) -> bool:
+    name = function.name.id
+    if function.extern or function.body is None:
+        report.error(
+            "E0902",
+            function.name.span,
+            f"extern fn `{name}`: native functions are part of the language, but this version does "
+            "not compile them",
+            label="declared here",
+            help=["write it as a formula: `fn f(x) = ...`"],
+        )
+        return False
+    if function.derivs is not None:
+        report.error(
+            "E0903",
+            function.name.span,
+            f"fn `{name}`: `derivs` are part of the language, but this version does not compile "
+            "them",
+            label="with derivatives of its own",
+            help=["leave `derivs` out: the formula is differentiated as it stands"],
+        )
+        return False
+    return True
+
+
+def _names(function: tree.Function, declarations: Declarations, report: Reporter) -> bool:
+    assert function.body is not None
+    good = True
+    parameters: dict[str, tree.Ident] = {}
+    for parameter in function.params:
+        if parameter.id in parameters:
+            good = False
+            report.error(
+                "E0207",
+                parameter.span,
+                f"parameter `{parameter.id}` is declared twice",
+                labels=[Label(parameters[parameter.id].span, "first declared here")],
+            )
+        parameters[parameter.id] = parameter
+    called = {id(n.func) for n in subtrees(function.body) if isinstance(n, tree.Call)}
+    visible = {*parameters, *declarations.consts, *CONSTANTS, *IDENTITIES, *declarations.broken}
+    callable_ = {*declarations.functions, *FUNCTIONS, *IDENTITIES, *declarations.broken}
+    for node in subtrees(function.body):
+        if not isinstance(node, tree.Name):
+            continue
+        known = callable_ if id(node) in called else visible
+        if node.id in known:
+            continue
+        good = False
+        near = nearest(node.id, known)
+        if id(node) in called:
+            report.error(
+                "E0205",
+                node.span,
+                f"unknown function `{node.id}`",
+                label="not found",
+                help=[f"did you mean `{near}`?"] if near else [],
+            )
+        else:
+            report.error(
+                "E0201",
+                node.span,
+                f"unknown name `{node.id}`",
+                label=f"not a parameter of `{function.name.id}`",
+                help=[f"did you mean `{near}`?"]
+                if near
+                else ["a function sees its parameters and constants; pass it as an argument"],
+            )
+    return good
+
+
+def _recursion(declarations: Declarations, report: Reporter) -> None:
+    calls = {
+        name: _calls(function, declarations) for name, function in declarations.functions.items()
+    }
+    finished: set[str] = set()
+    for start in calls:
+        # Depth first with a stack of its own: chains of functions may be long.
+        trail: dict[str, None] = {}
+        waiting: list[tuple[str, bool]] = [(start, False)]
+        while waiting:
+            name, leaving = waiting.pop()
+            if leaving:
+                finished.add(trail.popitem()[0])
+            elif name in trail:
+                on_trail = list(trail)
+                circle = on_trail[on_trail.index(name) :]
+                declarations.broken.update(circle)
+                _complain(circle, calls, declarations, report)
+            elif name not in finished:
+                trail[name] = None
+                waiting.append((name, True))
+                waiting.extend((c, False) for c in calls[name])
+
+
+def _calls(function: tree.Function, declarations: Declarations) -> dict[str, tree.Call]:
+    found: dict[str, tree.Call] = {}
+    for node in subtrees(function.body) if function.body is not None else ():
+        if isinstance(node, tree.Call) and isinstance(node.func, tree.Name):
+            name = node.func.id
+            if name in declarations.functions:
+                found.setdefault(name, node)
+    return found
+
+
+def _complain(
+    circle: list[str],
+    calls: dict[str, dict[str, tree.Call]],
+    declarations: Declarations,
+    report: Reporter,
+) -> None:
+    shown = circle[:6]
+    following = [*circle[1:], circle[0]]
+    chain = " -> ".join([*circle, circle[0]] if len(circle) < 6 else [*shown, "...", circle[0]])
+    report.error(
+        "E0605",
+        declarations.functions[circle[0]].name.span,
+        f"function calls itself: {chain}",
+        label="cannot be written out as a formula",
+        labels=[
+            Label(calls[a][b].span, f"`{a}` calls `{b}` here")
+            for a, b in zip(shown, following, strict=False)
+        ],
+        help=["formulas have no loops; give the function as a closed formula"],
+    )

@@ -1,0 +1,108 @@
+"""Rule: the members of a struct have names of their own, and stand where they belong.
+
+Allowed: constraints in any struct; `fit`, `solve` and `marginalize` in a root; one `key`.
+
+Not allowed: two fields, or two constraints, of one name; a field called `parent`; `solve` in a
+struct; a `key` that is not a string field.
+"""
+
+from __future__ import annotations
+
+from arael.check.declared import StructDecl
+from arael.check.items import RESERVED
+from arael.check.report import Reporter
+from arael.check.suggest import did_you_mean
+from arael.check.typed import STRING
+from arael.diagnostics.records import Label, Span
+from arael.syntax import tree
+
+
+def sort_members(struct: StructDecl, report: Reporter) -> None:
+    """Put the members of `struct` into their lists and check their names."""
+    fields: dict[str, Span] = {}
+    constraints: dict[str, Span] = {}
+    is_root = struct.node.kind == "root"
+    for member in struct.node.members:
+        match member:
+            case tree.Field():
+                _own_name(member.name, fields, "E0207", "field", report)
+            case tree.Constraint():
+                _own_name(member.name, constraints, "E0603", "constraint", report)
+                struct.constraints.append(member)
+            case tree.Symbolic() | tree.Compute() | tree.Update():
+                _misplaced(member.span, "this belongs into a `component`", report)
+            case tree.Fit() if is_root:
+                struct.fits.append(member)
+            case tree.Marginalize() if is_root:
+                struct.marginalize.append(member)
+            case tree.Solve() if is_root:
+                if struct.solve is not None:
+                    _twice(member.span, "`solve` is given twice", struct.solve.span, report)
+                struct.solve = member
+            case tree.Fit() | tree.Marginalize() | tree.Solve():
+                _misplaced(member.span, "this belongs into the `root`", report)
+            case _:
+                pass
+
+
+def check_keys(struct: StructDecl, report: Reporter) -> None:
+    """Find the key of `struct`, once its fields are known."""
+    given: tree.Key | None = None
+    for member in struct.node.members:
+        if not isinstance(member, tree.Key):
+            continue
+        if given is not None:
+            _twice(member.span, "`key` is given twice", given.span, report)
+            continue
+        given = member
+        name = member.field.id
+        field = struct.fields.get(name)
+        if field is None:
+            if any(isinstance(m, tree.Field) and m.name.id == name for m in struct.node.members):
+                continue
+            report.error(
+                "E0409",
+                member.field.span,
+                f"{struct.name} has no field `{name}`",
+                label="unknown field",
+                help=did_you_mean(name, struct.fields) or [f"add `{name}: string`"],
+            )
+        elif field.type != STRING or field.optional or field.node.role != "data":
+            report.error(
+                "E0409",
+                member.field.span,
+                "a key is a string field",
+                label=f"this is `{field.text}`",
+                labels=[Label(field.span, "declared here")],
+            )
+        else:
+            struct.key = name
+
+
+def _own_name(
+    name: tree.Ident, taken: dict[str, Span], code: str, what: str, report: Reporter
+) -> None:
+    if name.id in RESERVED:
+        report.error(
+            "E0208",
+            name.span,
+            f"`{name.id}` belongs to the language",
+            label="choose another name",
+        )
+    elif name.id in taken:
+        report.error(
+            code,
+            name.span,
+            f"{what} `{name.id}` is declared twice",
+            label="declared again here",
+            labels=[Label(taken[name.id], "first declared here")],
+        )
+    taken.setdefault(name.id, name.span)
+
+
+def _twice(span: Span, message: str, first: Span, report: Reporter) -> None:
+    report.error("E0207", span, message, labels=[Label(first, "first given here")])
+
+
+def _misplaced(span: Span, message: str, report: Reporter) -> None:
+    report.error("E0413", span, message, label="not here")

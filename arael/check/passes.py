@@ -1,0 +1,246 @@
+"""Rule: a pass sets what exists: data of the root, or a setting of the solver.
+
+Allowed: ``pass fine { scale = 1.0  rel_precision = 1e-6  freeze poses.ea  free landmarks }``.
+
+Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not a parameter.
+"""
+
+from __future__ import annotations
+
+from arael.check.binding import Broken, Collection, Entity
+from arael.check.constants import Constants
+from arael.check.declared import FieldDecl
+from arael.check.defaults import constant_for
+from arael.check.paths import Paths
+from arael.check.places import Place, Sites
+from arael.check.report import Reporter
+from arael.check.suggest import did_you_mean
+from arael.check.typed import BOOL, STRING
+from arael.diagnostics.records import Label, Span
+from arael.runtime.layout import Pass, PassSetting
+from arael.syntax import tree
+
+WHOLE = frozenset({"max_iters", "min_iters", "patience", "num_threads"})
+REALS = frozenset(
+    {
+        "abs_precision",
+        "rel_precision",
+        "initial_lambda",
+        "lambda_floor",
+        "cost_threshold",
+        "gradient_tolerance",
+        "parameter_tolerance",
+        "predicted_reduction_tolerance",
+        "min_diagonal",
+        "time_limit",
+    }
+)
+SWITCHES = frozenset({"verbose"})
+SETTINGS = WHOLE | REALS | SWITCHES
+
+
+class Passes:
+    """Works out the solve schedule of the root."""
+
+    def __init__(self, sites: Sites, paths: Paths, constants: Constants, report: Reporter) -> None:
+        self.root = sites.root.place
+        self.paths = paths
+        self.constants = constants
+        self.report = report
+
+    def all(self) -> tuple[Pass, ...]:
+        """The passes in order."""
+        solve = self.root.struct.solve
+        if solve is None:
+            return ()
+        taken: dict[str, Span] = {}
+        for node in solve.passes:
+            if node.name.id in taken:
+                self.report.error(
+                    "E0207",
+                    node.name.span,
+                    f"pass `{node.name.id}` is declared twice",
+                    label="declared again here",
+                    labels=[Label(taken[node.name.id], "first declared here")],
+                )
+            taken.setdefault(node.name.id, node.name.span)
+        return tuple(self._pass(node) for node in solve.passes)
+
+    def _pass(self, node: tree.Pass) -> Pass:
+        settings: list[PassSetting] = []
+        config: dict[str, float | int | bool | str] = {}
+        lists: dict[bool, list[str]] = {True: [], False: []}
+        given: dict[str, Span] = {}
+        for step in node.steps:
+            if isinstance(step, tree.Freeze):
+                found = (self._parameters(path) for path in step.paths)
+                lists[step.free].extend(text for text in found if text is not None)
+                continue
+            name = str(step.target).removeprefix("root.")
+            if name in given:
+                self.report.error(
+                    "E0207",
+                    step.target.span,
+                    f"`{name}` is set twice in one pass",
+                    labels=[Label(given[name], "first set here")],
+                )
+            given.setdefault(name, step.target.span)
+            self._setting(step, name, settings, config)
+        return Pass(node.name.id, tuple(settings), config, tuple(lists[False]), tuple(lists[True]))
+
+    def _setting(
+        self,
+        step: tree.Setting,
+        name: str,
+        settings: list[PassSetting],
+        config: dict[str, float | int | bool | str],
+    ) -> None:
+        found = self._root_field(step.target)
+        if found is None and name in SETTINGS:
+            value = self._config_value(name, step.value)
+            if value is not None:
+                config[name] = value
+            return
+        if found is None:
+            self._unknown(step.target, name)
+            return
+        place, field = found
+        if name in SETTINGS:
+            self.report.error(
+                "E0202",
+                step.target.span,
+                f"`{name}` means two things here",
+                label="a setting of the solver, or a field of the root",
+                labels=[Label(field.span, "the field")],
+                help=[f"write `root.{name}` for the field, or rename it"],
+            )
+            return
+        if field.kind != "column" or field.node.role != "data" or field.type == STRING:
+            self.report.error(
+                "E0209",
+                step.target.span,
+                f"a pass cannot set `{name}`",
+                label=f"this is `{field.text}`" if not field.param else "this is a parameter",
+                labels=[Label(field.span, "declared here")],
+                help=["a pass sets numbers of the root's data"],
+            )
+            return
+        values = constant_for(field, step.value, self.constants, self.report)
+        if values is not None:
+            settings.append(PassSetting(place.column(field), values))
+
+    def _root_field(self, path: tree.Path) -> tuple[Place, FieldDecl] | None:
+        """The field of the root, or of a struct it holds by value, that `path` names."""
+        parts = [p.id for p in path.parts]
+        if len(parts) > 1 and parts[0] in ("root", self.paths.root_name):
+            parts = parts[1:]
+        place = self.root
+        for part in parts[:-1]:
+            if part not in place.values:
+                return None
+            place = place.values[part]
+        field = place.struct.fields.get(parts[-1])
+        return (place, field) if field is not None else None
+
+    def _unknown(self, target: tree.Path, name: str) -> None:
+        if name in self.constants.declarations.broken:
+            return
+        fields = [f.name for f in self.root.struct.fields.values() if f.kind == "column"]
+        self.report.error(
+            "E0209",
+            target.span,
+            f"unknown setting `{name}`",
+            label="neither a field of the root nor a setting of the solver",
+            help=did_you_mean(name, [*fields, *sorted(SETTINGS)]),
+        )
+
+    def _config_value(self, name: str, node: tree.Expr) -> float | int | bool | None:
+        found = self.constants.evaluate(node)
+        if found is None:
+            return None
+        value = found.values[0]
+        expected = ""
+        if name in SWITCHES:
+            expected = "" if found.type == BOOL else "true or false"
+        elif found.type == BOOL or len(found.values) != 1:
+            expected = "a number"
+        elif name in WHOLE and not (value.is_integer() and 0 <= value < 2**31):
+            expected = "a whole number, 0 or more"
+        elif value < 0:
+            expected = "a number, 0 or more"
+        if expected:
+            self.report.error(
+                "E0310",
+                node.span,
+                f"`{name}` takes {expected}",
+                label=f"this is {found.type}" if "number, 0" not in expected else "out of range",
+            )
+            return None
+        if name in SWITCHES:
+            return bool(value)
+        return int(value) if name in WHOLE else value
+
+    def _parameters(self, path: tree.Path) -> str | None:
+        """The path of what is frozen or freed, checked; None after a complaint."""
+        *before, last = path.parts
+        here: Entity | Collection | Broken = Entity((), self.root)
+        for i, part in enumerate(before):
+            place = here.site.place if isinstance(here, Collection) else here.place  # type: ignore[union-attr]
+            here = self._step(place, part, skip=i == 0)
+            if isinstance(here, Broken):
+                return None
+        place = here.site.place if isinstance(here, Collection) else here.place  # type: ignore[union-attr]
+        text = str(path).removeprefix("root.")
+        field = place.struct.fields.get(last.id)
+        if field is not None and field.param is not None:
+            return text
+        if field is not None and field.kind == "struct":
+            inner = place.values[last.id]
+            if any(p.struct.has_params for p in _below(inner)):
+                return text
+        if field is not None and field.kind == "collection":
+            if any(p.struct.has_params for p in place.collections[last.id].places()):
+                return text
+        if field is None:
+            if last.id in self.constants.declarations.broken:
+                return None
+            self._no_field(place, last)
+            return None
+        self.report.error(
+            "E0411",
+            last.span,
+            f"`{text}` has no parameters",
+            label=f"this is `{field.text}`",
+            labels=[Label(field.span, "declared here")],
+        )
+        return None
+
+    def _step(self, place: Place, part: tree.Ident, *, skip: bool) -> Entity | Collection | Broken:
+        """One step of a path that may lead through collections, meaning all their elements."""
+        if skip and part.id in ("root", self.paths.root_name):
+            return Entity((), place)
+        if part.id in place.values:
+            return Entity((), place.values[part.id])
+        if part.id in place.collections:
+            return Collection(Entity((), place), place.collections[part.id])
+        self._no_field(place, part)
+        return Broken()
+
+    def _no_field(self, place: Place, part: tree.Ident) -> None:
+        self.report.error(
+            "E0405",
+            part.span,
+            f"{place.struct.name} has no field `{part.id}`",
+            label="unknown part of a path",
+            labels=[Label(place.struct.node.name.span, "this struct")],
+            help=did_you_mean(part.id, place.struct.fields),
+        )
+
+
+def _below(place: Place) -> list[Place]:
+    found, waiting = [], [place]
+    while waiting:
+        here = waiting.pop()
+        found.append(here)
+        waiting.extend(here.values.values())
+    return found

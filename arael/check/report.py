@@ -1,0 +1,59 @@
+"""How the rules of this room speak: one place that makes diagnostics, and bounds their number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.diagnostics.records import Diagnostic, Findings, Label, Span
+
+MAX_ERRORS = 50
+
+
+class Reporter:
+    """Adds diagnostics to the findings of a run.
+
+    After `MAX_ERRORS` errors the run is stopped, so that a hostile or hopeless file costs bounded
+    time and its reader bounded patience.
+    """
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings = findings
+
+    def error(
+        self,
+        code: str,
+        span: Span,
+        message: str,
+        *,
+        label: str = "",
+        labels: Sequence[Label] = (),
+        notes: Sequence[str] = (),
+        help: Sequence[str] = (),
+    ) -> None:
+        """Report an error at `span`."""
+        self._add(Diagnostic(code, message, span, label, tuple(labels), tuple(notes), tuple(help)))
+        if len(self.findings.errors) >= MAX_ERRORS:
+            self.findings.stop_on_errors()
+
+    def warning(
+        self,
+        code: str,
+        span: Span,
+        message: str,
+        *,
+        label: str = "",
+        notes: Sequence[str] = (),
+        help: Sequence[str] = (),
+    ) -> None:
+        """Report a warning at `span`."""
+        self._add(
+            Diagnostic(
+                code, message, span, label, (), tuple(notes), tuple(help), severity="warning"
+            )
+        )
+
+    def _add(self, diagnostic: Diagnostic) -> None:
+        """Keep one diagnostic per place and code: a body is typed at every place of its struct."""
+        said = ((d.code, d.span, d.message) for d in self.findings.items)
+        if (diagnostic.code, diagnostic.span, diagnostic.message) not in said:
+            self.findings.add(diagnostic)

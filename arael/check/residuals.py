@@ -1,0 +1,102 @@
+"""Rule: a residual is made of numbers to be squared, and says something about a parameter.
+
+Allowed: a scalar, a vector, a list of both.
+
+Not allowed: a matrix, a quaternion, a comparison, a struct, an empty list; a residual of data alone;
+a guard over parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.check.binding import Broken
+from arael.check.builtins import is_number
+from arael.check.typed import BOOL, QUATERNION, MatrixType, Read, Typed, VectorType
+from arael.check.typist import Typist
+from arael.check.walk import postorder
+from arael.diagnostics.records import Label
+from arael.syntax import tree
+
+
+def residual_of(t: Typist, node: tree.Expr) -> list[Typed] | None:
+    """The parts of a residual, in order; None after a complaint."""
+    parts = node.items if isinstance(node, tree.ListExpr) else (node,)
+    if not parts:
+        t.fail(
+            "E0604",
+            node.span,
+            "the residual is empty",
+            label="nothing to minimise",
+            help=["end the body with a scalar, a vector or a list of both"],
+        )
+        return None
+    found: list[Typed] = []
+    good = True
+    for part in parts:
+        value = t.value(part)
+        if isinstance(value, Broken):
+            good = False
+        elif isinstance(value.type, VectorType) or is_number(value.type):
+            found.append(value)
+        else:
+            good = False
+            _not_residual(t, part, value)
+    return found if good else None
+
+
+def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
+    help_ = []
+    if isinstance(value.type, MatrixType):
+        help_ = ["pick what should vanish: `rotation_vector(M)`, `M.col(i)`, `M[i, j]`"]
+    elif value.type == QUATERNION:
+        help_ = ["write `2 * q.vec` for a small rotation, or `q.log()`"]
+    elif value.type == BOOL:
+        help_ = ["a condition belongs behind `when`, or into `if ... then ... else`"]
+    t.fail(
+        "E0602",
+        node.span,
+        f"a residual is a scalar or a vector, found {value.type}",
+        label=f"this is {value.type}",
+        labels=t.origin(value),
+        help=help_,
+    )
+
+
+def check_guard(t: Typist, node: tree.Expr, guard: Typed) -> bool:
+    """Whether a guard keeps to data."""
+    reads = _trial(guard)
+    if not reads:
+        return True
+    t.fail(
+        "E0905",
+        node.span,
+        "guard reads a parameter: that is part of the language, but this version does not compile "
+        "it",
+        labels=[Label(reads[0].span, "solved for")],
+        help=["ask about data, or about `x.value`, which stays as it was when the solve began"],
+    )
+    return False
+
+
+def check_parameters(
+    t: Typist, node: tree.Constraint | tree.Fit, residual: Sequence[Typed]
+) -> bool:
+    """Whether a residual reads a parameter."""
+    if any(isinstance(n, Read) and n.version == "trial" for n in postorder(residual)):
+        return True
+    stored = [n for n in postorder(residual) if isinstance(n, Read) and n.version == "stored"]
+    name = node.name if isinstance(node, tree.Constraint) else node.collection
+    t.fail(
+        "E0601",
+        name.span,
+        "the constraint has no parameter",
+        label="its residual cannot change",
+        labels=[Label(n.span, "the stored value does not move") for n in stored[:3]],
+        help=["declare what is to be solved for as `param`"],
+    )
+    return False
+
+
+def _trial(value: Typed) -> list[Read]:
+    return [n for n in postorder([value]) if isinstance(n, Read) and n.version == "trial"]

@@ -1,0 +1,156 @@
+"""What names mean inside a constraint, a function or a constant, in the language's order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from arael.check.binding import Binding, Entity
+from arael.check.declared import Declarations
+from arael.check.paths import Paths
+from arael.diagnostics.records import Span
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One thing that a name may mean; `bind` makes the binding for a use at a span."""
+
+    what: str
+    span: Span | None
+    bind: Callable[[Span], Binding]
+    entity: Entity | None = None
+
+
+class Scope(Protocol):
+    """Where names are looked up."""
+
+    def candidates(self, name: str) -> list[Candidate]:
+        """Everything that `name` may mean, first in order first."""
+
+    def names(self) -> Iterable[str]:
+        """Names that a misspelt one may have meant."""
+
+    def advice(self, name: str) -> list[str]:
+        """What to do about the unknown name `name`, better than a suggestion."""
+
+
+FieldBinder = Callable[[Entity, str, Span], Binding]
+ConstantBinder = Callable[[str, Span], Binding]
+
+
+@dataclass
+class ConstantScope:
+    """Inside a constant expression, and inside a function (whose parameters are `locals`)."""
+
+    declarations: Declarations
+    constant: ConstantBinder
+    locals: dict[str, tuple[Binding, Span]] = field(default_factory=dict)
+    inside: str = "a constant"
+
+    def candidates(self, name: str) -> list[Candidate]:
+        found = []
+        if name in self.locals:
+            binding, span = self.locals[name]
+            found.append(Candidate("a parameter of the function", span, lambda _: binding))
+        if name in self.declarations.consts:
+            found.append(_const(self.declarations, self.constant, name))
+        return found
+
+    def names(self) -> Iterable[str]:
+        return [*self.locals, *self.declarations.consts]
+
+    def advice(self, name: str) -> list[str]:
+        if self.inside == "a constant":
+            return ["a constant is made of numbers, other constants and functions"]
+        return [f"{self.inside} sees its parameters and constants; pass `{name}` as an argument"]
+
+
+@dataclass
+class BodyScope:
+    """Inside a constraint.
+
+    `own` is the entity whose fields are named bare: the constraint's struct, or the root in a
+    `fit`. `home` is the entity of the row that the constraint runs over.
+    """
+
+    declarations: Declarations
+    paths: Paths
+    home: Entity
+    own: Entity
+    field: FieldBinder
+    constant: ConstantBinder
+    lets: dict[str, tuple[Binding, Span]] = field(default_factory=dict)
+
+    def candidates(self, name: str) -> list[Candidate]:
+        found = []
+        if name in self.lets:
+            binding, span = self.lets[name]
+            bound = binding if isinstance(binding, Entity) else None
+            found.append(Candidate("a `let` of this body", span, lambda _: binding, bound))
+        own = self.own
+        if name in own.place.struct.fields:
+            declared = own.place.struct.fields[name]
+            followed = None
+            if declared.kind == "ref":
+                target = self.paths.follow(own, declared)
+                followed = target if isinstance(target, Entity) else None
+            found.append(
+                Candidate(
+                    f"a field of {own.place.struct.name}",
+                    declared.span,
+                    lambda span: self.field(own, name, span),
+                    followed,
+                )
+            )
+        for what, entity in self._entities(name):
+            found.append(
+                Candidate(what, None, lambda _, e=entity: e, entity)  # type: ignore[misc]
+            )
+        if name in self.declarations.consts:
+            found.append(_const(self.declarations, self.constant, name))
+        return found
+
+    def _entities(self, name: str) -> Iterable[tuple[str, Entity]]:
+        root = self.paths.root(self.home)
+        if name == "self":
+            yield "this entity", self.own
+        elif name == "root":
+            yield "the root", root
+        elif name == "parent":
+            owner = self.paths.owner(self.own)
+            if owner is not None:
+                yield "the owner of this entity", owner
+        else:
+            struct = self.own.place.struct.name
+            if name == struct.lower():
+                yield f"this {struct}", self.own
+            elif name == self.paths.root_name:
+                yield f"the root {root.place.struct.name}", root
+
+    def names(self) -> Iterable[str]:
+        return [
+            *self.lets,
+            *self.own.place.struct.fields,
+            self.own.place.struct.name.lower(),
+            self.paths.root_name,
+            "self",
+            "parent",
+            "root",
+            *self.declarations.consts,
+        ]
+
+    def advice(self, name: str) -> list[str]:
+        if name == "parent":
+            return ["the root is held by nothing"]
+        if name in self.paths.root(self.home).place.struct.fields:
+            return [f"the root has a `{name}`: write `root.{name}`"]
+        owner = self.paths.owner(self.own)
+        if owner is not None and name in owner.place.struct.fields:
+            return [f"the parent has a `{name}`: write `parent.{name}`"]
+        return []
+
+
+def _const(declarations: Declarations, constant: ConstantBinder, name: str) -> Candidate:
+    span = declarations.consts[name].name.span
+    return Candidate("a constant", span, lambda use: constant(name, use))

@@ -1,0 +1,145 @@
+"""The tables and columns that the runtime will know, from the places of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from arael.check.declared import FieldDecl
+from arael.check.paths import Paths
+from arael.check.places import Place, Sites, TableSite
+from arael.check.typed import EntitySite, ScalarType
+from arael.runtime.layout import ByValue, Column, Table
+
+
+def check_refs(sites: Sites, paths: Paths) -> None:
+    """Resolve every ref at every place, so that each mistake in one is reported."""
+    for place in sites.places():
+        for field in place.struct.fields.values():
+            if field.kind == "ref":
+                paths.target(place, field)
+
+
+def build_tables(sites: Sites, paths: Paths) -> tuple[Table, ...]:
+    """All tables, the root first, owners before what they own."""
+    return tuple(_table(site, paths) for site in sites.tables.values())
+
+
+def build_entities(sites: Sites, tables: tuple[Table, ...]) -> tuple[EntitySite, ...]:
+    """Every place of a struct with parameters, in the order of tables."""
+    by_path = {t.path: {c.path: c for c in t.columns if c.param is not None} for t in tables}
+    found = []
+    for place in sites.places():
+        if place.struct.has_params:
+            columns = by_path[place.table.path]
+            own = (f for f in place.struct.fields.values() if f.param is not None)
+            found.append(
+                EntitySite(
+                    place.struct.name,
+                    place.table.path,
+                    place.prefix,
+                    tuple(columns[place.column(f)] for f in own),
+                )
+            )
+    return tuple(found)
+
+
+def _table(site: TableSite, paths: Paths) -> Table:
+    struct = site.place.struct
+    columns: list[Column] = []
+    values: list[ByValue] = []
+    _flatten(site.place, paths, columns, values)
+    declared = site.declared
+    return Table(
+        path=site.path,
+        struct=struct.name,
+        collection=site.collection,
+        parent=site.parent,
+        field=site.field,
+        where=declared.where if declared else str(struct.node.name.span),
+        columns=tuple(columns),
+        values=tuple(values),
+        key=struct.key,
+        doc=declared.node.doc if declared and declared.node.doc else struct.node.doc,
+    )
+
+
+def _flatten(top: Place, paths: Paths, columns: list[Column], values: list[ByValue]) -> None:
+    """Columns of a place and of all it holds by value, in order of declaration."""
+    waiting: list[Iterator[tuple[Place, FieldDecl]]] = [_fields(top)]
+    while waiting:
+        following = next(waiting[-1], None)
+        if following is None:
+            waiting.pop()
+            continue
+        place, field = following
+        within = place.optionals[-1] if place.optionals else ""
+        path = place.column(field)
+        if field.optional:
+            columns.append(_present(field, path, within))
+        if field.kind == "struct":
+            values.append(ByValue(path, field.struct, field.optional, field.where, within))
+            waiting.append(_fields(place.values[field.name]))
+        elif field.kind in ("column", "ref", "constraint_index"):
+            column = _column(place, field, path, path if field.optional else within, paths)
+            if column is not None:
+                columns.append(column)
+
+
+def _fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:
+    return ((place, field) for field in place.struct.fields.values())
+
+
+def _present(field: FieldDecl, path: str, within: str) -> Column:
+    return Column(
+        path=path,
+        kind="bool",
+        shape=(),
+        role="present",
+        type=field.text,
+        where=field.where,
+        within=within,
+        doc=field.node.doc,
+    )
+
+
+def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths) -> Column | None:
+    if field.kind == "ref":
+        target = paths.target(place, field)
+        if target is None:
+            return None
+        return Column(
+            path=path,
+            kind="int",
+            shape=(),
+            role="ref",
+            type=field.text,
+            where=field.where,
+            target=target,
+            within=within,
+            doc=field.node.doc,
+        )
+    if field.kind == "constraint_index":
+        return Column(
+            path=path,
+            kind="int",
+            shape=(),
+            role="constraint_index",
+            type=field.text,
+            where=field.where,
+            within=within,
+            doc=field.node.doc,
+        )
+    kind = field.type.kind if isinstance(field.type, ScalarType) else "real"
+    return Column(
+        path=path,
+        kind=kind,
+        shape=field.shape,
+        role="param" if field.param else "skip" if field.node.role == "skip" else "data",
+        type=field.text,
+        where=field.where,
+        unit=field.unit,
+        default=field.default,
+        param=field.param,
+        within=within,
+        doc=field.node.doc,
+    )

@@ -1,0 +1,111 @@
+"""Types by their names: which there are, what a field of each stores, what a reading of it gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arael.check.limits import MAX_MATRIX, MAX_VECTOR
+from arael.check.typed import (
+    BOOL,
+    INT,
+    QUATERNION,
+    REAL,
+    STRING,
+    MatrixType,
+    ValueType,
+    VectorType,
+)
+from arael.runtime.layout import Param
+from arael.syntax import tree
+
+FIXED_TYPES: dict[str, ValueType] = {
+    "real": REAL,
+    "int": INT,
+    "bool": BOOL,
+    "string": STRING,
+    "vec2": VectorType(2),
+    "vec3": VectorType(3),
+    "mat2": MatrixType(2, 2),
+    "mat3": MatrixType(3, 3),
+    "quat": QUATERNION,
+}
+
+# Parameter types that are not plain: what a reading gives, stored scalars, tangent scalars.
+PARAM_TYPES: dict[str, tuple[ValueType, Param]] = {
+    "euler": (VectorType(3), Param("euler", 3, 3)),
+    "rotation": (QUATERNION, Param("rotation", 4, 3)),
+    "quaternion": (QUATERNION, Param("quaternion", 4, 3)),
+    "angle": (REAL, Param("angle", 1, 1)),
+}
+
+# Parameter types of the language that this version reads but does not compile.
+LATER_PARAM_TYPES = frozenset({"direction", "transform", "similarity"})
+
+TYPE_NAMES = frozenset(
+    {*FIXED_TYPES, *PARAM_TYPES, *LATER_PARAM_TYPES, "vec", "mat", "constraint_index"}
+)
+
+
+@dataclass(frozen=True)
+class BadSize:
+    """A vector or matrix type whose size cannot be; `reason` completes the message."""
+
+    reason: str
+
+
+def value_type(node: tree.NamedType) -> ValueType | BadSize | None:
+    """The value type that `node` names; None if it names none (a struct, say)."""
+    if not node.dims:
+        if node.name in ("vec", "mat"):
+            example = "vec<4>" if node.name == "vec" else "mat<2,3>"
+            return BadSize(f"needs its size, as in `{example}`")
+        return FIXED_TYPES.get(node.name)
+    if node.name == "vec" and len(node.dims) == 1:
+        n = node.dims[0]
+        return (
+            VectorType(n) if 1 <= n <= MAX_VECTOR else BadSize(f"needs 1 to {MAX_VECTOR} scalars")
+        )
+    if node.name == "mat" and len(node.dims) == 2:
+        rows, columns = node.dims
+        if rows < 1 or columns < 1 or rows * columns > MAX_MATRIX:
+            return BadSize(f"needs 1 to {MAX_MATRIX} scalars")
+        return MatrixType(rows, columns)
+    if node.name in ("vec", "mat"):
+        return BadSize("takes one size for `vec`, two for `mat`")
+    return BadSize("takes no size") if node.name in TYPE_NAMES else None
+
+
+def shape_of(type_: ValueType) -> tuple[int, ...]:
+    """Shape of a value as a column stores it."""
+    if isinstance(type_, VectorType):
+        return (type_.n,)
+    if isinstance(type_, MatrixType):
+        return (type_.rows, type_.columns)
+    return (4,) if type_ == QUATERNION else ()
+
+
+def size_of(type_: ValueType) -> int:
+    """Number of scalars of a value."""
+    size = 1
+    for n in shape_of(type_):
+        size *= n
+    return size
+
+
+def type_text(node: tree.TypeExpr) -> str:
+    """A type as a model writes it."""
+    if isinstance(node, tree.NamedType):
+        dims = f"<{','.join(map(str, node.dims))}>" if node.dims else ""
+        return node.name + dims + (f" [{node.unit.text}]" if node.unit else "")
+    if isinstance(node, tree.OptionalType):
+        unit = f" [{node.inner.unit.text}]" if node.inner.unit else ""
+        dims = f"<{','.join(map(str, node.inner.dims))}>" if node.inner.dims else ""
+        return f"{node.inner.name}{dims}?{unit}"
+    if isinstance(node, tree.CollectionType):
+        return f"{node.kind} of {type_text(node.element)}"
+    if isinstance(node, tree.RefType):
+        return f"ref {node.target.id} in {node.path}"
+    if isinstance(node, tree.BlockType):
+        names = ", ".join(e.id for e in node.entities)
+        return f"block {names}" if len(node.entities) == 1 else f"block ({names})"
+    return "triplets"

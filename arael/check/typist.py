@@ -1,0 +1,227 @@
+"""The state of typing one body, and the ways every rule speaks through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
+from arael.check.declared import Declarations
+from arael.check.guards import Fact
+from arael.check.limits import MAX_DEPTH, MAX_NESTING, MAX_OPERATIONS
+from arael.check.paths import Paths
+from arael.check.reading import read_column
+from arael.check.report import Reporter
+from arael.check.scope import ConstantBinder, Scope
+from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed
+from arael.check.types import size_of
+from arael.check.walk import operands
+from arael.diagnostics.records import Label, Span
+from arael.runtime.layout import Slot, Step
+from arael.syntax import tree
+
+Handler = Callable[["Typist", tree.Expr], Binding]
+
+
+@dataclass
+class Slots:
+    """The rows a constraint reads, by the way to them; the first is its own."""
+
+    items: list[Slot]
+
+    def of(self, entity: Entity) -> int:
+        """Number of the slot that leads to the row of `entity`."""
+        for i, slot in enumerate(self.items):
+            if slot.steps == entity.steps:
+                return i
+        self.items.append(Slot(entity.steps, entity.place.table.path))
+        return len(self.items) - 1
+
+    def steps(self, number: int) -> tuple[Step, ...]:
+        return self.items[number].steps
+
+
+@dataclass
+class Typist:
+    """Types the expressions of one body.
+
+    Attributes
+    ----------
+    facts : which optionals are known to be there, at this point of the body
+    calls : functions being expanded, with the places of their calls
+    operations : scalar operations made so far
+    origins : where a value that an expression reads was declared, by identity
+    """
+
+    declarations: Declarations
+    report: Reporter
+    handlers: Mapping[type, Handler]
+    scope: Scope
+    constant: ConstantBinder
+    slots: Slots
+    ways: Paths | None = None  # none where there are no entities: in constants
+    facts: frozenset[Fact] = frozenset()
+    calls: list[tuple[str, Span]] = field(default_factory=list)
+    operations: int = 0
+    exhausted: bool = False
+    nesting: int = 0
+    origins: dict[int, Label] = field(default_factory=dict)
+    expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
+    kept: list[Typed] = field(default_factory=list)  # alive as long as `expanded` knows their ids
+    _depths: dict[int, tuple[int, Typed]] = field(default_factory=dict)
+
+    @property
+    def paths(self) -> Paths:
+        """The ways between entities."""
+        assert self.ways is not None, "a constant has no entities"
+        return self.ways
+
+    # --- typing -------------------------------------------------------------------------------
+
+    def visit(self, node: tree.Expr) -> Binding:
+        """What `node` stands for: a value, an entity, a collection."""
+        if self.exhausted:
+            return BROKEN
+        if self.nesting >= MAX_NESTING:
+            self.exhausted = True
+            return self.fail(
+                "E0607",
+                node.span,
+                "expression is nested too deeply",
+                label=f"more than {MAX_NESTING} levels, functions included",
+                help=["split it up with `let`"],
+            )
+        self.nesting += 1
+        try:
+            return self.handlers[type(node)](self, node)
+        finally:
+            self.nesting -= 1
+
+    def value(self, node: tree.Expr) -> Typed | Broken:
+        """The value of `node`: a number of any shape, or a boolean."""
+        return self.as_value(self.visit(node), node.span)
+
+    def as_value(self, binding: Binding, span: Span) -> Typed | Broken:
+        """`binding` as a value, with a complaint if it is none."""
+        if isinstance(binding, OptionalValue):
+            return self.read_optional(binding, span)
+        if isinstance(binding, Broken):
+            return BROKEN
+        if not isinstance(binding, Typed):
+            hint = ["name one of its fields"] if isinstance(binding, Entity) else []
+            return self.fail(
+                "E0304",
+                span,
+                "expected a value here",
+                label=f"this is {describe(binding)}",
+                help=hint,
+            )
+        if binding.type == STRING:
+            return self.fail(
+                "E0304", span, "text cannot be computed with", label="this is a string"
+            )
+        return binding
+
+    def number(self, node: tree.Expr) -> Typed | Broken:
+        """The value of `node`, which must not be a boolean."""
+        found = self.value(node)
+        if isinstance(found, Typed) and found.type == BOOL:
+            return self.fail(
+                "E0307",
+                node.span,
+                "expected a number here",
+                label="this is a bool",
+                help=["turn it into a number: `if ... then 1 else 0`"],
+            )
+        return found
+
+    def read_optional(self, optional: OptionalValue, span: Span) -> Typed | Broken:
+        """The value of an optional that is known to be there."""
+        return read_column(self, optional.entity, optional.field, span)
+
+    def make(self, node: Typed, cost: int = 0) -> Typed | Broken:
+        """Count `node` against the bounds of a body; `cost` where it is not one per scalar."""
+        depth = 1 + max((self._depths.get(id(o), (0, o))[0] for o in operands(node)), default=0)
+        self._depths[id(node)] = (depth, node)
+        self.operations += max(cost, size_of(node.type))
+        if self.operations > MAX_OPERATIONS or depth > MAX_DEPTH:
+            what = (
+                f"more than {MAX_OPERATIONS} scalar operations"
+                if self.operations > MAX_OPERATIONS
+                else f"more than {MAX_DEPTH} operations one upon the other"
+            )
+            self.exhausted = True
+            return self.fail(
+                "E0606",
+                node.span,
+                "expression is too large",
+                label=f"{what}, functions expanded",
+                help=["split the constraint, or move work into the data"],
+            )
+        return node
+
+    def apply(self, node: tree.Expr, name: str, args: Sequence[Typed], type_: object) -> Binding:
+        """An operation whose types have been checked."""
+        result = Apply(type=type_, span=node.span, name=name, args=tuple(args))  # type: ignore[arg-type]
+        return self.make(result, _cost(name, args, result))
+
+    # --- context ------------------------------------------------------------------------------
+
+    @contextmanager
+    def knowing(self, facts: frozenset[Fact]) -> Iterator[None]:
+        """Within: these optionals are there as well."""
+        before = self.facts
+        self.facts = before | facts
+        try:
+            yield
+        finally:
+            self.facts = before
+
+    @contextmanager
+    def inside(self, name: str, call: Span, scope: Scope) -> Iterator[None]:
+        """Within: the body of function `name`, called at `call`."""
+        before = self.scope
+        self.scope = scope
+        self.calls.append((name, call))
+        try:
+            yield
+        finally:
+            self.scope = before
+            self.calls.pop()
+
+    # --- speaking -----------------------------------------------------------------------------
+
+    def fail(
+        self,
+        code: str,
+        span: Span,
+        message: str,
+        *,
+        label: str = "",
+        labels: Sequence[Label] = (),
+        notes: Sequence[str] = (),
+        help: Sequence[str] = (),
+    ) -> Broken:
+        """Report an error; says from which call it arose where that is inside a function."""
+        here = list(labels)
+        if self.calls:
+            name, call = self.calls[0]
+            here.append(Label(call, f"in this call of `{name}`"))
+        self.report.error(code, span, message, label=label, labels=here, notes=notes, help=help)
+        return BROKEN
+
+    def origin(self, value: Typed) -> list[Label]:
+        """Where a value that is read as it stands was declared."""
+        label = self.origins.get(id(value))
+        return [label] if label else []
+
+
+def _cost(name: str, args: Sequence[Typed], result: Apply) -> int:
+    """Scalar operations of an operation, roughly."""
+    size = size_of(result.type)
+    if name == "mul" and args and isinstance(args[0].type, MatrixType):
+        return size * args[0].type.columns
+    if name == "mul" and len(args) == 2 and isinstance(args[1].type, MatrixType):
+        return size * args[1].type.rows
+    return max(size, *(size_of(a.type) for a in args)) if args else size

@@ -1,0 +1,69 @@
+"""Walking expressions without recursion, however deep they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from arael.check.typed import Apply, Component, Pack, Select, Typed
+from arael.syntax import tree
+
+
+def operands(node: Typed) -> tuple[Typed, ...]:
+    """What a typed expression is computed from, in order."""
+    if isinstance(node, Apply):
+        return node.args
+    if isinstance(node, Component):
+        return (node.of,)
+    if isinstance(node, Pack):
+        return node.items
+    if isinstance(node, Select):
+        return (node.cond, node.then, node.otherwise)
+    return ()
+
+
+def postorder(results: Iterable[Typed]) -> list[Typed]:
+    """Every node below `results` once, operands before what uses them."""
+    order: list[Typed] = []
+    seen: set[int] = set()
+    for result in results:
+        waiting: list[tuple[Typed, bool]] = [(result, False)]
+        while waiting:
+            node, ready = waiting.pop()
+            if ready:
+                order.append(node)
+            elif id(node) not in seen:
+                seen.add(id(node))
+                waiting.append((node, True))
+                waiting.extend((o, False) for o in reversed(operands(node)))
+    return order
+
+
+def subtrees(node: tree.Expr) -> Iterator[tree.Expr]:
+    """`node` and every expression within it, as written."""
+    waiting: list[tree.Expr] = [node]
+    while waiting:
+        here = waiting.pop()
+        yield here
+        waiting.extend(reversed(_parts(here)))
+
+
+def _parts(node: tree.Expr) -> tuple[tree.Expr, ...]:
+    match node:
+        case tree.Attribute():
+            return (node.obj,)
+        case tree.Index():
+            return (node.obj, *node.indices)
+        case tree.Call():
+            return (node.func, *node.args)
+        case tree.Unary() | tree.Transpose():
+            return (node.operand,)
+        case tree.Binary():
+            return (node.left, node.right)
+        case tree.Conditional():
+            return (node.cond, node.then, node.otherwise)
+        case tree.ListExpr():
+            return node.items
+        case tree.Lambda():
+            return (node.body,)
+        case _:
+            return ()
