@@ -1,0 +1,1 @@
+"""From a typed model to compiled kernels and the layout that the runtime reads."""

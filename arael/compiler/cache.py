@@ -59,6 +59,7 @@ class Entry:
 
     @property
     def layout(self) -> bytes:
+        """The layout as JSON."""
         return (self.folder / "layout.json").read_bytes()
 
     @property
@@ -113,7 +114,7 @@ def shipped_key(text: str, target: str) -> str:
 
 @lru_cache(maxsize=1)
 def _package_stamp() -> str:
-    """Changes when the compiler's own files do, so that a development checkout never serves stale."""
+    """Digest the times of arael's own files, so that a checkout under work serves nothing stale."""
     stamps = []
     package = Path(__file__).parents[1]
     for room in ("check", "compiler", "compiler/emit", "symbolic", "syntax", "runtime"):
@@ -128,7 +129,7 @@ def _package_stamp() -> str:
 
 @lru_cache(maxsize=1)
 def _processor() -> str:
-    """Identifies the instruction set that ``-march=native`` stands for."""
+    """Identify the instruction set that ``-march=native`` stands for."""
     import platform
 
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
@@ -139,7 +140,7 @@ def _processor() -> str:
 
 
 def find(key: str) -> Entry | None:
-    """The entry of `key` if it is there, ours, complete and unchanged."""
+    """Find the entry of `key` if it is there, ours, complete and unchanged."""
     try:
         if not _is_private(directory()):
             return None
@@ -149,7 +150,7 @@ def find(key: str) -> Entry | None:
 
 
 def read_entry(folder: Path) -> Entry | None:
-    """The entry in `folder`, if it is complete and unchanged."""
+    """Read the entry in `folder`, if it is complete and unchanged."""
     try:
         manifest = msgspec.json.decode((folder / "manifest.json").read_bytes(), type=Manifest)
         if manifest.format != FORMAT:
@@ -194,7 +195,8 @@ def building(key: str) -> Iterator[Path]:
                     "the cache directory could be written by other users, so it is not used",
                     origin=str(root),
                     help=(
-                        f"make it private (chmod 700 '{root}'), or choose another with ARAEL_CACHE_DIR",
+                        f"make it private (chmod 700 '{root}'), or choose another with "
+                        "ARAEL_CACHE_DIR",
                     ),
                 )
             )
@@ -226,7 +228,7 @@ def building(key: str) -> Iterator[Path]:
 
 
 def unwritable(root: Path, error: OSError) -> AraelError:
-    """What to tell when the cache cannot be written."""
+    """Tell that the cache cannot be written."""
     return AraelError(
         Diagnostic(
             "E0804",

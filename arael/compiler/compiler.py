@@ -17,10 +17,10 @@ from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
 from arael.runtime.layout import LAYOUT_VERSION, Layout
 from arael.syntax.parser import parse
-from arael.syntax.tree import File
+from arael.syntax.tree import File, Import
 
-# More operations than this in one model would keep a C compiler busy for minutes; a real model has a
-# few thousand.
+# More operations than this in one model would keep a C compiler busy for minutes; a real model has
+# a few thousand.
 MAX_OPERATIONS = 60_000
 
 
@@ -41,7 +41,7 @@ def types(
     tree: File,
     findings: Findings,
     root: str | None = None,
-    load: Callable[[object], File] | None = None,
+    load: Callable[[Import], File] | None = None,
 ) -> TypedModel:
     """Tree to typed model: names, shapes, refs, guards."""
     return check(tree, load=load, root=root, findings=findings)
@@ -59,7 +59,8 @@ def derive(
         raise AraelError(
             Diagnostic(
                 "E0620",
-                f"the model takes {operations} operations an evaluation, more than {MAX_OPERATIONS}",
+                f"the model takes {operations} operations an evaluation, "
+                f"more than {MAX_OPERATIONS}",
                 origin=largest.where,
                 notes=(
                     f"the largest constraint is {largest.label} with "

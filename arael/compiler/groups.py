@@ -25,7 +25,27 @@ UNROLLED_PRODUCTS = 1500
 # worth the memory traffic and only costly operations are hoisted.
 EXTRA_LANES = 6
 COSTLY = frozenset(
-    "div sqrt cbrt exp log log2 log10 sin cos tan asin acos atan atan2 sinh cosh tanh hypot pow".split()
+    [
+        "div",
+        "sqrt",
+        "cbrt",
+        "exp",
+        "log",
+        "log2",
+        "log10",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "hypot",
+        "pow",
+    ]
 )
 
 
@@ -243,7 +263,7 @@ def _frontier(
     moving: set[int],
     wanted: Callable[[int], bool],
 ) -> list[int]:
-    """Fixed nodes read by moving ones (or results themselves), descending where not `wanted`."""
+    """Find fixed nodes read by moving ones, or results, descending where not `wanted`."""
     found: set[int] = set()
 
     def visit(node: int) -> None:

@@ -64,7 +64,7 @@ class Uses(Protocol):
 
 
 def width(type_: ValueType) -> int:
-    """Number of scalars of a value."""
+    """Count the scalars of a value."""
     if isinstance(type_, VectorType):
         return type_.n
     if isinstance(type_, MatrixType):

@@ -1,8 +1,8 @@
 """Kernels of one constraint: cost, and linearisation with its products, on lanes of W instances.
 
-A block of W instances is gathered into arrays of W-wide columns, all arithmetic runs in one loop over
-the lanes that touches only such arrays (so the C compiler can vectorise it), and the results are
-scattered into gradient and Hessian blocks.
+A block of W instances is gathered into arrays of W-wide columns, all arithmetic runs in one loop
+over the lanes that touches only such arrays (so the C compiler can vectorise it), and the results
+are scattered into gradient and Hessian blocks.
 """
 
 from __future__ import annotations
@@ -186,7 +186,8 @@ def _emit_both(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         w.line(f"return evaluate_{number}(lanes, <real*>gradient, <real*>values, NULL, NULL)")
     w.line()
     with w.block(
-        f"cdef void rows_{number}(const Lanes* lanes, void* residuals, void* entries) noexcept nogil:"
+        f"cdef void rows_{number}(const Lanes* lanes, void* residuals, void* entries) "
+        "noexcept nogil:"
     ):
         w.line(f"evaluate_{number}(lanes, NULL, NULL, <real*>residuals, <real*>entries)")
     w.line()

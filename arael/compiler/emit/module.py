@@ -14,14 +14,43 @@ from arael.runtime.layout import Entity
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
 
-_FUNCTIONS_1 = (
-    "sqrt cbrt exp log log2 log10 sin cos tan asin acos atan sinh cosh tanh floor ceil".split()
-)
+_FUNCTIONS_1 = [
+    "sqrt",
+    "cbrt",
+    "exp",
+    "log",
+    "log2",
+    "log10",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "floor",
+    "ceil",
+]
 _FUNCTIONS_2 = ("pow", "atan2", "hypot", "copysign")
 
 # glibc's vector library has these since 2.22 and, in the second row, since 2.35.
 _VECTOR_OLD = ("sin", "cos", "exp", "log", "pow")
-_VECTOR_NEW = "tan asin acos atan atan2 sinh cosh tanh cbrt log2 log10 hypot".split()
+_VECTOR_NEW = [
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "cbrt",
+    "log2",
+    "log10",
+    "hypot",
+]
 
 
 def emit_module(

@@ -1,8 +1,8 @@
 """How each primitive of a tape is written in Cython.
 
-The forms keep NaN where NumPy keeps it, so that a kernel and the interpreter agree on bad input too,
-and use no branches, so that a loop over lanes vectorises. `m_*` names are bound in the module head to
-the C library's functions of the module's precision.
+The forms keep NaN where NumPy keeps it, so that a kernel and the interpreter agree on bad input
+too, and use no branches, so that a loop over lanes vectorises. `m_*` names are bound in the module
+head to the C library's functions of the module's precision.
 """
 
 from __future__ import annotations
@@ -10,9 +10,28 @@ from __future__ import annotations
 import math
 
 _BINARY = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}"}
-_CALLS = (
-    "pow sqrt cbrt exp log log2 log10 sin cos tan asin acos atan atan2 sinh cosh tanh hypot floor ceil"
-).split()
+_CALLS = [
+    "pow",
+    "sqrt",
+    "cbrt",
+    "exp",
+    "log",
+    "log2",
+    "log10",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "hypot",
+    "floor",
+    "ceil",
+]
 _TEST = {
     "lt": "{0} < {1}",
     "le": "{0} <= {1}",
@@ -41,7 +60,7 @@ FORMS: dict[str, str] = {
 
 
 def literal(value: float) -> str:
-    """A number exactly, in the module's precision."""
+    """Write a number exactly, in the module's precision."""
     if math.isnan(value):
         return "m_nan"
     if math.isinf(value):

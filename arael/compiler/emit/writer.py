@@ -43,7 +43,8 @@ def statements(
 ) -> int:
     """Write a tape as ``t0 = ...`` in order of use; return the number of temporaries.
 
-    `outputs(i)` are the names to which output `i` is stored. A negation is written where it is read.
+    `outputs(i)` are the names to which output `i` is stored. A negation is written where it is
+    read.
     """
     names: list[str] = []
     temporaries = 0
