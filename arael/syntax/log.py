@@ -52,6 +52,10 @@ class ErrorLog:
         if len(self._found) >= MAX_ERRORS:
             raise AraelError(self.in_order())
 
+    def has_error_in(self, start: int, end: int) -> bool:
+        """Tell whether an error was found that begins in ``start:end``."""
+        return any(start <= at < end for at, _ in self._found)
+
     def in_order(self) -> list[Diagnostic]:
         """Everything found, in the order of the text."""
         return [self._found[key] for key in sorted(self._found)]

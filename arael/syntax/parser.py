@@ -12,8 +12,7 @@ from arael.syntax.docs import DocComments
 from arael.syntax.lexer import Lexed, tokenise
 from arael.syntax.limits import MAX_BYTES
 from arael.syntax.log import ErrorLog
-from arael.syntax.tables import END
-from arael.syntax.tokens import NEWLINE, Token
+from arael.syntax.recovery import drive
 
 
 def parse(source: Source) -> tree.File:
@@ -46,7 +45,7 @@ def _run(source: Source, start: str) -> tuple[Any, Lexed]:
     lexed = tokenise(source, log)
     builder = TreeBuilder(source, DocComments(source, lexed.comments), log)
     automaton = Automaton(start, builder)
-    _drive(automaton, lexed.tokens, log)
+    drive(automaton, lexed.tokens, log)
     log.stop()
     return automaton.result, lexed
 
@@ -56,14 +55,3 @@ def _check_size(source: Source, log: ErrorLog) -> None:
         log.error("E0104", f"the text has {len(source.text)} characters", 0, 0,
                   help=f"at most {MAX_BYTES} are read")  # fmt: skip
         log.stop()
-
-
-def _drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> None:
-    for token in tokens:
-        if automaton.feed(token):
-            continue
-        if token.type == NEWLINE:
-            continue
-        log.error("E0123", f"unexpected {token.text!r}", token.start, token.end)
-        log.stop()
-    assert tokens[-1].type == END

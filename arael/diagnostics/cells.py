@@ -1,0 +1,47 @@
+"""Text as a terminal shows it: widths, tabs, and nothing that could steer the terminal.
+
+Sources come from strangers: control characters, escape sequences and direction marks are shown as
+``U+FFFD`` instead of being obeyed.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+
+TAB = 4
+_MARKS = frozenset("\u200b\u200c\u200d\u200e\u200f\ufeff\u202a\u202b\u202c\u202d\u202e"
+                   "\u2066\u2067\u2068\u2069")  # fmt: skip
+
+
+def char_width(char: str) -> int:
+    """Columns that `char` takes: 0 for combining marks, 2 for wide characters, else 1."""
+    if char.isascii():
+        return TAB if char == "\t" else 1
+    if unicodedata.combining(char):
+        return 0
+    return 2 if unicodedata.east_asian_width(char) in "WF" else 1
+
+
+def width(text: str) -> int:
+    """Columns that `text` takes."""
+    return len(text) if text.isascii() and "\t" not in text else sum(map(char_width, text))
+
+
+def printable(text: str) -> str:
+    """`text` with tabs as blanks and everything that could steer a terminal replaced."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(_shown(c) for c in text)
+
+
+def _shown(char: str) -> str:
+    if char == "\t":
+        return " " * TAB
+    if char in _MARKS or unicodedata.category(char) in ("Cc", "Cs"):
+        return "\ufffd"
+    return char
+
+
+def safe_message(text: str) -> str:
+    """A message, whose own line ends are kept, made `printable`."""
+    return "\n".join(printable(line) for line in text.split("\n"))

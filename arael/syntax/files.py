@@ -1,0 +1,94 @@
+"""Model files from disk."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
+from arael.diagnostics.suggest import closest
+from arael.syntax.limits import MAX_BYTES
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """Read the text of a model file; a byte order mark is left out.
+
+    Raises
+    ------
+    AraelError
+        Where there is no such file (with similar names of that folder), where it cannot be read, is
+        no text, is too large, or holds nothing.
+    """
+    name = os.fspath(path)
+    data = _read_bytes(name)
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise _error("E0103", "this file is UTF-16, not UTF-8", name, "save it as UTF-8")
+    zero = data.find(b"\0")
+    if zero >= 0:
+        raise _error("E0103", f"this is not a text file: byte {zero} is zero", name,
+                     "a model is a text file that ends in .arael")  # fmt: skip
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _error(
+            "E0103", f"this file is not UTF-8: byte 0x{data[error.start]:02x} in line {line}", name,
+            "save it as UTF-8",
+        ) from None  # fmt: skip
+    source = Source(name, text)
+    if not any(line.strip() and not line.lstrip().startswith("#") for line in text.splitlines()):
+        raise AraelError(
+            Diagnostic(
+                "E0107",
+                "there is no model in this file",
+                Span(source, 0, 0) if text.strip() else None,
+                "only comments" if text.strip() else "",
+                origin=name,
+                help=("a model has at least a root: `root Name { ... }`",),
+            )
+        )
+    return source
+
+
+def _read_bytes(name: str) -> bytes:
+    try:
+        mode = os.stat(name).st_mode
+        if stat.S_ISDIR(mode):
+            raise _error("E0102", "this is a folder, not a model file", name, _models_in(name))
+        if not stat.S_ISREG(mode):
+            raise _error("E0102", "this is not an ordinary file", name, "")
+        with open(name, "rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise _error("E0101", "there is no such file", name, _similar(name)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _error("E0102", f"this file cannot be read: {reason.lower()}", name, "") from None
+    if len(data) > MAX_BYTES:
+        raise _error("E0104", f"this file is larger than {MAX_BYTES >> 10} KiB", name,
+                     "a model holds no data; split it with `import` if it must be so long")  # fmt: skip
+    return data
+
+
+def _error(code: str, message: str, name: str, help_: str) -> AraelError:
+    return AraelError(Diagnostic(code, message, origin=name, help=(help_,) if help_ else ()))
+
+
+def _similar(name: str) -> str:
+    path = Path(name)
+    try:
+        present = [entry.name for entry in os.scandir(path.parent)]
+    except OSError:
+        return f"there is no folder `{path.parent}` either" if path.parent != Path() else ""
+    found = closest(path.name, sorted(present))
+    found = found or [n for n in (path.name + ".arael",) if n in present]
+    return f"did you mean `{path.parent / found[0]}`?" if found else ""
+
+
+def _models_in(name: str) -> str:
+    try:
+        models = sorted(e.name for e in os.scandir(name) if e.name.endswith(".arael"))
+    except OSError:
+        return ""
+    return f"did you mean `{Path(name) / models[0]}`?" if models else ""

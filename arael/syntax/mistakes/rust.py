@@ -1,0 +1,159 @@
+"""Forms of the Rust framework's models, answered with the arael form."""
+
+from __future__ import annotations
+
+import re
+
+from arael.syntax.tokens import Token
+from arael.syntax.trouble import Trouble
+
+_TYPES = {
+    "vect2": "vec2", "vect3": "vec3", "vect4": "vec<4>", "matrix2": "mat2", "matrix3": "mat3",
+    "quatern": "quat", "f32": "real", "f64": "real", "usize": "int", "i32": "int", "i64": "int",
+    "u32": "int", "u64": "int", "String": "string",
+}  # fmt: skip
+_PARAMS = {
+    "SimpleEulerAngleParam": "euler", "EulerAngleParam": "rotation", "QuaternionParam": "quaternion",
+    "AngleParam": "angle", "DirectionParam": "direction", "TransformParam": "transform",
+    "SimilarityParam": "similarity",
+}  # fmt: skip
+_COLLECTIONS = {
+    "Vec": "list", "List": "list", "list": "list", "vector": "list", "array": "list", "set": "list",
+    "Deque": "deque", "VecDeque": "deque", "deque": "deque", "Arena": "arena", "arena": "arena",
+}  # fmt: skip
+
+
+def generic_type(t: Trouble) -> bool:
+    """``Param<vect3f>``, ``refs::Vec<T>``, ``Option<T>``, ``list[T]`` and their like."""
+    first = _type_start(t)
+    if first is None:
+        return False
+    end = first
+    depth = 0
+    while True:
+        token = t.tokens[end]
+        if token.type == "LSQB" and depth == 0 and t.tokens[end - 1].type == "GT":
+            break
+        if token.type in ("LT", "LSQB", "LPAR"):
+            depth += 1
+        elif token.type in ("GT", "RSQB", "RPAR"):
+            depth -= 1
+        elif not (t.is_word(token) or token.type == "COLON" or (depth > 0 and token.type in
+                  ("COMMA", "NUMBER", "SEMICOLON", "SLASH", "STAR", "CARET"))):  # fmt: skip
+            break
+        elif depth == 0 and t.is_word(token) and end > first and t.tokens[end - 1].type != "COLON":
+            break
+        end += 1
+        if depth < 0:
+            return False
+    written = t.log.source.text[t.tokens[first].start : t.tokens[end - 1].end]
+    plain = re.sub(r"\w+\s*::\s*", "", re.sub(r"\s+", "", written))
+    found = re.fullmatch(r"(\w+)[<\[](.*)[>\]]", plain)
+    if end <= t.index or not (found or "::" in written):
+        return False
+    name = t.tokens[first - 2].text
+    form = _arael_form(found[1], found[2], name) if found else f"`{plain}`"
+    start, stop = t.tokens[first].start, t.tokens[end - 1].end
+    known = found and found[1] in {*_COLLECTIONS, *_PARAMS, "Param", "Ref", "Option"}
+    t.log.error(
+        "E0151" if known or not found else "E0127", f"`{written}` is not an arael type",
+        start, stop, "unknown form of type",
+        help=f"write {form}" if form else
+        "types are names such as `real`, `vec3`, `mat<2,3>`, `Pose?` or `list of Pose`",
+    )  # fmt: skip
+    _replace_type(t, first, end)
+    return True
+
+
+def _type_start(t: Trouble) -> int | None:
+    """Index of the first token of the type we are in the middle of, on this line."""
+    if not t.in_members:
+        return None
+    i = t.index - 1
+    while i > 0 and t.tokens[i].type not in ("_NEWLINE", "LBRACE", "SEMICOLON"):
+        i -= 1
+    start = i + 1 if t.tokens[i].type in ("_NEWLINE", "LBRACE", "SEMICOLON") else i
+    for j in range(start, t.index + 1):
+        if t.tokens[j].type == "COLON":
+            return j + 1 if j < t.index else None
+    return None
+
+
+def _replace_type(t: Trouble, first: int, end: int) -> None:
+    entries = t.automaton.entries
+    while entries and not (isinstance(entries[-1][0], Token) and entries[-1][0].type == "COLON"):
+        t.automaton.pop(1)
+    start = t.tokens[first].start
+    t.tokens[t.index : end] = [Token("NAME", "_", start, start)]
+
+
+def _arael_form(outer: str, inner: str, name: str) -> str:
+    inner = inner.split(";")[0]
+    element = _plain(inner.split(",")[0])
+    if outer == "Param":
+        return f"`param {name}: {element}`"
+    if outer in _PARAMS:
+        return f"`param {name}: {_PARAMS[outer]}`"
+    if outer in _COLLECTIONS:
+        return f"`{_COLLECTIONS[outer]} of {element}`"
+    if outer in ("Option", "Optional", "optional"):
+        return f"`{element}?`"
+    if outer in ("Ref", "ref"):
+        return f"`ref {element} in PATH`, where PATH leads to the collection, as in `root.poses`"
+    if outer == "SelfBlock":
+        return f"`block {element}`, or leave it out: blocks are worked out by themselves"
+    if outer == "CrossBlock":
+        pair = ", ".join(inner.split(",")[:2])
+        return f"`block ({pair})`, or leave it out: blocks are worked out by themselves"
+    if outer == "TripletBlock":
+        return "`triplets`, or leave it out: blocks are worked out by themselves"
+    return ""
+
+
+def _plain(name: str) -> str:
+    inner = re.fullmatch(r"(\w+)<.*>?", name)
+    name = inner[1] if inner else name
+    bare = re.sub(r"[fd]$", "", name)
+    return _TYPES.get(name) or _TYPES.get(bare) or name
+
+
+def rust_word(t: Trouble) -> bool:
+    """``pub``, ``mut``, ``impl`` and ``type`` before what arael knows."""
+    word = t.top
+    if word is None or word.text not in ("pub", "mut", "impl", "static", "final", "private", "public"):
+        return False
+    if word is not t.before:
+        return False
+    t.log.error("E0150", f"arael does not know `{word.text}`", word.start, word.end,
+                help="leave it out")  # fmt: skip
+    t.automaton.pop(1)
+    return True
+
+
+def rust_item(t: Trouble) -> bool:
+    """``pub struct``, ``impl Pose { ... }``, ``use x;``, ``mod x;`` at the top of a file."""
+    word = t.token
+    if word.type != "NAME" or t.opener() is not None or not t.begins_line:
+        return False
+    if word.text == "pub":
+        t.log.error("E0150", "arael does not know `pub`", word.start, word.end,
+                    "everything in a model is visible", help="leave it out")  # fmt: skip
+        t.skip()
+        return True
+    hints = {
+        "use": 'another file is read with `import "file.arael"`',
+        "mod": 'another file is read with `import "file.arael"`',
+        "impl": "constraints stand inside the struct: `constraint name { ... }`",
+        "trait": "a model has structs, constraints and a root only",
+        "enum": "a model has structs, constraints and a root only",
+        "type": "a type cannot be given another name",
+    }
+    if word.text not in hints:
+        return False
+    t.log.error("E0150", f"arael does not know `{word.text}`", word.start, word.end,
+                help=hints[word.text])  # fmt: skip
+    t.panic()
+    return True
+
+
+RECOGNISERS = (rust_item, generic_type, rust_word)

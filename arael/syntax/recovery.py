@@ -1,0 +1,76 @@
+"""Drives the automaton over the tokens, and past mistakes to find more of them."""
+
+from __future__ import annotations
+
+from arael.syntax.automaton import Automaton
+from arael.syntax.limits import MAX_ERRORS
+from arael.syntax.log import ErrorLog
+from arael.syntax.tables import END
+from arael.syntax.tokens import NEWLINE, Token
+
+# After these a statement cannot be complete, so a line end there means nothing.
+_CONTINUES = frozenset(
+    "PLUS MINUS STAR SLASH DOTSTAR DOTSLASH CARET EQ NE LT LE GT GE AND OR NOT COMMA EQUAL "
+    "IF THEN ELSE VBAR WHEN LOSS INTO".split()
+)
+# The parts of a header that may stand on the next line.
+_HEADER_PARTS = ("LBRACE", "THEN", "ELSE")
+
+_MAX_STUCK = 4
+
+
+def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> None:
+    """Feed `tokens` to the end, reporting to `log`; the result counts only if `log` stays empty.
+
+    Raises
+    ------
+    AraelError
+        When `log` is full, or when the text ends where it cannot.
+    """
+    index = stuck = mended = 0
+    while True:
+        token = tokens[index]
+        if token.type == NEWLINE and _joins(automaton, tokens[index + 1]):
+            index += 1
+        elif automaton.feed(token):
+            if token.type == END:
+                return
+            index += 1
+            stuck = stuck if token.damaged else 0
+        elif token.type == NEWLINE and _goes_on(automaton, tokens[index - 1] if index else None):
+            index += 1
+        else:
+            # Needed only when something is wrong, so that a good model starts faster.
+            from arael.syntax.mistakes import explain
+            from arael.syntax.trouble import Trouble
+
+            stuck += 1
+            mended += 1
+            trouble = Trouble(automaton, tokens, index, log)
+            if mended > 3 * MAX_ERRORS:
+                log.stop()
+            if stuck < _MAX_STUCK:
+                explain(trouble)
+            else:
+                trouble.skip()
+                trouble.panic()
+            if token.type == END:
+                log.stop()
+            index = trouble.index
+
+
+def _joins(automaton: Automaton, token: Token) -> bool:
+    return token.type == "DERIVS" and automaton.accepts("DERIVS")
+
+
+def _goes_on(automaton: Automaton, before: Token | None) -> bool:
+    """Tell whether a line end that cannot end a statement may be passed over."""
+    if before is None or before.type in _CONTINUES:
+        return True
+    for value, _, _ in reversed(automaton.entries):
+        if isinstance(value, Token):
+            if value.type in ("LPAR", "LSQB"):
+                return True
+            if value.type == "LBRACE":
+                break
+    return any(automaton.accepts(part) for part in _HEADER_PARTS)
