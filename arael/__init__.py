@@ -1,3 +1,58 @@
-"""arael: nonlinear least squares from readable model files."""
+"""arael: nonlinear least squares from readable model files.
+
+    import arael
+
+    Line = arael.load("linear")
+    line = Line()
+    line.data.extend(x=[0, 1, 2], y=[1, 3, 5])
+    result = line.solve()
+
+Names are imported on first use, so that ``import arael`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from arael.config import LmConfig as LmConfig
+    from arael.diagnostics.records import AraelError as AraelError
+    from arael.diagnostics.records import Diagnostic as Diagnostic
+    from arael.io import read as read
+    from arael.io import write as write
+    from arael.loading import load as load
+    from arael.model import Model as Model
+    from arael.model import Ref as Ref
+    from arael.result import Result as Result
+    from arael.runtime.failures import SolveError as SolveError
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "AraelError": "arael.diagnostics.records",
+    "Diagnostic": "arael.diagnostics.records",
+    "LmConfig": "arael.config",
+    "Model": "arael.model",
+    "Ref": "arael.model",
+    "Result": "arael.result",
+    "SolveError": "arael.runtime.failures",
+    "load": "arael.loading",
+    "read": "arael.io",
+    "write": "arael.io",
+}
+
+__all__ = ["__version__", *sorted(_HOMES)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'arael' has no attribute {name!r}")
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

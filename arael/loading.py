@@ -87,7 +87,17 @@ def load(
 
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
-    members = {"compiled": compiled, "__doc__": layout.doc or f"The model {layout.name}."}
+
+    def construct(self: Model, /, **values: Any) -> None:
+        Model.__init__(self, compiled, **values)
+
+    members = {
+        "__init__": construct,
+        "__doc__": layout.doc or f"The model {layout.name}.",
+        "__module__": f"arael.models.{layout.name}",
+        "compiled": compiled,
+        "layout": layout,
+    }
     return type(layout.root, (Model,), members)
 
 
@@ -166,7 +176,7 @@ def _read(path: Path) -> str:
             return data.decode("utf-8")
     except (OSError, UnicodeDecodeError):
         pass
-    from arael.syntax.parser import read_source
+    from arael.syntax.files import read_source
 
     return read_source(path).text
 
@@ -283,7 +293,8 @@ def compile_program(
     from arael.compiler import compiler
     from arael.diagnostics.records import Findings
     from arael.diagnostics.render import render
-    from arael.syntax.parser import parse, read_source
+    from arael.syntax.files import read_source
+    from arael.syntax.parser import parse
 
     seconds = {"import": time.perf_counter() - started}
 
