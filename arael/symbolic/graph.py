@@ -13,6 +13,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from arael.runtime.tape import PRIMITIVES, Tape
 from arael.symbolic.folding import fold
 from arael.symbolic.simplify import RULES
+from arael.symbolic.taping import write_tape
 
 NO_PLACE = -1
 
@@ -241,54 +242,4 @@ class Graph:
         ValueError
             If an output needs an input that is not among `inputs`.
         """
-        outputs = list(outputs)
-        numbers = {key: i for i, key in enumerate(self.inputs if inputs is None else inputs)}
-        plain = _Tape(numbers)
-        saved, self_values = self.live(outputs), plain.node_of
-        for node in saved:
-            name, args = self.ops[node], self.args[node]
-            if name == "input":
-                key = self.inputs[args[0]]
-                if key not in numbers:
-                    raise ValueError(f"the program needs input {key!r}, which it is not given")
-                self_values[node] = plain.append(name, (numbers[key],), self.places[node])
-            elif name == "const":
-                self_values[node] = plain.constant(self.constants[args[0]], self.places[node])
-            elif name == "custom":
-                self_values[node] = self_values[args[0]]
-            else:
-                operands = tuple(self_values[a] for a in args)
-                self_values[node] = plain.append(name, operands, self.places[node])
-        return plain.finish(outputs)
-
-
-class _Tape:
-    """A tape in the making; nodes that differ only in prescribed derivatives meet again here."""
-
-    def __init__(self, numbers: Mapping[Hashable, int]) -> None:
-        self.numbers = numbers
-        self.node_of: dict[int, int] = {}
-        self.entries: dict[tuple[str, tuple[int, ...]], int] = {}
-        self.constants: list[float] = []
-        self.places: list[int] = []
-
-    def append(self, name: str, args: tuple[int, ...], place: int) -> int:
-        known = self.entries.get((name, args))
-        if known is not None:
-            return known
-        self.entries[(name, args)] = len(self.places)
-        self.places.append(place)
-        return len(self.places) - 1
-
-    def constant(self, value: float, place: int) -> int:
-        self.constants.append(value)
-        return self.append("const", (len(self.constants) - 1,), place)
-
-    def finish(self, outputs: Sequence[int]) -> Tape:
-        return Tape(
-            ops=tuple(name for name, _ in self.entries),
-            args=tuple(args for _, args in self.entries),
-            constants=tuple(self.constants),
-            outputs=tuple(self.node_of[node] for node in outputs),
-            places=tuple(self.places),
-        )
+        return write_tape(self, list(outputs), inputs)

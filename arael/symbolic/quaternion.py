@@ -86,7 +86,8 @@ def euler_angles(g: Graph, q: Sequence[int]) -> Vector:
 def exp(g: Graph, v: Sequence[int]) -> Vector:
     """Return the unit quaternion of the rotation vector `v` (rad), (cos(t/2), v sin(t/2)/t).
 
-    Here t = |v|. Near zero by the series in h = (t/2)^2, so value and derivative are right at the identity.
+    Here t = |v|. Near zero by the series in h = (t/2)^2, so value and derivative are right at the
+    identity.
     """
     h = g.op("mul", g.const(0.25), norm2(g, v))
     small = g.op("lt", h, g.const(_SMALL_ANGLE_SQUARED))
@@ -132,7 +133,7 @@ def _series(g: Graph, x: int, coefficients: Sequence[float]) -> int:
 
 
 def from_rotation_matrix(g: Graph, m: Matrix) -> Vector:
-    """Return the unit quaternion of a rotation matrix, with a positive w up to turns of 120 degrees.
+    """Return the unit quaternion of a rotation matrix, w > 0 for turns below 120 degrees.
 
     Shepperd's method: of the four squares 4w^2, 4x^2, 4y^2, 4z^2 the largest is at least 1, and the
     others follow from it by division, so it is accurate for every rotation. Beyond 120 degrees the

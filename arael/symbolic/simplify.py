@@ -178,9 +178,8 @@ def _hypot(g: Graph, a: int, b: int) -> int:
 
 
 def _atan2(g: Graph, y: int, x: int) -> int:
-    minus_y = _negated(g, y)
-    if minus_y is not None:
-        return g.op("neg", g.op("atan2", minus_y, x))
+    if g.ops[y] == "neg":
+        return g.op("neg", g.op("atan2", g.args[y][0], x))
     return g.intern("atan2", (y, x))
 
 
