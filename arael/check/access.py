@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue, describe
-from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, ROW_METHODS
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
 from arael.check.reading import bind_field
+from arael.check.suggest import nearest
 from arael.check.typed import (
     QUATERNION,
     REAL,
@@ -18,7 +19,6 @@ from arael.check.typed import (
 )
 from arael.check.typist import Typist
 from arael.diagnostics.records import Label
-from arael.check.suggest import nearest
 from arael.syntax import tree
 
 CONSTANT_VALUES = {
@@ -88,10 +88,8 @@ def attribute(t: Typist, node: tree.Attribute) -> Binding:
         return _of_entity(t, node, owner)
     if isinstance(owner, Collection):
         return _of_collection(t, node, owner)
-    if isinstance(owner, OptionalValue) or isinstance(owner, Typed):
-        value = t.as_value(owner, node.obj.span)
-        return value if isinstance(value, Broken) else _of_value(t, node, value)
-    return BROKEN
+    value = t.as_value(owner, node.obj.span)
+    return value if isinstance(value, Broken) else _of_value(t, node, value)
 
 
 def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
@@ -111,10 +109,8 @@ def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
     help_ = [f"did you mean `{near}`?"] if near else []
     owner = t.paths.owner(entity)
     if not near and owner is not None and node.name in owner.place.struct.fields:
-        help_ = [
-            f"its parent {owner.place.struct.name} has one: write `{node.obj.span.text}.parent."
-            f"{node.name}`"
-        ]
+        longer = f"{node.obj.span.text}.parent.{node.name}"
+        help_ = [f"its parent {owner.place.struct.name} has one: write `{longer}`"]
     return t.fail(
         "E0204",
         node.name_span,
@@ -133,8 +129,8 @@ def _of_collection(t: Typist, node: tree.Attribute, collection: Collection) -> B
         f"`{node.obj.span.text}` is a collection",
         label=f"of which {held}?",
         help=[
-            f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where it "
-            "runs for each"
+            f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where "
+            "it runs for each"
         ],
     )
 
@@ -262,8 +258,3 @@ def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None
         )
         return None
     return i
-
-
-def method_names() -> list[str]:
-    """Everything that may follow a dot and be called."""
-    return sorted({*METHODS, *ROW_METHODS})

@@ -24,6 +24,7 @@ class Entity:
     holder: Entity | None = None
 
     def same(self, other: Entity) -> bool:
+        """Whether both are the same struct of the same row."""
         return self.steps == other.steps and self.place is other.place
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from arael.check.limits import MAX_INVERSE
 from arael.check.typed import (
     INT,
     QUATERNION,
@@ -20,6 +19,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.symbolic.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 
 Types = Sequence[ValueType]
 
@@ -28,13 +28,16 @@ MAT3 = MatrixType(3, 3)
 VEC3 = VectorType(3)
 
 # Functions of one scalar; on a vector they work element by element.
-ELEMENTWISE = (
-    "sin cos tan asin acos atan sinh cosh tanh exp log log2 log10 sqrt cbrt abs sign floor ceil "
-    "round heaviside identity safe_sqrt safe_asin safe_acos deg2rad rad2deg fast_atan starship_gamma"
-).split()
+ELEMENTWISE = frozenset(
+    {
+        "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log2",
+        "log10", "sqrt", "cbrt", "abs", "sign", "floor", "ceil", "round", "heaviside", "identity",
+        "safe_sqrt", "safe_asin", "safe_acos", "deg2rad", "rad2deg", "fast_atan", "starship_gamma",
+    }
+)  # fmt: skip
 
 # Functions of two scalars.
-BINARY = "atan2 hypot pow safe_atan2 rad_diff rad_sum fast_atan2".split()
+BINARY = ("atan2", "hypot", "pow", "safe_atan2", "rad_diff", "rad_sum", "fast_atan2")
 
 # Constants by name, and the functions without arguments that read like constants.
 CONSTANTS = ("pi", "e", "epsilon")
@@ -124,16 +127,16 @@ def _transpose(types: Types) -> ValueType | None:
     return MatrixType(m.columns, m.rows) if isinstance(m, MatrixType) else None
 
 
-def _small_square(m: ValueType) -> bool:
-    return isinstance(m, MatrixType) and m.rows == m.columns and m.rows <= MAX_INVERSE
+def _square(m: ValueType, largest: int) -> bool:
+    return isinstance(m, MatrixType) and m.rows == m.columns and m.rows <= largest
 
 
 def _inverse(types: Types) -> ValueType | None:
-    return types[0] if types[0] == QUATERNION or _small_square(types[0]) else None
+    return types[0] if types[0] == QUATERNION or _square(types[0], LARGEST_INVERSE) else None
 
 
 def _det(types: Types) -> ValueType | None:
-    return REAL if _small_square(types[0]) else None
+    return REAL if _square(types[0], LARGEST_DETERMINANT) else None
 
 
 def _trace(types: Types) -> ValueType | None:
@@ -170,10 +173,8 @@ def _one(
     return Signature(1, 1, takes, result, method=True)
 
 
-_SMALL = f"a square matrix of up to {MAX_INVERSE} rows"
-
 FUNCTIONS: dict[str, Signature] = {
-    **{name: Signature(1, 1, "a scalar or a vector", _elementwise) for name in ELEMENTWISE},
+    **{name: Signature(1, 1, "a scalar or a vector", _elementwise) for name in sorted(ELEMENTWISE)},
     **{name: Signature(2, 2, "two scalars", _scalars) for name in BINARY},
     "min": Signature(2, None, "scalars", _scalars),
     "max": Signature(2, None, "scalars", _scalars),
@@ -188,8 +189,8 @@ FUNCTIONS: dict[str, Signature] = {
     "unit": _one("a vector", _vector_to_vector),
     "perp": _one("a vec2", _perp),
     "transpose": _one("a matrix", _transpose),
-    "inverse": _one(f"{_SMALL}, or a quaternion", _inverse),
-    "det": _one(_SMALL, _det),
+    "inverse": _one(f"a square matrix of up to {LARGEST_INVERSE} rows, or a quaternion", _inverse),
+    "det": _one(f"a square matrix of up to {LARGEST_DETERMINANT} rows", _det),
     "trace": _one("a square matrix", _trace),
     "skew": _one("a vec3", _exactly(VEC3, MAT3)),
     "vee": _one("a mat3", _exactly(MAT3, VEC3)),

@@ -1,6 +1,7 @@
-"""Rule: a call names a function that exists, with as many arguments as it takes, of types it takes.
+"""Rule: a call names a function that exists and gives it the arguments it takes.
 
-Allowed: ``atan2(y, x)``, ``M.transpose()`` and ``transpose(M)``, functions of the model in any order.
+Allowed: ``atan2(y, x)``, ``M.transpose()`` and ``transpose(M)``, functions of the
+model in any order.
 
 Not allowed: ``sin(1, 2)``, ``norm(3)``, ``sine(x)``, a method on a struct.
 """
@@ -11,10 +12,10 @@ from arael.check.access import constant_index
 from arael.check.binding import BROKEN, Binding, Broken, Entity
 from arael.check.builtins import FUNCTIONS, IDENTITIES, METHODS, ROW_METHODS, Signature
 from arael.check.scope import ConstantScope
-from arael.check.typed import BOOL, INT, Literal_, MatrixType, Typed, VectorType
+from arael.check.suggest import nearest
+from arael.check.typed import INT, Literal_, MatrixType, Typed, VectorType
 from arael.check.typist import Typist
 from arael.diagnostics.records import Label, Span
-from arael.check.suggest import nearest
 from arael.syntax import tree
 
 
@@ -187,15 +188,12 @@ def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
         return BROKEN
     key = (name, tuple(id(a) for a in args))
     if key not in t.expanded:
-        parameters = {p.id: (a, p.span) for p, a in zip(function.params, args, strict=True)}
+        parameters: dict[str, tuple[Binding, Span]] = {
+            p.id: (a, p.span) for p, a in zip(function.params, args, strict=True)
+        }
         scope = ConstantScope(t.declarations, t.constant, parameters, f"`{name}`")
         with t.inside(name, node.span, scope):
             result = t.value(function.body)
         t.expanded[key] = result
         t.kept.extend(args)
     return t.expanded[key]
-
-
-def is_boolean(value: Typed) -> bool:
-    """Whether a value is a boolean."""
-    return value.type == BOOL

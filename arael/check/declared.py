@@ -43,10 +43,12 @@ class FieldDecl:
 
     @property
     def span(self) -> Span:
+        """Place of the field's name."""
         return self.node.name.span
 
     @property
     def where(self) -> str:
+        """Place of the declaration, as messages write it."""
         return str(self.node.span)
 
 
@@ -64,10 +66,12 @@ class StructDecl:
 
     @property
     def name(self) -> str:
+        """Name of the struct."""
         return self.node.name.id
 
     @property
     def has_params(self) -> bool:
+        """Whether the struct itself has parameters; not those of structs within it."""
         return any(f.param is not None for f in self.fields.values())
 
 
@@ -82,4 +86,5 @@ class Declarations:
 
     @property
     def roots(self) -> list[StructDecl]:
+        """All roots, in order."""
         return [s for s in self.structs.values() if s.node.kind == "root"]

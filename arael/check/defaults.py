@@ -2,8 +2,8 @@
 
 Allowed: ``w: real = 1 / 3``, ``m: mat2 = [1, 0, 0, 1]``, ``param a: vec2 in 0 .. [1, 2]``.
 
-Not allowed: ``v: vec3 = 0`` (say `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower bound
-above the upper one.
+Not allowed: ``v: vec3 = 0`` (say `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower
+bound above the upper one.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from arael.check.access import attribute, index, name
 from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
 from arael.check.builtins import widened
 from arael.check.calls import call
-from arael.check.guards import facts_of
+from arael.check.guards import Fact, facts_of
 from arael.check.operators import OPERATIONS, advice, result_type
 from arael.check.reading import presence
 from arael.check.typed import (
@@ -181,7 +181,8 @@ def _transpose(t: Typist, node: tree.Transpose) -> Binding:
 
 def _conditional(t: Typist, node: tree.Conditional) -> Binding:
     cond = condition(t, node.cond)
-    holds = fails = frozenset()
+    holds: frozenset[Fact] = frozenset()
+    fails: frozenset[Fact] = frozenset()
     if isinstance(cond, Typed):
         holds, fails = facts_of(cond, t.slots.steps)
     with t.knowing(holds):

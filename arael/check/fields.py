@@ -3,8 +3,8 @@
 Allowed: ``param`` of the parameter types; plain data of every value type, optional or with a
 default; structs by value; collections of structs; refs.
 
-Not allowed: ``param`` of a string or an optional; a list of numbers; ``euler`` without ``param``; an
-optional collection; a default for a struct.
+Not allowed: ``param`` of a string or an optional; a list of numbers; ``euler`` without ``param``;
+an optional collection; a default for a struct.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from arael.check.constants import Constants
 from arael.check.declared import Declarations, FieldDecl, StructDecl
 from arael.check.defaults import bounds_of, default_of
 from arael.check.report import Reporter
+from arael.check.suggest import nearest
 from arael.check.typed import BOOL, REAL, ValueType, VectorType
 from arael.check.types import (
     FIXED_TYPES,
@@ -25,7 +26,6 @@ from arael.check.types import (
     value_type,
 )
 from arael.diagnostics.records import Span
-from arael.check.suggest import nearest
 from arael.runtime.layout import Param
 from arael.syntax import tree
 
@@ -203,13 +203,16 @@ class Fields:
             else [f"declare it: `struct {type_.name} {{ ... }}`"],
         )
 
-    def _size(self, type_: tree.NamedType, bad: BadSize) -> None:
+    def _size(self, type_: tree.NamedType, bad: BadSize) -> FieldDecl | None:
         self.report.error(
             "E0311", type_.span, f"`{type_text(type_)}` {bad.reason}", label="not a type"
         )
+        return None
 
-    def _wrong(self, span: Span, message: str, label: str, help_: str = "") -> None:
+    def _wrong(self, span: Span, message: str, label: str, help_: str = "") -> FieldDecl | None:
+        """Complain; the answer, nothing, is for the caller to hand on."""
         self.report.error("E0407", span, message, label=label, help=[help_] if help_ else [])
+        return None
 
 
 def declare_fields(fields: Fields, struct: StructDecl) -> None:

@@ -11,18 +11,16 @@ from __future__ import annotations
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.declared import Declarations
 from arael.check.report import Reporter
+from arael.check.suggest import nearest
 from arael.check.walk import subtrees
 from arael.diagnostics.records import Label
-from arael.check.suggest import nearest
 from arael.syntax import tree
 
 
 def check_functions(declarations: Declarations, report: Reporter) -> None:
     """Check all functions; those in error are marked, so that calls of them stay silent."""
     for name, function in declarations.functions.items():
-        if not _supported(function, report):
-            declarations.broken.add(name)
-        elif not _names(function, declarations, report):
+        if not (_supported(function, report) and _names(function, declarations, report)):
             declarations.broken.add(name)
     _recursion(declarations, report)
 

@@ -1,6 +1,7 @@
 """Rule: every item of a model has a name of its own.
 
-Allowed: items in any order, over several files; a file imported along two ways (its items count once).
+Allowed: items in any order, over several files; a file imported along two ways (its items
+count once).
 
 Not allowed: two items of one name; the name of something built in; files that import each other
 in a circle.
@@ -13,9 +14,9 @@ from collections.abc import Callable
 from arael.check.builtins import BUILTIN_NAMES
 from arael.check.declared import Declarations, StructDecl
 from arael.check.report import Reporter
+from arael.check.suggest import nearest
 from arael.check.types import TYPE_NAMES
 from arael.diagnostics.records import Label, Span
-from arael.check.suggest import nearest
 from arael.syntax import tree
 
 Load = Callable[[tree.Import], tree.File]
@@ -58,11 +59,11 @@ class Gathering:
             return
         file = self.load(item)
         if file.source.name in self.chain:
-            circle = self.chain[self.chain.index(file.source.name) :] + [file.source.name]
+            circle = self.chain[self.chain.index(file.source.name) :]
             self.report.error(
                 "E0212",
                 item.span,
-                f"import goes in a circle: {' -> '.join(circle)}",
+                f"import goes in a circle: {' -> '.join([*circle, file.source.name])}",
                 label="this import closes the circle",
                 help=["move what both files need into a third one"],
             )

@@ -5,10 +5,9 @@ They are far above what a model for people needs; a file that meets one gets a d
 
 MAX_VECTOR = 1024  # scalars of one vector
 MAX_MATRIX = 4096  # scalars of one matrix
-MAX_INVERSE = 4  # rows of a matrix whose inverse or determinant is written out
 MAX_TABLES = 1000  # places where collections sit
 MAX_COLUMNS = 20_000  # columns of all tables together
 MAX_NESTING = 100  # nesting of an expression as written, through function calls
-MAX_DEPTH = 1000  # longest chain of operations of an expanded expression
+MAX_DEPTH = 250  # longest chain of operations of an expanded expression
 MAX_OPERATIONS = 200_000  # scalar operations of one constraint, functions expanded
 MAX_MODEL_OPERATIONS = 2_000_000  # the same over the whole model

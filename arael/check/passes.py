@@ -7,6 +7,8 @@ Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from arael.check.binding import Broken, Collection, Entity
 from arael.check.constants import Constants
 from arael.check.declared import FieldDecl
@@ -194,13 +196,13 @@ class Passes:
         field = place.struct.fields.get(last.id)
         if field is not None and field.param is not None:
             return text
+        below: Iterable[Place] = ()
         if field is not None and field.kind == "struct":
-            inner = place.values[last.id]
-            if any(p.struct.has_params for p in _below(inner)):
-                return text
-        if field is not None and field.kind == "collection":
-            if any(p.struct.has_params for p in place.collections[last.id].places()):
-                return text
+            below = _below(place.values[last.id])
+        elif field is not None and field.kind == "collection":
+            below = place.collections[last.id].places()
+        if any(p.struct.has_params for p in below):
+            return text
         if field is None:
             if last.id in self.constants.declarations.broken:
                 return None

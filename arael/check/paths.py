@@ -8,8 +8,8 @@ from arael.check.binding import BROKEN, Broken, Collection, Entity
 from arael.check.declared import FieldDecl
 from arael.check.places import Place, Sites
 from arael.check.report import Reporter
-from arael.diagnostics.records import Label
 from arael.check.suggest import nearest
+from arael.diagnostics.records import Label
 from arael.runtime.layout import Step, Target
 from arael.syntax import tree
 

@@ -43,7 +43,7 @@ class TableSite:
     path: str
     collection: Literal["root", "list", "deque", "arena"]
     parent: str
-    field: str
+    path_in_parent: str
     declared: FieldDecl | None
     place: Place = field(init=False)
 

@@ -1,4 +1,4 @@
-"""Reading a field: a column through a slot, where all optionals on the way are known to be there."""
+"""Reading a field: a column through a slot, where it is known to be there."""
 
 from __future__ import annotations
 

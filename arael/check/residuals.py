@@ -2,8 +2,8 @@
 
 Allowed: a scalar, a vector, a list of both.
 
-Not allowed: a matrix, a quaternion, a comparison, a struct, an empty list; a residual of data alone;
-a guard over parameters.
+Not allowed: a matrix, a quaternion, a comparison, a struct, an empty list; a residual of data
+alone; a guard over parameters.
 """
 
 from __future__ import annotations

@@ -49,6 +49,7 @@ class ConstantScope:
     inside: str = "a constant"
 
     def candidates(self, name: str) -> list[Candidate]:
+        """Everything that `name` may mean, first in order first."""
         found = []
         if name in self.locals:
             binding, span = self.locals[name]
@@ -58,9 +59,11 @@ class ConstantScope:
         return found
 
     def names(self) -> Iterable[str]:
+        """Names that a misspelt one may have meant."""
         return [*self.locals, *self.declarations.consts]
 
     def advice(self, name: str) -> list[str]:
+        """What to do about the unknown name `name`."""
         if self.inside == "a constant":
             return ["a constant is made of numbers, other constants and functions"]
         return [f"{self.inside} sees its parameters and constants; pass `{name}` as an argument"]
@@ -78,11 +81,12 @@ class BodyScope:
     paths: Paths
     home: Entity
     own: Entity
-    field: FieldBinder
+    bind: FieldBinder
     constant: ConstantBinder
     lets: dict[str, tuple[Binding, Span]] = field(default_factory=dict)
 
     def candidates(self, name: str) -> list[Candidate]:
+        """Everything that `name` may mean, first in order first."""
         found = []
         if name in self.lets:
             binding, span = self.lets[name]
@@ -99,7 +103,7 @@ class BodyScope:
                 Candidate(
                     f"a field of {own.place.struct.name}",
                     declared.span,
-                    lambda span: self.field(own, name, span),
+                    lambda span: self.bind(own, name, span),
                     followed,
                 )
             )
@@ -129,6 +133,7 @@ class BodyScope:
                 yield f"the root {root.place.struct.name}", root
 
     def names(self) -> Iterable[str]:
+        """Names that a misspelt one may have meant."""
         return [
             *self.lets,
             *self.own.place.struct.fields,
@@ -141,6 +146,7 @@ class BodyScope:
         ]
 
     def advice(self, name: str) -> list[str]:
+        """What to do about the unknown name `name`."""
         if name == "parent":
             return ["the root is held by nothing"]
         if name in self.paths.root(self.home).place.struct.fields:

@@ -54,7 +54,7 @@ def _table(site: TableSite, paths: Paths) -> Table:
         struct=struct.name,
         collection=site.collection,
         parent=site.parent,
-        field=site.field,
+        field=site.path_in_parent,
         where=declared.where if declared else str(struct.node.name.span),
         columns=tuple(columns),
         values=tuple(values),
@@ -75,7 +75,7 @@ def _flatten(top: Place, paths: Paths, columns: list[Column], values: list[ByVal
         within = place.optionals[-1] if place.optionals else ""
         path = place.column(field)
         if field.optional:
-            columns.append(_present(field, path, within))
+            columns.append(_present(field, path))
         if field.kind == "struct":
             values.append(ByValue(path, field.struct, field.optional, field.where, within))
             waiting.append(_fields(place.values[field.name]))
@@ -89,7 +89,7 @@ def _fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:
     return ((place, field) for field in place.struct.fields.values())
 
 
-def _present(field: FieldDecl, path: str, within: str) -> Column:
+def _present(field: FieldDecl, path: str) -> Column:
     return Column(
         path=path,
         kind="bool",
@@ -97,7 +97,7 @@ def _present(field: FieldDecl, path: str, within: str) -> Column:
         role="present",
         type=field.text,
         where=field.where,
-        within=within,
+        within=path,
         doc=field.node.doc,
     )
 

@@ -17,6 +17,8 @@ from arael.runtime.layout import Column, Pass, Slot, Table
 
 @dataclass(frozen=True)
 class ScalarType:
+    """A number, a truth value or a text."""
+
     kind: Literal["real", "int", "bool", "string"] = "real"
 
     def __str__(self) -> str:
@@ -25,6 +27,8 @@ class ScalarType:
 
 @dataclass(frozen=True)
 class VectorType:
+    """A column of `n` scalars."""
+
     n: int
 
     def __str__(self) -> str:
@@ -33,6 +37,8 @@ class VectorType:
 
 @dataclass(frozen=True)
 class MatrixType:
+    """A matrix, stored row by row."""
+
     rows: int
     columns: int
 
@@ -44,6 +50,8 @@ class MatrixType:
 
 @dataclass(frozen=True)
 class QuaternionType:
+    """A unit quaternion w, x, y, z."""
+
     def __str__(self) -> str:
         return "quat"
 
@@ -70,6 +78,8 @@ class Typed:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Literal_(Typed):
+    """A number; a bool is 0 or 1."""
+
     value: float
 
 

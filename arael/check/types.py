@@ -1,4 +1,4 @@
-"""Types by their names: which there are, what a field of each stores, what a reading of it gives."""
+"""Types by their names: what a field of each stores, and what a reading of it gives."""
 
 from __future__ import annotations
 

@@ -39,6 +39,7 @@ class Slots:
         return len(self.items) - 1
 
     def steps(self, number: int) -> tuple[Step, ...]:
+        """Return the way to the row of a slot."""
         return self.items[number].steps
 
 
