@@ -1,0 +1,206 @@
+"""How a solve is run: `LmConfig`."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+Observer = Callable[[Any], bool | None]
+Driver = Callable[[Any], float | None]
+
+# Smallest lambda by precision: below it damping is lost in the rounding of the diagonal.
+FLOOR_F64 = 1e-12
+FLOOR_F32 = 1.2e-7
+
+
+@dataclass(frozen=True)
+class LmConfig:
+    """Settings of the Levenberg-Marquardt loop.
+
+    The cost is the sum of squared residuals, without 1/2. An accepted step is *small* when it lowers
+    the cost by less than `abs_precision`, or by less than the fraction `rel_precision` of it.
+
+    Attributes
+    ----------
+    abs_precision :
+        Drop of the cost below which a step is small. Raise it where the cost has a known noise floor.
+    rel_precision :
+        The same as a fraction of the cost. 1e-3 for a real-time pass that needs a good enough answer,
+        1e-6 for a final refinement.
+    max_iters :
+        Most attempts at a step, rejected ones counted. About twice what the trace shows you need.
+    min_iters :
+        Accepted steps before small ones may end the solve. Lower it for warm starts.
+    patience :
+        How many steps before the present one must have been small too. Raise it for noisy costs.
+    initial_lambda :
+        First damping. 1e-6 for a warm start, 1e-2 or more for a start far from the solution.
+    lambda_floor :
+        Smallest damping; None: 1e-12 in f64, 1.2e-7 in f32. Raise it if factorisation keeps failing
+        at small lambda.
+    lambda_ceiling :
+        The solve ends when a rejection would raise lambda above this.
+    retry_budget :
+        Most retries with one linearisation; 0: no limit of its own.
+    cost_threshold :
+        The solve ends once the cost is at or below this; 0: off. For feasibility problems.
+    gradient_tolerance :
+        The solve ends when no entry of the gradient 2 J'r is larger; 0: off.
+    parameter_tolerance :
+        The solve ends when ``|step| <= tolerance (|x| + tolerance)``; 0: off.
+    predicted_reduction_tolerance :
+        The solve ends when the linearisation promises no more than this fraction of the cost; 0: off.
+    min_diagonal :
+        Floor under the undamped diagonal of J'J; 0: off. Lets parameters that nothing constrains
+        stand still instead of being an error.
+    time_limit :
+        Seconds after which no further attempt begins; None: no limit.
+    num_threads :
+        Threads of the linear algebra; 0: all of the machine. Pays off for large dense fronts only.
+    verbose :
+        One line an attempt on stderr. Turn it on first when a solve misbehaves.
+    observer :
+        Called with the record of each attempt (see `arael.result.StepRecord`); returning False ends
+        the solve with the best state so far.
+    damping :
+        What moves lambda: ``"ladder"`` (times 0.2 after success, times 10 after failure),
+        ``"nielsen"`` (by the ratio of actual to predicted reduction; often fewer rejections on
+        strongly curved costs), or a callable that takes the record of an attempt and returns the
+        next lambda, None to end the solve.
+    """
+
+    abs_precision: float = 1e-6
+    rel_precision: float = 1e-4
+    max_iters: int = 100
+    min_iters: int = 5
+    patience: int = 3
+    initial_lambda: float = 1e-4
+    lambda_floor: float | None = None
+    lambda_ceiling: float = 1e12
+    retry_budget: int = 0
+    cost_threshold: float = 0.0
+    gradient_tolerance: float = 0.0
+    parameter_tolerance: float = 0.0
+    predicted_reduction_tolerance: float = 0.0
+    min_diagonal: float = 0.0
+    time_limit: float | None = None
+    num_threads: int = 1
+    verbose: bool = False
+    observer: Observer | None = None
+    damping: Literal["ladder", "nielsen"] | Driver = "ladder"
+
+    @classmethod
+    def of(cls, **settings: Any) -> LmConfig:
+        """A checked configuration from settings by name; AraelError E1010 for unknown or bad ones."""
+        return cls().with_(**settings)
+
+    @classmethod
+    def well_conditioned(cls, **settings: Any) -> LmConfig:
+        """Start near the solution of a problem that is close to linear: warm starts, small updates.
+
+        Steps are nearly Gauss-Newton from the outset (lambda 1e-6), and the solve may end after two.
+        """
+        return cls(initial_lambda=1e-6, min_iters=2, patience=1).with_(**settings)
+
+    @classmethod
+    def ill_conditioned(cls, **settings: Any) -> LmConfig:
+        """Start far from the solution, or parameters of very different sensitivity.
+
+        Strong damping at first (lambda 1e-2), the gain-ratio driver, patience with flat stretches and
+        tight precision, so that a long shallow valley is followed to its end.
+        """
+        return cls(
+            initial_lambda=1e-2,
+            damping="nielsen",
+            max_iters=500,
+            patience=6,
+            abs_precision=1e-9,
+            rel_precision=1e-6,
+        ).with_(**settings)
+
+    @classmethod
+    def conservative(cls, **settings: Any) -> LmConfig:
+        """Prefer certainty to speed: damped start, floor under lambda, late and strict termination."""
+        return cls(
+            initial_lambda=1e-3,
+            lambda_floor=1e-8,
+            max_iters=1000,
+            min_iters=10,
+            patience=5,
+            abs_precision=1e-10,
+            rel_precision=1e-8,
+        ).with_(**settings)
+
+    def with_(self, **settings: Any) -> LmConfig:
+        """A checked copy with some settings changed; AraelError E1010 for unknown or bad ones."""
+        known = [f.name for f in fields(self)]
+        for name in settings:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                raise _refused(
+                    f"there is no solver setting `{name}`",
+                    f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(known)}",
+                )
+        found = replace(self, **settings)
+        found.validate()
+        return found
+
+    def floor(self, single: bool) -> float:
+        """Smallest lambda in f32 (`single`) or f64."""
+        if self.lambda_floor is not None:
+            return self.lambda_floor
+        return FLOOR_F32 if single else FLOOR_F64
+
+    def validate(self) -> None:
+        """Raise AraelError (E1010) naming the first setting that makes no sense."""
+        for name in _NOT_NEGATIVE:
+            value = getattr(self, name)
+            if not _is_number(value) or not value >= 0 or math.isinf(value):
+                raise _refused(f"`{name}` is {value!r}", "it must be a number, zero or more")
+        for name, least in _COUNTS.items():
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 2**31:
+                raise _refused(f"`{name}` is {value!r}", f"it must be a whole number from {least} on")
+        for name in ("lambda_floor", "time_limit"):
+            value = getattr(self, name)
+            if value is not None and (not _is_number(value) or not value >= 0):
+                raise _refused(f"`{name}` is {value!r}", "it must be None or a number, zero or more")
+        if not _is_number(self.lambda_ceiling) or not self.lambda_ceiling > self.initial_lambda:
+            raise _refused(
+                f"`lambda_ceiling` is {self.lambda_ceiling!r}",
+                f"it must be above initial_lambda ({self.initial_lambda:g})",
+            )
+        if not isinstance(self.verbose, bool):
+            raise _refused(f"`verbose` is {self.verbose!r}", "it must be true or false")
+        if self.damping not in ("ladder", "nielsen") and not callable(self.damping):
+            raise _refused(
+                f"`damping` is {self.damping!r}", 'it must be "ladder", "nielsen" or a callable'
+            )
+        if self.observer is not None and not callable(self.observer):
+            raise _refused(f"`observer` is {self.observer!r}", "it must be callable")
+
+
+_NOT_NEGATIVE = (
+    "abs_precision",
+    "rel_precision",
+    "initial_lambda",
+    "cost_threshold",
+    "gradient_tolerance",
+    "parameter_tolerance",
+    "predicted_reduction_tolerance",
+    "min_diagonal",
+)
+_COUNTS = {"max_iters": 1, "min_iters": 0, "patience": 0, "retry_budget": 0, "num_threads": 0}
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _refused(message: str, help_text: str) -> AraelError:
+    return AraelError(Diagnostic("E1010", message, origin="LmConfig", help=(help_text,)))

@@ -1,0 +1,124 @@
+"""What the solver asks of a store, and the ways from a constraint's row to the rows it reads."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.tape import Tape, evaluate
+
+Array = NDArray[Any]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+class TableLike(Protocol):
+    """One table of a store: columns over dense rows."""
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def structure_version(self) -> int: ...
+
+    def column(self, path: str) -> Array: ...
+
+    def present(self, path: str) -> Array: ...
+
+    def free(self, path: str) -> Array: ...
+
+    def parent_rows(self) -> Array: ...
+
+    def target_rows(self, path: str) -> Array: ...
+
+    def row_name(self, row: int) -> str: ...
+
+
+class StoreLike(Protocol):
+    """A model instance: its tables by path, the root's under the empty one."""
+
+    @property
+    def layout(self) -> Layout: ...
+
+    @property
+    def tables(self) -> Any: ...
+
+
+class Walker:
+    """Follows slots from the rows of one table; each way is walked once.
+
+    Parameters
+    ----------
+    store : the model instance
+    table : path of the table where the ways begin
+    rows : (n,) rows to begin from
+    """
+
+    def __init__(self, store: StoreLike, table: str, rows: Ints) -> None:
+        self._store = store
+        self._start = table
+        self._known: dict[tuple[Step, ...], tuple[str, Ints]] = {(): (table, rows)}
+
+    def rows(self, slot: Slot) -> Ints:
+        """(n,) row of `slot` for each row of the start; -1 where a ref on the way is null."""
+        return self._walk(slot.steps)[1]
+
+    def first_null(self, slot: Slot, at: int) -> str:
+        """Path of the ref at which the way of the `at`-th row ends."""
+        for length in range(1, len(slot.steps) + 1):
+            if self._walk(slot.steps[:length])[1][at] < 0:
+                return slot.steps[length - 1].ref
+        raise ValueError("no ref of this way is null")
+
+    def _walk(self, steps: tuple[Step, ...]) -> tuple[str, Ints]:
+        if steps not in self._known:
+            self._known[steps] = self._take(steps[-1], *self._walk(steps[:-1]))
+        return self._known[steps]
+
+    def _take(self, step: Step, path: str, rows: Ints) -> tuple[str, Ints]:
+        if step.kind == "root":
+            return "", np.zeros(len(rows), dtype=np.int64)
+        layout, table = self._store.layout.table(path), self._store.tables[path]
+        if step.kind == "parent":
+            return layout.parent, _follow(np.asarray(table.parent_rows()), rows)
+        target = layout.column(step.ref).target
+        assert target is not None
+        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows)
+
+
+def _follow(targets: Array, rows: Ints) -> Ints:
+    if len(targets) == 0:
+        return np.full(len(rows), -1, dtype=np.int64)
+    return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
+
+
+def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw) -> Array:
+    """One raw input for all instances as f64; a column of the root comes as a scalar.
+
+    Rows that are -1 read as NaN: only a guard looks at them.
+    """
+    path = slots[raw.slot].table
+    table = store.tables[path]
+    if store.layout.table(path).column(raw.column).role == "present":
+        values = np.asarray(table.present(raw.column))
+    else:
+        values = np.asarray(table.column(raw.column))
+    flat = values.reshape(table.size, -1)
+    if path == "":
+        return np.asarray(flat[0, raw.component], dtype=np.float64)
+    at = rows[raw.slot]
+    if len(flat) == 0:
+        return np.full(len(at), np.nan)
+    found = flat[np.maximum(at, 0), raw.component].astype(np.float64)
+    if np.any(at < 0):
+        found[at < 0] = np.nan
+    return np.asarray(found)
+
+
+def outputs(tape: Tape, inputs: list[Array], n: int) -> list[Array]:
+    """Results of a tape, each as (n,) f64."""
+    values = evaluate(tape, inputs, np.float64)
+    return [np.broadcast_to(np.asarray(values[o], dtype=np.float64), (n,)) for o in tape.outputs]

@@ -1,0 +1,35 @@
+# Bounds of parameters: scalars held at a bound, and steps cut off at it.
+
+from libc.stdint cimport int64_t
+
+from cython cimport floating
+
+from arael.runtime.evaluation cimport Evaluation
+
+
+cdef class Box:
+    cdef readonly Py_ssize_t count          # bounded scalars
+    cdef Evaluation _evaluation
+    cdef object _keep
+    cdef const int64_t* _scalar             # [count] scalar of the system
+    cdef const int64_t* _entity             # [count]
+    cdef const int64_t* _at                 # [count] offset of the stored scalar in its state array
+    cdef const int64_t* _diagonal           # [count] offset of the diagonal in the values
+    cdef const double* _low
+    cdef const double* _high
+    cdef const int64_t* _start              # [count + 1] into _positions
+    cdef const int64_t* _positions          # rows and columns in the values
+    cdef Py_ssize_t _block_count
+    cdef const int64_t* _blocks             # [blocks][5] row, column, height, width, start
+
+    # Give scalars at a bound whose gradient points outward an identity row and no gradient.
+    cdef void hold(self, void* gradient, void* values) noexcept nogil
+    # Cut a step off at the bounds; whether it was cut.
+    cdef bint clamp(self, void* step) noexcept nogil
+    # step' H step, for steps that do not solve the damped system.
+    cdef double curvature(self, const void* values, const void* step) noexcept nogil
+
+    cdef double _value(self, Py_ssize_t k) noexcept nogil
+    cdef void _hold(self, floating* gradient, floating* values) noexcept nogil
+    cdef bint _clamp(self, floating* step) noexcept nogil
+    cdef double _curvature(self, const floating* values, const floating* step) noexcept nogil

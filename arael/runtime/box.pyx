@@ -1,0 +1,148 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Bounds of parameters as hard limits of a solve.
+
+Projected Levenberg-Marquardt: scalars that stand at a bound and would be pushed through it are left
+out of the linear system; of the others the step is cut off at the bound (Bertsekas, "Projected
+Newton methods for optimization problems with simple constraints", SIAM J. Control 20, 1982).
+"""
+
+import numpy as np
+
+from cython cimport floating
+from libc.math cimport fabs
+from libc.stdint cimport int64_t, uintptr_t
+
+from arael.runtime.evaluation cimport Evaluation
+
+from arael.runtime.positions import row_and_column_positions
+
+
+cdef const void* address(array) except? NULL:
+    return <const void*><uintptr_t>array.ctypes.data
+
+
+cdef class Box:
+    """The bounded scalars of a system.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+    structure : Structure
+    diagonal_at : (n,) int64, offsets of the diagonal in the values
+    """
+
+    def __init__(self, Evaluation evaluation, structure, diagonal_at):
+        system, pattern = structure.system, structure.pattern
+        scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
+        entity, at = stored_places(system, scalars)
+        start, positions = row_and_column_positions(pattern, scalars)
+        columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
+        offsets = pattern.offsets
+        blocks = np.stack(
+            [offsets[pattern.rows], offsets[columns], pattern.sizes[pattern.rows],
+             pattern.sizes[columns], pattern.value_start], axis=1,
+        )
+        ints = [
+            np.ascontiguousarray(a, dtype=np.int64)
+            for a in (scalars, entity, at, diagonal_at[scalars], start, positions, blocks)
+        ]
+        ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
+        self._keep = (ints, ends)
+        self._evaluation = evaluation
+        self.count = len(scalars)
+        self._scalar = <const int64_t*>address(ints[0])
+        self._entity = <const int64_t*>address(ints[1])
+        self._at = <const int64_t*>address(ints[2])
+        self._diagonal = <const int64_t*>address(ints[3])
+        self._start = <const int64_t*>address(ints[4])
+        self._positions = <const int64_t*>address(ints[5])
+        self._blocks = <const int64_t*>address(ints[6])
+        self._block_count = len(blocks)
+        self._low, self._high = <const double*>address(ends[0]), <const double*>address(ends[1])
+
+    cdef double _value(self, Py_ssize_t k) noexcept nogil:
+        """Present value of a bounded scalar."""
+        cdef void* state = self._evaluation.state(self._entity[k])
+        if self._evaluation.single:
+            return (<float*>state)[self._at[k]]
+        return (<double*>state)[self._at[k]]
+
+    cdef void hold(self, void* gradient, void* values) noexcept nogil:
+        if self._evaluation.single:
+            self._hold(<float*>gradient, <float*>values)
+        else:
+            self._hold(<double*>gradient, <double*>values)
+
+    cdef void _hold(self, floating* gradient, floating* values) noexcept nogil:
+        cdef Py_ssize_t k, p
+        cdef double x, slack
+        cdef floating g
+        for k in range(self.count):
+            x = self._value(k)
+            g = gradient[self._scalar[k]]
+            # A step onto a bound may end a rounding away from it.
+            slack = (1e-6 if floating is float else 1e-14) * (1 + fabs(x))
+            if (g > 0 and x <= self._low[k] + slack) or (g < 0 and x >= self._high[k] - slack):
+                gradient[self._scalar[k]] = 0
+                for p in range(self._start[k], self._start[k + 1]):
+                    values[self._positions[p]] = 0
+                values[self._diagonal[k]] = 1
+
+    cdef bint clamp(self, void* step) noexcept nogil:
+        if self._evaluation.single:
+            return self._clamp(<float*>step)
+        return self._clamp(<double*>step)
+
+    cdef bint _clamp(self, floating* step) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef double x, s
+        cdef bint cut = False
+        for k in range(self.count):
+            x, s = self._value(k), step[self._scalar[k]]
+            if x + s < self._low[k]:
+                step[self._scalar[k]] = <floating>(self._low[k] - x)
+                cut = True
+            elif x + s > self._high[k]:
+                step[self._scalar[k]] = <floating>(self._high[k] - x)
+                cut = True
+        return cut
+
+    cdef double curvature(self, const void* values, const void* step) noexcept nogil:
+        if self._evaluation.single:
+            return self._curvature(<const float*>values, <const float*>step)
+        return self._curvature(<const double*>values, <const double*>step)
+
+    cdef double _curvature(self, const floating* values, const floating* step) noexcept nogil:
+        cdef Py_ssize_t b, i, j
+        cdef const int64_t* block
+        cdef const floating* value
+        cdef double total = 0, row
+        for b in range(self._block_count):
+            block = &self._blocks[5 * b]
+            value = values + block[4]
+            for i in range(block[2]):
+                row = 0
+                if block[0] == block[1]:
+                    for j in range(i):
+                        row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
+                    row += <double>value[i * block[3] + i] * step[block[1] + i]
+                else:
+                    for j in range(block[3]):
+                        row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
+                total += row * step[block[0] + i]
+        return total
+
+
+def stored_places(system, scalars):
+    """Entity and offset in its state array of the stored scalar behind each plain scalar."""
+    entity = np.searchsorted(np.asarray(system.starts), scalars, side="right") - 1
+    at = np.zeros(len(scalars), dtype=np.int64)
+    for k, (e, scalar) in enumerate(zip(entity, scalars, strict=True)):
+        owner = system.layout.entities[e]
+        _, row, tangent = system.owner(int(scalar))
+        use = next(
+            u for u in owner.params
+            if u.tangent_start <= tangent < u.tangent_start + u.tangent
+        )
+        at[k] = row * owner.state + use.stored_start + tangent - use.tangent_start
+    return entity, at

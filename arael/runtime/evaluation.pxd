@@ -1,0 +1,63 @@
+# Cost, gradient and blocks of a problem at its states, by kernels or by the interpreter.
+
+from cython cimport floating
+from libc.stdint cimport int32_t, int64_t
+
+from arael.runtime.kernel cimport KernelTable, Lanes
+
+
+cdef class Evaluation:
+    cdef readonly bint single             # f32 if true, else f64
+    cdef readonly Py_ssize_t size         # scalars of the system
+    cdef readonly Py_ssize_t value_count  # scalars of its blocks
+    cdef readonly Py_ssize_t trash        # scalars behind the gradient; its square behind the values
+    cdef readonly list states             # [2][entities] arrays (rows, state)
+    cdef readonly int current             # which of the two holds the accepted state
+    cdef readonly object failure          # exception raised by the interpreter, else None
+    cdef bint failed                      # whether there is one, readable without the GIL
+    cdef readonly list interpreters       # one GroupInterpreter per group
+
+    cdef object _keep                     # whatever the pointers below point into
+    cdef object _entities
+    cdef Py_ssize_t _group_count, _entity_count
+    cdef const KernelTable* _table        # NULL: everything is interpreted
+    cdef Lanes* _lanes[2]                 # [groups], by state buffer
+    cdef const void** _pointers           # state pointers that the lanes refer to
+    cdef void** _state[2]                 # [entities]
+    cdef const int32_t** _delta_at        # [entities] first scalar of each row's step, or -1
+    cdef Py_ssize_t* _rows                # [entities]
+    cdef Py_ssize_t* _moving              # [entities] rows to refresh: all, or 0 if none moves
+    cdef Py_ssize_t* _stored              # [entities] stored scalars of a row
+    cdef Py_ssize_t* _stride              # [entities] state scalars of a row
+    cdef const int64_t* _held             # scalars of the system that do not move
+    cdef Py_ssize_t _held_count
+    cdef const int64_t* _held_values      # their rows and columns in the values
+    cdef Py_ssize_t _held_value_count
+    cdef const int64_t* diagonal_at       # [size] offsets of the diagonal in the values
+
+    # Cost at state buffer `which`; NaN if the interpreter failed.
+    cdef double cost(self, int which) noexcept nogil
+    # J'r and the blocks of J'J at the current state; scalars held fixed have an identity row.
+    cdef double linearise(self, void* gradient, void* values) noexcept nogil
+    # The other buffer becomes the current state moved by `step`.
+    cdef void move(self, const void* step) noexcept nogil
+    # The other buffer becomes the current one.
+    cdef void accept(self) noexcept nogil
+    # Stored scalars of the current state of one entity.
+    cdef void* state(self, Py_ssize_t entity) noexcept nogil
+    # Euclidean norm of the stored scalars of all entities that are solved for.
+    cdef double norm(self) noexcept nogil
+
+    cdef _take_table(self, kernels)
+    cdef _allocate(self, Py_ssize_t uses)
+    cdef _kept(self, array, dtype)
+    cdef _make_states(self, entities, system, stored, dtype)
+    cdef _make_lanes(self, groups, placements, instances)
+    cdef double _group_cost(self, Py_ssize_t g, int which) noexcept nogil
+    cdef double _group_linearise(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil
+    cdef void _hold(self, floating* gradient, floating* values) noexcept nogil
+    cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil
+    cdef _interpret_refresh(self, Py_ssize_t e, int source, int target, const void* step)
+    cdef _refresh_all(self, int source, int target)
+    cdef _view(self, void* data, Py_ssize_t length)
+    cdef double _fail(self, error) noexcept

@@ -1,0 +1,370 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Cost, gradient and blocks of a problem, with the GIL taken only for what has no kernel."""
+
+import numpy as np
+
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
+from libc.math cimport NAN, sqrt
+from libc.stdint cimport int32_t, int64_t, uint8_t, uintptr_t
+from libc.stdlib cimport calloc, free
+from libc.string cimport memset
+
+from cython cimport floating
+
+from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes
+
+from arael.runtime.instances import in_lanes
+from arael.runtime.interpreter import GroupInterpreter, refresh
+
+
+cdef const void* address(array) except? NULL:
+    """First byte of a contiguous array."""
+    assert array.flags.c_contiguous
+    return <const void*><uintptr_t>array.ctypes.data
+
+
+cdef double squares(
+    const floating* state, Py_ssize_t rows, Py_ssize_t stride, Py_ssize_t stored
+) noexcept nogil:
+    """Sum of the squares of the stored scalars of some rows."""
+    cdef Py_ssize_t row, k
+    cdef double total = 0, x
+    for row in range(rows):
+        for k in range(stored):
+            x = state[row * stride + k]
+            total += x * x
+    return total
+
+
+cdef class Evaluation:
+    """What the Levenberg-Marquardt loop asks of a problem.
+
+    Parameters
+    ----------
+    layout : Layout
+    structure : Structure
+    instances : list of Instances, one per group
+    stored : list of arrays (rows, stored), one per entity, in the precision of the problem
+    held_values, diagonal_at : int64 arrays, offsets in the values
+    kernels : capsule "arael.kernels" or None
+        None interprets everything.
+    """
+
+    def __init__(self, layout, structure, instances, stored, held_values, diagonal_at, kernels):
+        dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
+        self.single = layout.precision == "f32"
+        self.size = structure.system.size
+        self.value_count = structure.pattern.value_count
+        self.trash = structure.trash
+        self._keep = [kernels]
+        self._entities = layout.entities
+        self._group_count = len(layout.groups)
+        self._entity_count = len(layout.entities)
+        self._take_table(kernels)
+        self._allocate(sum(len(g.uses) for g in layout.groups))
+        self._make_states(layout.entities, structure.system, stored, dtype)
+        self._make_lanes(layout.groups, structure.placements, instances)
+        self.interpreters = [
+            GroupInterpreter(group, layout.entities, one, placement, dtype)
+            for group, one, placement in zip(
+                layout.groups, instances, structure.placements, strict=True
+            )
+        ]
+        held = self._kept(structure.system.held, np.int64)
+        positions = self._kept(held_values, np.int64)
+        self._held, self._held_count = <const int64_t*>address(held), len(held)
+        self._held_values = <const int64_t*>address(positions)
+        self._held_value_count = len(positions)
+        self.diagonal_at = <const int64_t*>address(self._kept(diagonal_at, np.int64))
+        # Both buffers: rows that never move are refreshed here and not again.
+        self._refresh_all(0, 0)
+        self._refresh_all(0, 1)
+        if self.failed:
+            raise self.failure
+
+    def __dealloc__(self):
+        free(self._lanes[0])
+        free(self._lanes[1])
+        free(self._pointers)
+        free(self._state[0])
+        free(self._state[1])
+        free(self._delta_at)
+        free(self._rows)
+        free(self._moving)
+        free(self._stored)
+        free(self._stride)
+
+    # --- construction ------------------------------------------------------------------------
+
+    cdef _take_table(self, kernels):
+        self._table = NULL
+        if kernels is None:
+            return
+        if not PyCapsule_IsValid(kernels, "arael.kernels"):
+            raise TypeError(f"expected a capsule `arael.kernels`, found {type(kernels).__name__}")
+        self._table = <const KernelTable*>PyCapsule_GetPointer(kernels, "arael.kernels")
+        found = (self._table.abi, bool(self._table.single), self._table.group_count,
+                 self._table.entity_count)
+        expected = (KERNEL_ABI, bool(self.single), self._group_count, self._entity_count)
+        if found != expected:
+            raise ValueError(
+                f"these kernels do not belong to this model: (abi, single, groups, entities) "
+                f"expected {expected}, found {found}"
+            )
+
+    cdef _allocate(self, Py_ssize_t uses):
+        cdef Py_ssize_t groups = self._group_count + 1, entities = self._entity_count + 1
+        self._lanes[0] = <Lanes*>calloc(groups, sizeof(Lanes))
+        self._lanes[1] = <Lanes*>calloc(groups, sizeof(Lanes))
+        self._pointers = <const void**>calloc(2 * uses + 1, sizeof(void*))
+        self._state[0] = <void**>calloc(entities, sizeof(void*))
+        self._state[1] = <void**>calloc(entities, sizeof(void*))
+        self._delta_at = <const int32_t**>calloc(entities, sizeof(void*))
+        self._rows = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
+        self._moving = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
+        self._stored = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
+        self._stride = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
+        if not (self._lanes[0] and self._lanes[1] and self._pointers and self._state[0]
+                and self._state[1] and self._delta_at and self._rows and self._moving
+                and self._stored and self._stride):
+            raise MemoryError
+
+    cdef _kept(self, array, dtype):
+        """The array as contiguous memory that lives as long as this object; never empty."""
+        kept = np.ascontiguousarray(array, dtype=dtype)
+        self._keep.append(kept)
+        return kept
+
+    cdef _make_states(self, entities, system, stored, dtype):
+        self.states = [[], []]
+        for e, entity in enumerate(entities):
+            rows = len(stored[e])
+            for which in range(2):
+                state = np.zeros((max(rows, 1), entity.state), dtype=dtype)
+                state[:rows, : entity.stored] = stored[e]
+                self.states[which].append(state)
+                self._state[which][e] = <void*>address(state)
+            self._rows[e] = rows
+            self._moving[e] = rows if (system.blocks[e].first >= 0).any() else 0
+            self._stored[e] = entity.stored
+            self._stride[e] = entity.state
+            first = self._kept(system.blocks[e].first, np.int32)
+            self._delta_at[e] = <const int32_t*>address(first)
+
+    cdef _make_lanes(self, groups, placements, instances):
+        cdef Py_ssize_t use = 0, which, u
+        cdef Lanes* lanes
+        cdef Py_ssize_t width = self._table.lanes if self._table != NULL else 1
+        for g, (group, placement, one) in enumerate(
+            zip(groups, placements, instances, strict=True)
+        ):
+            parts = [
+                in_lanes(one.data, width),
+                np.ascontiguousarray(one.uniform),
+                in_lanes(placement.rows, width),
+                in_lanes(placement.gradient_at, width),
+                in_lanes(placement.block_at, width),
+                in_lanes(placement.turn, width),
+            ]
+            self._keep.append(parts)
+            for which in range(2):
+                lanes = &self._lanes[which][g]
+                lanes.n = len(one.rows)
+                lanes.data = address(parts[0])
+                lanes.uniform = address(parts[1])
+                lanes.row = <const int32_t*>address(parts[2])
+                lanes.gradient_at = <const int32_t*>address(parts[3])
+                lanes.block_at = <const int64_t*>address(parts[4])
+                lanes.turn = <const uint8_t*>address(parts[5])
+                lanes.state = &self._pointers[use]
+                for u in range(len(group.uses)):
+                    self._pointers[use] = self._state[which][<Py_ssize_t>group.uses[u].entity]
+                    use += 1
+
+    # --- the loop's face ---------------------------------------------------------------------
+
+    cdef double cost(self, int which) noexcept nogil:
+        cdef double total = 0
+        cdef Py_ssize_t g
+        for g in range(self._group_count):
+            total += self._group_cost(g, which)
+        return total
+
+    cdef double _group_cost(self, Py_ssize_t g, int which) noexcept nogil:
+        cdef Lanes* lanes = &self._lanes[which][g]
+        if lanes.n == 0:
+            return 0
+        if self._table != NULL and self._table.groups[g].cost != NULL:
+            return self._table.groups[g].cost(lanes)
+        with gil:
+            try:
+                return self.interpreters[g].cost(self.states[which])
+            except BaseException as error:
+                return self._fail(error)
+
+    cdef double linearise(self, void* gradient, void* values) noexcept nogil:
+        cdef size_t item = 4 if self.single else 8
+        cdef double total = 0
+        cdef Py_ssize_t g
+        memset(gradient, 0, (self.size + self.trash) * item)
+        memset(values, 0, (self.value_count + self.trash * self.trash) * item)
+        for g in range(self._group_count):
+            total += self._group_linearise(g, gradient, values)
+        if self.single:
+            self._hold(<float*>gradient, <float*>values)
+        else:
+            self._hold(<double*>gradient, <double*>values)
+        return total
+
+    cdef double _group_linearise(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil:
+        cdef Lanes* lanes = &self._lanes[self.current][g]
+        if lanes.n == 0:
+            return 0
+        if self._table != NULL and self._table.groups[g].linearise != NULL:
+            return self._table.groups[g].linearise(lanes, gradient, values)
+        with gil:
+            try:
+                return self.interpreters[g].linearise(
+                    self.states[self.current],
+                    self._view(gradient, self.size + self.trash),
+                    self._view(values, self.value_count + self.trash * self.trash),
+                )
+            except BaseException as error:
+                return self._fail(error)
+
+    cdef void _hold(self, floating* gradient, floating* values) noexcept nogil:
+        cdef Py_ssize_t k
+        for k in range(self._held_value_count):
+            values[self._held_values[k]] = 0
+        for k in range(self._held_count):
+            values[self.diagonal_at[self._held[k]]] = 1
+            gradient[self._held[k]] = 0
+
+    cdef void move(self, const void* step) noexcept nogil:
+        cdef Py_ssize_t e
+        cdef int other = 1 - self.current
+        for e in range(self._entity_count):
+            if self._moving[e]:
+                self._refresh(e, self.current, other, step)
+
+    cdef void accept(self) noexcept nogil:
+        self.current = 1 - self.current
+
+    cdef void* state(self, Py_ssize_t entity) noexcept nogil:
+        return self._state[self.current][entity]
+
+    cdef double norm(self) noexcept nogil:
+        cdef double total = 0
+        cdef Py_ssize_t e
+        for e in range(self._entity_count):
+            if self.single:
+                total += squares(<const float*>self.state(e), self._moving[e], self._stride[e],
+                                 self._stored[e])
+            else:
+                total += squares(<const double*>self.state(e), self._moving[e], self._stride[e],
+                                 self._stored[e])
+        return sqrt(total)
+
+    cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil:
+        if self._table != NULL and self._table.refresh[e] != NULL:
+            self._table.refresh[e](
+                self._rows[e], self._state[source][e], step, self._delta_at[e],
+                self._state[target][e]
+            )
+            return
+        with gil:
+            try:
+                self._interpret_refresh(e, source, target, step)
+            except BaseException as error:
+                self._fail(error)
+
+    cdef _interpret_refresh(self, Py_ssize_t e, int source, int target, const void* step):
+        cdef Py_ssize_t rows = self._rows[e]
+        entity = self._entities[e]
+        state, moved = self.states[source][e][:rows], self.states[target][e][:rows]
+        first = np.asarray(<const int32_t[:rows]>self._delta_at[e])
+        steps = np.zeros((rows, entity.tangent), dtype=state.dtype)
+        moves = first >= 0
+        if moves.any():
+            delta = self._view(<void*>step, self.size)
+            steps[moves] = delta[first[moves, None] + np.arange(entity.tangent)]
+        refresh(entity, state, steps, moved)
+
+    cdef _refresh_all(self, int source, int target):
+        """Caches of all rows from their stored scalars, without a step."""
+        cdef Py_ssize_t e
+        still = np.zeros(max(self.size, 1), dtype=np.float32 if self.single else np.float64)
+        for e in range(self._entity_count):
+            if self._rows[e]:
+                self._refresh(e, source, target, address(still))
+
+    cdef _view(self, void* data, Py_ssize_t length):
+        if self.single:
+            return np.asarray(<float[:length]>data)
+        return np.asarray(<double[:length]>data)
+
+    cdef double _fail(self, error) noexcept:
+        if not self.failed:
+            self.failed = True
+            self.failure = error
+        return NAN
+
+    # --- the same from Python ----------------------------------------------------------------
+
+    @property
+    def dtype(self):
+        """NumPy type of the scalars."""
+        return np.dtype(np.float32 if self.single else np.float64)
+
+    @property
+    def state_arrays(self):
+        """Accepted states, one array (rows, state) per entity."""
+        return self.states[self.current]
+
+    def group_cost(self, Py_ssize_t g):
+        """Cost of one group at the accepted state."""
+        cost = self._group_cost(g, self.current)
+        self.raise_failure()
+        return cost
+
+    def total_cost(self):
+        """Cost at the accepted state."""
+        cost = self.cost(self.current)
+        self.raise_failure()
+        return cost
+
+    def linearised(self):
+        """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state."""
+        gradient = np.zeros(self.size + self.trash, dtype=self.dtype)
+        values = np.zeros(self.value_count + self.trash * self.trash, dtype=self.dtype)
+        cost = self.linearise(<void*>address(gradient), <void*>address(values))
+        self.raise_failure()
+        return cost, gradient[: self.size], values[: self.value_count]
+
+    def group_rows(self, Py_ssize_t g):
+        """Residuals (n, residuals) and Jacobian entries (n, entries) of one group."""
+        group = self.interpreters[g].group
+        cdef Lanes* lanes = &self._lanes[self.current][g]
+        if lanes.n and self._table != NULL and self._table.groups[g].rows != NULL:
+            residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
+            entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
+            self._table.groups[g].rows(
+                lanes, <void*>address(residuals), <void*>address(entries)
+            )
+            return residuals, entries
+        return self.interpreters[g].rows(self.states[self.current])
+
+    def moved_by(self, step):
+        """Make the accepted state the one moved by `step` (size,)."""
+        kept = np.ascontiguousarray(step, dtype=self.dtype)
+        if kept.shape != (self.size,):
+            raise ValueError(f"expected a step of shape ({self.size},), found {kept.shape}")
+        self.move(address(kept))
+        self.raise_failure()
+        self.accept()
+
+    def raise_failure(self):
+        """Raise what the interpreter raised, if anything."""
+        if self.failed:
+            failure, self.failure, self.failed = self.failure, None, False
+            raise failure

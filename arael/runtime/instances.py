@@ -1,0 +1,55 @@
+"""The data of a group's active instances, gathered once per solve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
+from arael.runtime.layout import Group
+
+
+@dataclass(frozen=True)
+class Instances:
+    """Active instances of one group.
+
+    Attributes
+    ----------
+    rows : (n,) rows of the group's table
+    data : (n, data_count) what does not change within a solve
+    uniform : (uniform_count,) what is the same for all instances
+    """
+
+    rows: Ints
+    data: Array
+    uniform: Array
+
+
+def gather_instances(
+    store: StoreLike, group: Group, rows: Ints, slot_rows: list[Ints], dtype: np.dtype[Any]
+) -> Instances:
+    """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
+    n = len(rows)
+    data = np.zeros((n, group.data_count), dtype=dtype)
+    uniform = np.zeros(group.uniform_count, dtype=dtype)
+    if n:
+        inputs = [gather(store, group.slots, slot_rows, raw) for raw in group.raw]
+        found = outputs(group.prepare, inputs, n)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for k in range(group.data_count):
+                data[:, k] = found[k]
+            for k in range(group.uniform_count):
+                uniform[k] = found[group.data_count + k][0]
+    return Instances(rows, data, uniform)
+
+
+def in_lanes(values: Array, lanes: int) -> Array:
+    """Bring (n, k) into lane order [blocks][k][lanes], the last block padded by its last instance."""
+    n, k = values.shape
+    blocks = -(-n // lanes)
+    if n == 0:
+        return np.zeros((0, k, lanes), dtype=values.dtype)
+    padded = np.concatenate((values, np.repeat(values[-1:], blocks * lanes - n, axis=0)))
+    return np.ascontiguousarray(padded.reshape(blocks, lanes, k).transpose(0, 2, 1))

@@ -1,0 +1,148 @@
+"""Evaluation of constraints and parameters by NumPy: what runs without a C compiler.
+
+It does what the generated kernels do, on the same arrays, and is the oracle of their tests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from arael.runtime.access import Array
+from arael.runtime.instances import Instances
+from arael.runtime.layout import Entity, Group
+from arael.runtime.structure import Placement
+from arael.runtime.tape import Tape, evaluate
+
+
+def restricted(tape: Tape, outputs: tuple[int, ...]) -> Tape:
+    """The part of a tape that some of its nodes need, with these as outputs."""
+    needed = set(outputs)
+    for node in range(len(tape.ops) - 1, -1, -1):
+        if node in needed and tape.ops[node] not in ("input", "const"):
+            needed.update(tape.args[node])
+    kept = sorted(needed)
+    number = {node: i for i, node in enumerate(kept)}
+
+    def renumbered(node: int) -> tuple[int, ...]:
+        if tape.ops[node] in ("input", "const"):
+            return tape.args[node]
+        return tuple(number[a] for a in tape.args[node])
+
+    return Tape(
+        tuple(tape.ops[node] for node in kept),
+        tuple(renumbered(node) for node in kept),
+        tape.constants,
+        tuple(number[node] for node in outputs),
+        tuple(tape.places[node] for node in kept) if tape.places else (),
+    )
+
+
+class GroupInterpreter:
+    """One group's instances.
+
+    Parameters
+    ----------
+    group : the constraint
+    tangents : (uses) scalars solved for in each used entity
+    instances : its data
+    placement : where contributions go
+    dtype : precision of the root
+    """
+
+    def __init__(
+        self,
+        group: Group,
+        entities: Sequence[Entity],
+        instances: Instances,
+        placement: Placement,
+        dtype: np.dtype[Any],
+    ) -> None:
+        self.group = group
+        self.instances = instances
+        self.placement = placement
+        self.dtype = dtype
+        self.tangents = [entities[use.entity].tangent for use in group.uses]
+        self._residual_tape = restricted(group.tape, group.tape.outputs[: group.residuals])
+
+    def inputs(self, states: Sequence[Array]) -> list[Array]:
+        """Inputs of the group's tape, each (n,) or a scalar; `states` one array per entity."""
+        at = self.placement.rows
+        uses = self.group.uses
+        moving = [states[uses[u].entity][at[:, u], offset] for u, offset in self.group.states]
+        return [*moving, *self.instances.data.T, *self.instances.uniform]
+
+    def residuals(self, states: Sequence[Array]) -> Array:
+        """(n, residuals)."""
+        return self._run(self._residual_tape, states)
+
+    def cost(self, states: Sequence[Array]) -> float:
+        """Sum of squared residuals, in f64."""
+        r = self.residuals(states).astype(np.float64).ravel()
+        return float(r @ r)
+
+    def rows(self, states: Sequence[Array]) -> tuple[Array, Array]:
+        """Residuals (n, residuals) and Jacobian entries (n, entries), as `Group.jacobian` lists."""
+        found = self._run(self.group.tape, states)
+        return found[:, : self.group.residuals], found[:, self.group.residuals :]
+
+    def linearise(self, states: Sequence[Array], gradient: Array, values: Array) -> float:
+        """Add J'r and the blocks of J'J of all instances; return the cost."""
+        r, entries = self.rows(states)
+        n = len(r)
+        with np.errstate(all="ignore"):
+            jacobians = [np.zeros((n, self.group.residuals, t), self.dtype) for t in self.tangents]
+            for k, (residual, use, tangent) in enumerate(self.group.jacobian):
+                jacobians[use][:, residual, tangent] += entries[:, k]
+            for use, jac in enumerate(jacobians):
+                at = self.placement.gradient_at[:, use, None] + np.arange(jac.shape[2])
+                np.add.at(gradient, at, np.einsum("nrt,nr->nt", jac, r))
+            for a in range(len(jacobians)):
+                for b in range(a + 1):
+                    product = np.einsum("nri,nrj->nij", jacobians[a], jacobians[b])
+                    self._add_block(a, b, product, values)
+            flat = r.astype(np.float64).ravel()
+            return float(flat @ flat)
+
+    def _add_block(self, a: int, b: int, product: Array, values: Array) -> None:
+        pair = a * (a + 1) // 2 + b
+        at, turn = self.placement.block_at[:, pair], self.placement.turn[:, pair]
+        height, width = product.shape[1:]
+        i, j = np.arange(height)[:, None], np.arange(width)[None, :]
+        lower = (i >= j).ravel() if a == b else slice(None)
+        for kind in range(3):
+            chosen = turn == kind
+            if not chosen.any():
+                continue
+            part = product[chosen]
+            if kind == 2:
+                part, lower = part + part.transpose(0, 2, 1), (i >= j).ravel()
+            offsets = (j * height + i if kind == 1 else i * width + j).ravel()
+            where = at[chosen, None] + offsets[None, lower]
+            np.add.at(values, where, part.reshape(len(part), -1)[:, lower])
+
+    def _run(self, tape: Tape, states: Sequence[Array]) -> Array:
+        n = len(self.instances.rows)
+        values = evaluate(tape, self.inputs(states), self.dtype)
+        found = np.empty((n, len(tape.outputs)), dtype=self.dtype)
+        for k, node in enumerate(tape.outputs):
+            found[:, k] = values[node]
+        return found
+
+
+def refresh(entity: Entity, state: Array, step: Array, moved: Array) -> None:
+    """States of all rows after a step.
+
+    Parameters
+    ----------
+    entity : whose rows
+    state : (rows, state) before; only the stored scalars are read
+    step : (rows, tangent), zero where a row does not move
+    moved : (rows, state) written; may be `state`
+    """
+    inputs = [*state[:, : entity.stored].T.copy(), *step.T]
+    values = evaluate(entity.refresh, inputs, state.dtype)
+    for k, node in enumerate(entity.refresh.outputs):
+        moved[:, k] = values[node]

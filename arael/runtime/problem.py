@@ -1,0 +1,212 @@
+"""A model instance made ready to be solved."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from arael.diagnostics.records import Diagnostic
+from arael.runtime.access import Array, Ints, StoreLike
+from arael.runtime.box import Box
+from arael.runtime.evaluation import Evaluation
+from arael.runtime.failures import SolveError
+from arael.runtime.instances import Instances, gather_instances
+from arael.runtime.layout import Layout
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.positions import (
+    dense_matrix,
+    diagonal_positions,
+    row_and_column_positions,
+)
+from arael.runtime.states import solved_values, stored_scalars, write_back
+from arael.runtime.structure import Structure, structure_of
+from arael.runtime.system import row_name
+
+
+class Problem:
+    """Active instances, states and block pattern of one model instance at one time.
+
+    Parameters
+    ----------
+    layout : the compiled model
+    store : its data
+    kernels : capsule ``arael.kernels`` of the generated module; None: the NumPy interpreter
+    frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
+    known : structure of an earlier problem, taken over if nothing of it has changed
+
+    Attributes
+    ----------
+    structure : active instances, system, pattern
+    evaluation : cost, gradient and blocks; holds the state that moves
+    seconds : spent on preparation
+
+    Raises
+    ------
+    SolveError
+        E1005: an active constraint reads through a null ref.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        store: StoreLike,
+        kernels: Any = None,
+        *,
+        frozen: frozenset[str] = frozenset(),
+        known: Structure | None = None,
+    ) -> None:
+        began = time.perf_counter()
+        self.layout = layout
+        self.store = store
+        self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
+        self.structure = structure_of(store, frozen, known)
+        self.instances: list[Instances] = [
+            gather_instances(store, group, active, rows, self.dtype)
+            for group, active, rows in zip(
+                layout.groups, self.structure.active, self.structure.slot_rows, strict=True
+            )
+        ]
+        self.diagonal_at = diagonal_positions(self.structure.pattern)
+        self.evaluation = Evaluation(
+            layout,
+            self.structure,
+            self.instances,
+            [stored_scalars(store, entity, self.dtype) for entity in layout.entities],
+            self._held_values(),
+            self.diagonal_at,
+            kernels,
+        )
+        self.box = Box(self.evaluation, self.structure, self.diagonal_at)
+        self.number_instances()
+        self.seconds = time.perf_counter() - began
+
+    @property
+    def size(self) -> int:
+        """Number of scalars of the system, those held in partly fixed entities included."""
+        return self.structure.system.size
+
+    @property
+    def states(self) -> list[Array]:
+        """Accepted states, one array (rows, state) per entity."""
+        found: list[Array] = self.evaluation.state_arrays
+        return found
+
+    @property
+    def x(self) -> Array:
+        """Stored scalars of every entity row that is solved for, in order of the system, f64."""
+        return solved_values(self.structure.system, self.states)
+
+    def make_solver(self, name: str = "auto", **options: Any) -> LinearSolver:
+        """A linear solver for this problem's pattern."""
+        from arael.runtime.linear.auto import make_solver
+
+        solver: LinearSolver = make_solver(
+            name, self.structure.pattern, self.layout.precision == "f32", **options
+        )
+        return solver
+
+    def write_back(self) -> None:
+        """Put the accepted state into the store."""
+        write_back(self.store, self.structure.system, self.states)
+
+    def parameter_names(self) -> list[str]:
+        """Name of every scalar of the system, in order."""
+        return self.structure.system.names()
+
+    def instance_name(self, group: int, instance: int) -> str:
+        """Name of an instance of a constraint: ``PointFrine.bearing[17]``."""
+        return f"{self.layout.groups[group].label}[{self.structure.active[group][instance]}]"
+
+    def instance_place(self, group: int, instance: int) -> str:
+        """The row that an instance acts on: ``landmarks[5].frines[2]``; the root's name for the root."""
+        path = self.layout.groups[group].table
+        row = int(self.structure.active[group][instance])
+        return row_name(self.store, path, row) or self.layout.root
+
+    # --- dense views of the linearisation ----------------------------------------------------
+
+    def cost(self) -> float:
+        """Sum of squared residuals at the accepted state."""
+        return float(self.evaluation.total_cost())
+
+    def gradient(self) -> Array:
+        """(n,) gradient 2 J'r, f64; zero where a scalar is held."""
+        return 2.0 * np.asarray(self.evaluation.linearised()[1], dtype=np.float64)
+
+    def hessian(self) -> Array:
+        """(n, n) Gauss-Newton Hessian 2 J'J, f64; scalars held have zero rows and columns."""
+        values = self.evaluation.linearised()[2]
+        found = 2.0 * dense_matrix(self.structure.pattern, values)
+        held = self.structure.system.held
+        found[held, held] = 0
+        return np.asarray(found)
+
+    def touched(self) -> Array:
+        """(n,) bool, scalars that some active constraint depends on."""
+        found = np.zeros(self.size + self.structure.trash, dtype=bool)
+        for group, placement in zip(self.layout.groups, self.structure.placements, strict=True):
+            for use, tangent in {(use, tangent) for _, use, tangent in group.jacobian}:
+                found[placement.gradient_at[:, use] + tangent] = True
+        return found[: self.size]
+
+    # --- checks ------------------------------------------------------------------------------
+
+    def check_start(self) -> None:
+        """Raise SolveError if nothing can move (E1006) or the start violates bounds (E1007)."""
+        system = self.structure.system
+        if len(system.held) == system.size:
+            raise SolveError(
+                Diagnostic(
+                    "E1006",
+                    "there is nothing to solve for: every parameter is fixed or frozen"
+                    if any(len(b.first) for b in system.blocks)
+                    else "there is nothing to solve for: the data holds no parameters",
+                    origin=self.layout.name,
+                    help=("free a parameter, or evaluate the cost without solving",),
+                )
+            )
+        if not self.box.count:
+            return
+        for number, (entity, blocks) in enumerate(
+            zip(self.layout.entities, system.blocks, strict=True)
+        ):
+            for use in entity.params:
+                self._check_bounds(number, use.column, use.stored_start, blocks.free[:, use.tangent_start])
+
+    def _check_bounds(self, number: int, column: str, start: int, free: Array) -> None:
+        entity = self.layout.entities[number]
+        param = self.layout.table(entity.table).column(column).param
+        assert param is not None
+        for k, (low, high) in enumerate(zip(param.low, param.high, strict=True)):
+            low = -np.inf if low is None else low
+            high = np.inf if high is None else high
+            values = self.states[number][: len(free), start + k]
+            outside = free & ~((values >= self.dtype.type(low)) & (values <= self.dtype.type(high)))
+            if outside.any():
+                row = int(np.argmax(outside))
+                place = row_name(self.store, entity.table, row)
+                name = f"{place}.{column}" if place else column
+                raise SolveError(
+                    Diagnostic(
+                        "E1007",
+                        f"`{name}` starts at {values[row]:g}, outside its bounds {low:g} .. {high:g}",
+                        origin=self.layout.table(entity.table).column(column).where,
+                        help=("start it inside, or widen the bounds in the model",),
+                    )
+                )
+
+    def number_instances(self) -> None:
+        """Write each instance's number into its `constraint_index` column, -1 where inactive."""
+        first = 0
+        for group, active in zip(self.layout.groups, self.structure.active, strict=True):
+            if group.index_column:
+                column = self.store.tables[group.table].column(group.index_column)
+                column[...] = -1
+                column[active] = first + np.arange(len(active))
+            first += len(active)
+
+    def _held_values(self) -> Ints:
+        held = self.structure.system.held
+        return row_and_column_positions(self.structure.pattern, held)[1]

@@ -1,0 +1,99 @@
+"""One solve of one problem, from its stored start to the accepted end."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from arael.config import LmConfig
+from arael.runtime.access import Array
+from arael.runtime.failures import SolveError
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.lm import Minimiser
+from arael.runtime.problem import Problem
+from arael.runtime.trace import Watcher
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a solve came to; the problem's accepted state is the best one found.
+
+    Attributes
+    ----------
+    history : attempts, structured array of `arael.runtime.lm.RECORD`
+    timing : seconds per phase
+    plan : what the linear solver chose and why
+    """
+
+    x: Array
+    start_cost: float
+    end_cost: float
+    iterations: int
+    accepted_iterations: int
+    status: str
+    final_lambda: float
+    plan: dict[str, Any]
+    timing: dict[str, float]
+    history: Array
+
+
+def minimise(
+    problem: Problem,
+    config: LmConfig,
+    solver: LinearSolver,
+    write: Callable[[str], object] | None = None,
+    analysis_seconds: float = 0.0,
+) -> Outcome:
+    """Run Levenberg-Marquardt; the store is not touched.
+
+    Parameters
+    ----------
+    write : takes each line of the trace; default stderr if the configuration is verbose
+
+    Raises
+    ------
+    SolveError
+        E1001-E1007, with the outcome so far in ``best``. What observers and drivers raise passes.
+    """
+    if write is None and config.verbose:
+        write = _to_stderr
+    began = time.perf_counter()
+    problem.check_start()
+    watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
+    minimiser = Minimiser(
+        problem.evaluation, solver, problem.box, config, watcher, watcher.watches
+    )
+
+    def outcome(status: str) -> Outcome:
+        timing = {
+            "prepare": problem.seconds,
+            "analyse": analysis_seconds,
+            **minimiser.timing,
+        }
+        timing["total"] = time.perf_counter() - began + problem.seconds + analysis_seconds
+        return Outcome(
+            problem.x,
+            minimiser.start_cost,
+            minimiser.current_cost,
+            minimiser.attempts,
+            minimiser.accepted,
+            status,
+            minimiser.damping,
+            dict(solver.plan),
+            timing,
+            minimiser.history,
+        )
+
+    try:
+        status = minimiser.run()
+    except SolveError as error:
+        error.best = outcome("aborted")
+        raise
+    return outcome(status)
+
+
+def _to_stderr(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

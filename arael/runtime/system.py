@@ -1,0 +1,159 @@
+"""Which scalars are solved for: entity rows as blocks of the system, in order, with their names."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.access import Bools, Ints, StoreLike
+from arael.runtime.layout import Entity, Layout
+
+
+@dataclass(frozen=True)
+class EntityBlocks:
+    """The rows of one entity as blocks of the system.
+
+    Attributes
+    ----------
+    first : (rows,) int64, first scalar of the row in the system; -1 if it is not solved for
+    block : (rows,) int64, number of the row's block; -1 if it is not solved for
+    free : (rows, tangent) bool, scalars that move
+    """
+
+    first: Ints
+    block: Ints
+    free: Bools
+
+
+@dataclass(frozen=True)
+class System:
+    """Blocks in order of entities as the layout lists them, rows in table order.
+
+    An entity row with at least one free scalar is a whole block; its other scalars are `held`.
+
+    Attributes
+    ----------
+    blocks : one per entity of the layout
+    sizes : (nb,) int64, scalars of each block
+    held : int64, scalars of the system that do not move, ascending
+    low, high : (n,) f64, bounds of each scalar, infinite where open
+    """
+
+    layout: Layout
+    store: StoreLike
+    blocks: tuple[EntityBlocks, ...]
+    sizes: Ints
+    held: Ints
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    starts: tuple[int, ...]  # first scalar of each entity
+
+    @property
+    def size(self) -> int:
+        """Number of scalars."""
+        return int(self.sizes.sum())
+
+    def owner(self, scalar: int) -> tuple[int, int, int]:
+        """Entity, row and tangent index of a scalar of the system."""
+        number = bisect_right(self.starts, scalar) - 1
+        first = self.blocks[number].first
+        tangent = self.layout.entities[number].tangent
+        solved = np.flatnonzero(first >= 0)
+        row = int(solved[(scalar - self.starts[number]) // tangent])
+        return number, row, scalar - int(first[row])
+
+    def name_of(self, scalar: int) -> str:
+        """Name of a scalar in the model's words: ``poses[3].ea.z``."""
+        number, row, tangent = self.owner(scalar)
+        entity = self.layout.entities[number]
+        name = entity.prefix + entity.tangent_names[tangent]
+        return f"{row_name(self.store, entity.table, row)}.{name}" if entity.table else name
+
+    def names(self) -> list[str]:
+        """Names of all scalars, in order."""
+        found = []
+        for entity, blocks in zip(self.layout.entities, self.blocks, strict=True):
+            for row in np.flatnonzero(blocks.first >= 0):
+                place = row_name(self.store, entity.table, int(row))
+                head = f"{place}." if entity.table else ""
+                found += [f"{head}{entity.prefix}{name}" for name in entity.tangent_names]
+        return found
+
+
+def row_name(store: StoreLike, table: str, row: int) -> str:
+    """Name of a row, ``poses[3]``."""
+    return str(store.tables[table].row_name(row))
+
+
+def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bools:
+    """(rows, tangent) which scalars of an entity move.
+
+    A parameter is held by `frozen` or by the store: by its data, by its flag, or because the
+    optional struct that it belongs to is absent.
+    """
+    table = store.tables[entity.table]
+    free = np.zeros((table.size, entity.tangent), dtype=bool)
+    for use in entity.params:
+        if is_frozen(entity.table, use.column, frozen):
+            continue
+        mask = np.array(table.free(use.column), dtype=bool)
+        free[:, use.tangent_start : use.tangent_start + use.tangent] = mask[:, None]
+    return free
+
+
+def is_frozen(table: str, column: str, frozen: frozenset[str]) -> bool:
+    """Whether a column or what it lies in is among the frozen paths."""
+    path = f"{table}.{column}" if table else column
+    return any(path == f or path.startswith(f + ".") for f in frozen)
+
+
+def build_system(store: StoreLike, free: list[Bools]) -> System:
+    """Number the blocks of all entities; `free` as `free_scalars` gives it, one per entity."""
+    layout = store.layout
+    blocks, sizes, held, starts = [], [], [], []
+    low, high = [], []
+    block, scalar = 0, 0
+    for entity, moves in zip(layout.entities, free, strict=True):
+        starts.append(scalar)
+        rows = np.flatnonzero(moves.any(axis=1))
+        number = np.full(len(moves), -1, dtype=np.int64)
+        first = np.full(len(moves), -1, dtype=np.int64)
+        number[rows] = block + np.arange(len(rows))
+        first[rows] = scalar + entity.tangent * np.arange(len(rows))
+        blocks.append(EntityBlocks(first, number, moves))
+        sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
+        held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
+        for bounds, open_end, all_bounds in ((0, -np.inf, low), (1, np.inf, high)):
+            one = _bounds(layout, entity, bounds, open_end)
+            all_bounds.append(np.where(moves[rows], one, open_end).ravel())
+        block += len(rows)
+        scalar += entity.tangent * len(rows)
+    return System(
+        layout,
+        store,
+        tuple(blocks),
+        _joined(sizes, np.int64),
+        _joined(held, np.int64),
+        _joined(low, np.float64),
+        _joined(high, np.float64),
+        tuple(starts),
+    )
+
+
+def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> NDArray[np.float64]:
+    """(tangent,) one end of the bounds of an entity's scalars."""
+    found = np.full(entity.tangent, open_end)
+    for use in entity.params:
+        param = layout.table(entity.table).column(use.column).param
+        assert param is not None
+        for k, bound in enumerate(param.high if end else param.low):
+            if bound is not None:
+                found[use.tangent_start + k] = bound
+    return found
+
+
+def _joined(parts: list[NDArray[np.generic]], dtype: type) -> NDArray[np.generic]:
+    return np.concatenate(parts).astype(dtype) if parts else np.zeros(0, dtype=dtype)
