@@ -51,8 +51,8 @@ class Columns:
             if column.role == "param":
                 self.buffers.add(f"{column.path}.fixed", np.bool_)
                 self.buffers.add(f"{column.path}.optimize", np.bool_)
-        # New rows start with the flag last set for the whole collection.
         self.missing: set[str] = set()
+        # New rows start with the flag last set for the whole collection.
         self.optimize_new = {p: True for p, c in self.data.items() if c.role == "param"}
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
@@ -89,6 +89,10 @@ class Columns:
         """Live view (size,): parameters that the data keeps fixed."""
         return self.buffers.view(f"{path}.fixed")
 
+    def column_of_flags(self, path: str, name: str) -> Bools:
+        """Live view (size,) of the flag ``fixed`` or ``optimize`` of a parameter."""
+        return self.buffers.view(f"{path}.{name}")
+
     def optimize(self, path: str) -> Bools:
         """Live view (size,): parameters that Python lets be solved for."""
         return self.buffers.view(f"{path}.optimize")
@@ -109,24 +113,29 @@ class Columns:
     # --- values of new rows ------------------------------------------------------------------
 
     def prepare(
-        self, given: Mapping[str, Any], count: int, many: bool, origin: str
+        self, given: Mapping[str, Any], count: int, many: bool, origin: str, below: str = ""
     ) -> dict[str, Array]:
         """Arrays for every data column of `count` new rows, refs left out.
 
         `given` maps paths to values: arrays with a leading axis of `count`, or one value for all. What
         is left out takes its default; what has none and is not within an absent optional is E0702.
+        Only fields under the path `below` are considered (all for "").
         """
 
         def name_of(path: str) -> Any:
             return lambda i: f"{origin}.{path}" if not many else f"{origin}.{path} (row {i})"
 
         self._refuse_unknown(given, origin)
-        presence = self._presence(given, count, many, origin)
+        presence = self._presence(given, count, many, origin, below)
         ready: dict[str, Array] = {f"{p}?": mask for p, mask in presence.items()}
         missing = []
         for path, column in self.data.items():
+            if not path.startswith(below):
+                continue
             mask = None
             for optional in self._ancestors[path]:
+                if optional not in presence:
+                    continue
                 mask = presence[optional] if mask is None else mask & presence[optional]
             if column.role == "param":
                 fixed = np.asarray(given.get(f"{path}.fixed", False))
@@ -138,7 +147,8 @@ class Columns:
                         column,
                     )
                 ready[f"{path}.fixed"] = fixed
-                ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
+                if not below:
+                    ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
             if column.role == "ref":
                 if given.get(path) is None and (mask is None or mask.any()):
                     missing.append(column)
@@ -178,18 +188,19 @@ class Columns:
             )
 
     def _presence(
-        self, given: Mapping[str, Any], count: int, many: bool, origin: str
+        self, given: Mapping[str, Any], count: int, many: bool, origin: str, below: str
     ) -> dict[str, Bools]:
         """Which optionals the new rows have: as said, else by whether values are given for them."""
         presence: dict[str, Bools] = {}
         for path in self.optionals:
+            if not f"{path}.".startswith(below):
+                continue
             said = given.get(f"{path}?")
             if said is None and path not in self.data:
                 said = given.get(path)
             if said is None:
-                below = f"{path}."
                 said = any(
-                    (p == path or p.startswith(below)) and v is not None for p, v in given.items()
+                    f"{p}.".startswith(f"{path}.") and v is not None for p, v in given.items()
                 )
             mask = np.asarray(said)
             if mask.dtype != np.bool_ or mask.shape not in ((), (count,)):
@@ -213,7 +224,10 @@ class Columns:
         if array.shape[:1] != (count,) or array.shape == column.shape:
             return values
         array = array.copy()
-        array[~mask] = blank(column) if array.shape[1:] == column.shape else 0
+        if array.shape[1:] == column.shape:
+            array[~mask] = blank(column)
+        else:  # a rotation in another form
+            array[~mask] = np.eye(3) if array.shape[1:] == (3, 3) else 0
         return array
 
     def fill(self, rows: slice, ready: Mapping[str, Array]) -> None:

@@ -58,7 +58,7 @@ def suggestion(name: str, known: list[str]) -> str:
 
     near = closest(name, known)
     if near:
-        return f"did you mean `{near}`?"
+        return f"did you mean `{near[0]}`?"
     shown = ", ".join(f"`{k}`" for k in known[:12])
     return f"known names are {shown}" + (", ..." if len(known) > 12 else "")
 

@@ -14,7 +14,8 @@ from arael.runtime.store import references
 from arael.runtime.store.columns import Columns, Rows
 from arael.runtime.store.messages import error
 from arael.runtime.store.references import Handles
-from arael.runtime.store.slots import Ints, Slots
+from arael.runtime.store.schema import Group
+from arael.runtime.store.slots import NULL, Ints, Slots
 
 if TYPE_CHECKING:
     from arael.runtime.store.store import Store
@@ -158,7 +159,7 @@ class Table(Columns):
         self.buffers.view(SLOT)[0] = slots[0]
         self.buffers.view(PARENT)[0] = 0
         for path, column in self.data.items():
-            self.buffers.view(path)[0] = values.get(path, references.NULL)
+            self.buffers.view(path)[0] = values.get(path, NULL)
             if column.role == "param":
                 self.fixed(path)[0] = False
                 self.optimize(path)[0] = True
@@ -335,7 +336,43 @@ class Table(Columns):
         self.column(path)[rows] = handles
         self.missing.discard(path)
         if path in self.optionals:
-            self.buffers.view(f"{path}?")[rows] = handles != references.NULL
+            self.buffers.view(f"{path}?")[rows] = handles != NULL
+
+    def set_group(self, group: Group, row: int, values: Mapping[str, Any], origin: str) -> None:
+        """Write fields of a struct held by value in one row, by path.
+
+        If the struct was absent the values must make it whole; else what is left out keeps its value.
+        Nothing is written if a value is wrong.
+        """
+        below = f"{group.path}."
+        full = dict(values)
+        if group.optional:
+            full[f"{group.path}?"] = True
+        if self.present(group.path)[row]:
+            self._keep_rest(full, row, below)
+        ready = self.prepare(full, 1, False, origin, below)
+        refs = [p for p in self._ref_order if p.startswith(below) and full.get(p) is not None]
+        for path, array in ready.items():
+            self.buffers.view(path)[row] = array
+        for path in refs:
+            self._put_refs(path, np.array([row]), full[path], f"{origin}.{path}")
+        self._touch()
+
+    def _keep_rest(self, given: dict[str, Any], row: int, below: str) -> None:
+        """Add to `given` what a row holds below a struct, where nothing is given."""
+        for path in self.optionals:
+            if path.startswith(below) and f"{path}?" not in given:
+                said = any(p == path or p.startswith(f"{path}.") for p in given)
+                given[f"{path}?"] = said or bool(self.present(path)[row])
+        for path, column in self.data.items():
+            if not path.startswith(below) or not self.present(path)[row]:
+                continue
+            if column.role == "param":
+                given.setdefault(f"{path}.fixed", bool(self.fixed(path)[row]))
+            value: Any = self.column(path)[row]
+            if column.role == "ref":
+                value = Handles(self.store.tables[references.target_of(self, path).table], value)
+            given.setdefault(path, value)
 
     def ref_is_optional(self, column: layout.Column) -> bool:
         """Whether the ref may be null."""

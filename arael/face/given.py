@@ -1,0 +1,87 @@
+"""Nested keyword arguments made into columns by path, as the store takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from arael.diagnostics.records import AraelError
+from arael.face.parameter import Parameter
+from arael.runtime.store import Handles
+from arael.runtime.store.messages import describe, error, unknown_field
+from arael.runtime.store.schema import Group, Leaf, Nested
+
+
+def flatten(
+    group: Group, values: Any, origin: str
+) -> tuple[dict[str, Any], list[tuple[Nested, Any]]]:
+    """Values of a struct by path, and what is given for its collections.
+
+    Keys are names or dotted paths; a struct takes a dict (or None where optional), a parameter its
+    value or ``{"value": ..., "fixed": True}``.
+    """
+    flat: dict[str, Any] = {}
+    children: list[tuple[Nested, Any]] = []
+    if not isinstance(values, Mapping):
+        raise error("E0703", f"expected a dict of fields, found {describe(values)}", origin)
+    for key, value in values.items():
+        bare = key.removesuffix("?").removesuffix(".fixed")
+        member = group.find(key) or group.find(bare)
+        if member is None:
+            raise AraelError(unknown_field(key, group.members, group.struct, group.where, origin))
+        path = f"{group.path}.{key}" if group.path else key
+        if bare != key:
+            flat[path] = value
+        elif isinstance(member, Nested):
+            children.append((member, value))
+        elif isinstance(member, Leaf):
+            _leaf(flat, member, value)
+        elif value is None or (isinstance(value, (bool, np.bool_, np.ndarray)) and member.optional):
+            flat[f"{path}?"] = False if value is None else value
+        else:
+            inner, held = flatten(member, value, f"{origin}.{key}")
+            if member.optional:
+                flat.setdefault(f"{path}?", True)
+            flat.update(inner)
+            children += held
+    return flat, children
+
+
+def _leaf(flat: dict[str, Any], leaf: Leaf, value: Any) -> None:
+    if leaf.column.role == "ref":
+        flat[leaf.path] = refs(value)
+    elif leaf.column.role == "param" and isinstance(value, Mapping):
+        if not value.keys() <= {"value", "fixed"} or "value" not in value:
+            raise error(
+                "E0703", 'expected a value or {"value": ..., "fixed": ...}', leaf.path, leaf.column
+            )
+        flat[leaf.path] = value["value"]
+        flat[f"{leaf.path}.fixed"] = value.get("fixed", False)
+    else:
+        flat[leaf.path] = np.array(value.value) if isinstance(value, Parameter) else value
+
+
+def refs(value: Any) -> Any:
+    """Refs in any form as the store takes them: `Handles`, or indices; other values as they are."""
+    from arael.face.ref import Ref, Refs
+
+    if isinstance(value, Ref):
+        return Handles(value._table, np.array(value._handle, np.int64))
+    if isinstance(value, Refs):
+        return Handles(value._table, value._handles)
+    if isinstance(value, (list, tuple)) and any(isinstance(v, Ref) for v in value):
+        first = next(v for v in value if isinstance(v, Ref))
+        handles = []
+        for item in value:
+            if item is None:
+                handles.append(-1)
+            elif isinstance(item, Ref) and item._table is first._table:
+                handles.append(item._handle)
+            else:
+                raise error(
+                    "E0710", "the refs do not all point into one collection", first._table.label
+                )
+        return Handles(first._table, np.array(handles, np.int64))
+    return value

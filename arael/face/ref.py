@@ -1,0 +1,116 @@
+"""Handles to rows that read through to their fields."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.face.fields import Fields, summary
+from arael.runtime.store import Table
+from arael.runtime.store.columns import Rows
+
+Ints = NDArray[np.int64]
+
+
+class Ref(Fields):
+    """A row of a collection, wherever it moves: ``poses[3]``, or what ``append`` returns.
+
+    Fields are attributes: ``ref.pos.value``, ``ref.info.gps``. A field named ``row``, ``index``,
+    ``name`` or ``is_valid`` is itself, not the property here.
+
+    Raises AraelError (E0709) on any use after the row was removed.
+    """
+
+    def __init__(self, table: Table, handle: int) -> None:
+        object.__setattr__(self, "_table", table)
+        object.__setattr__(self, "_handle", handle)
+        object.__setattr__(self, "_group", table.fields)
+
+    def _rows(self) -> Rows:
+        return self._table.row_of(self._handle)
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in OWN and name in object.__getattribute__(self, "_group").members:
+            return self._get(self._group.members[name])
+        return object.__getattribute__(self, name)
+
+    @property
+    def row(self) -> int:
+        """Row among all rows of this kind, as in the arrays of `Collection` columns."""
+        return self._table.row_of(self._handle)
+
+    @property
+    def index(self) -> int:
+        """Place within the collection that holds the row."""
+        return int(self._table.index_in_parent()[self._table.row_of(self._handle)])
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the row is still there."""
+        return self._table.is_valid(self._handle)
+
+    @property
+    def name(self) -> str:
+        """Name as one would write it: ``landmarks[5].frines[2]``."""
+        return self._table.row_name(self._table.row_of(self._handle))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Ref):
+            return NotImplemented
+        return self._table is other._table and self._handle == other._handle
+
+    def __hash__(self) -> int:
+        return hash((id(self._table), self._handle))
+
+    def __repr__(self) -> str:
+        if not self._table.is_valid(self._handle):
+            return f"<stale ref into {self._table.label}>"
+        name = self._table.row_name(self._table.row_of(self._handle))
+        return f"<{self._group.struct} {name}: {summary(self)}>"
+
+
+OWN = frozenset({"row", "index", "is_valid", "name"})
+
+
+class Refs:
+    """Refs to many rows of one collection."""
+
+    __slots__ = ("_handles", "_table")
+
+    def __init__(self, table: Table, handles: Ints) -> None:
+        self._table = table
+        self._handles = handles
+
+    @property
+    def rows(self) -> Ints:
+        """Dense rows (n,); -1 where null or stale."""
+        return self._table.rows_of(self._handles)
+
+    @property
+    def is_valid(self) -> NDArray[np.bool_]:
+        """Whether each row is still there (n,)."""
+        return self.rows >= 0
+
+    def __len__(self) -> int:
+        return len(self._handles)
+
+    @overload
+    def __getitem__(self, index: int | np.integer[Any]) -> Ref | None: ...
+    @overload
+    def __getitem__(self, index: slice | NDArray[Any]) -> Refs: ...
+    def __getitem__(self, index: Any) -> Ref | Refs | None:
+        """One ref (None where null), or a choice of them."""
+        picked = self._handles[index]
+        if isinstance(picked, np.ndarray):
+            return Refs(self._table, picked)
+        return Ref(self._table, int(picked)) if picked >= 0 else None
+
+    def __iter__(self) -> Iterator[Ref | None]:
+        for handle in self._handles.tolist():
+            yield Ref(self._table, handle) if handle >= 0 else None
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} refs into {self._table.label}>"
