@@ -13,7 +13,13 @@ from arael.symbolic.scalars.function import ScalarFunction
 
 
 def _starship(g: Graph, r: int, gamma: int) -> int:
-    return g.op("mul", gamma, g.op("atan", g.op("div", r, gamma)))
+    """Make gamma atan(u), u = r / gamma; the slope by r is 1 / (1 + u^2) without gamma / gamma."""
+    one = g.const(1.0)
+    u = g.op("div", r, gamma)
+    angle = g.op("atan", u)
+    slope = g.op("div", one, g.op("add", one, g.op("mul", u, u)))
+    by_gamma = g.op("sub", angle, g.op("mul", u, slope))
+    return g.custom(g.op("mul", gamma, angle), [(r, slope), (gamma, by_gamma)])
 
 
 def _starship_gamma(g: Graph, bound: int) -> int:
@@ -27,7 +33,7 @@ FUNCTIONS = (
         _starship,
         "y atan(x / y)",
         "1 / (1 + (x / y)^2); atan(x / y) - (x / y) / (1 + (x / y)^2)",
-        "NaN at y = 0",
+        "at y = 0: 0 with derivatives 0 and NaN; all NaN at (0, 0)",
     ),
     ScalarFunction(
         "starship_gamma",
