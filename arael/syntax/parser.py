@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from arael.diagnostics.records import Source
@@ -13,6 +14,7 @@ from arael.syntax.lexer import Lexed, tokenise
 from arael.syntax.limits import MAX_BYTES
 from arael.syntax.log import ErrorLog
 from arael.syntax.recovery import drive
+from arael.syntax.tokens import Token
 
 
 def parse(source: Source) -> tree.File:
@@ -23,8 +25,31 @@ def parse(source: Source) -> tree.File:
     AraelError
         With every syntax error found, in the order of the text, at most `MAX_ERRORS` of them.
     """
-    items, lexed = _run(source, "start")
-    return tree.File(source, items, tuple(lexed.comments))
+    return parse_with_layout(source).file
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A file with the tokens it was read from.
+
+    `passed` holds the numbers of the line ends among `tokens` that ended no statement.
+    """
+
+    file: tree.File
+    tokens: list[Token]
+    passed: set[int]
+
+
+def parse_with_layout(source: Source) -> Layout:
+    """Read a model file and keep how it is laid out, for the formatter.
+
+    Raises
+    ------
+    AraelError
+        As for `parse`.
+    """
+    items, lexed, passed = _run(source, "start")
+    return Layout(tree.File(source, items, tuple(lexed.comments)), lexed.tokens, passed)
 
 
 def parse_expression(source: Source) -> tree.Expr:
@@ -35,19 +60,19 @@ def parse_expression(source: Source) -> tree.Expr:
     AraelError
         As for `parse`.
     """
-    expr, _ = _run(source, "expression")
+    expr, _, _ = _run(source, "expression")
     return expr  # type: ignore[no-any-return]
 
 
-def _run(source: Source, start: str) -> tuple[Any, Lexed]:
+def _run(source: Source, start: str) -> tuple[Any, Lexed, set[int]]:
     log = ErrorLog(source)
     _check_size(source, log)
     lexed = tokenise(source, log)
     builder = TreeBuilder(source, DocComments(source, lexed.comments), log)
     automaton = Automaton(start, builder)
-    drive(automaton, lexed.tokens, log)
+    passed = drive(automaton, lexed.tokens, log)
     log.stop()
-    return automaton.result, lexed
+    return automaton.result, lexed, passed
 
 
 def _check_size(source: Source, log: ErrorLog) -> None:

@@ -19,8 +19,13 @@ _HEADER_PARTS = ("LBRACE", "THEN", "ELSE")
 _MAX_STUCK = 4
 
 
-def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> None:
+def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
     """Feed `tokens` to the end, reporting to `log`; the result counts only if `log` stays empty.
+
+    Returns
+    -------
+    set of int
+        Numbers of the line ends that ended no statement.
 
     Raises
     ------
@@ -28,16 +33,19 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> None:
         When `log` is full, or when the text ends where it cannot.
     """
     index = stuck = mended = 0
+    passed: set[int] = set()
     while True:
         token = tokens[index]
         if token.type == NEWLINE and _joins(automaton, tokens[index + 1]):
+            passed.add(index)
             index += 1
         elif automaton.feed(token):
             if token.type == END:
-                return
+                return passed
             index += 1
             stuck = stuck if token.damaged else 0
         elif token.type == NEWLINE and _goes_on(automaton, tokens[index - 1] if index else None):
+            passed.add(index)
             index += 1
         else:
             # Needed only when something is wrong, so that a good model starts faster.

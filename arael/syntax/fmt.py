@@ -1,0 +1,29 @@
+"""The formatter: one way to lay out a model.
+
+Line breaks within statements and one-line blocks are the writer's; indentation, blanks and columns
+are the formatter's. Comments are kept, every one, where they stand.
+"""
+
+from __future__ import annotations
+
+from arael.diagnostics.records import Source
+from arael.syntax.formatting.columns import align
+from arael.syntax.formatting.emit import emit
+from arael.syntax.formatting.facts import gather
+from arael.syntax.formatting.lines import split
+from arael.syntax.parser import parse_with_layout
+
+
+def format_source(source: Source) -> str:
+    """Text of `source` in the standard layout; formatting that again changes nothing.
+
+    Raises
+    ------
+    AraelError
+        Where `source` has syntax errors, as for `parse`.
+    """
+    layout = parse_with_layout(source)
+    facts = gather(layout.file)
+    lines = split(layout, facts)
+    align(lines, facts, source)
+    return emit(lines)

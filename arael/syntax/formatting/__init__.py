@@ -1,0 +1,1 @@
+"""The parts of the formatter; `arael.syntax.fmt` is its face."""
