@@ -16,6 +16,12 @@ typedef T F(vec);
 #define W ((ptrdiff_t)1)
 #endif
 #define V F(vec)
+#if VB >= 64
+typedef T F(half) __attribute__((vector_size(32), aligned(sizeof(T)), may_alias));
+#endif
+#if VB >= 32
+typedef T F(quarter) __attribute__((vector_size(16), aligned(sizeof(T)), may_alias));
+#endif
 
 /* acc[j][i] = sum over p of rows i of column p of `a` times entry j of column p of `b` */
 TILE_INLINE void F(product)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
@@ -205,6 +211,69 @@ static void F(syrk)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u, p
             rv = tile - (int)((i - i0) / W);
             TILE_SIZES(F(negative), k, x + i, ldx, x + j0, ldx, u + i + j0 * ldu, ldu)
         }
+    }
+}
+
+/* to += from for a column of h scalars: whole vectors, then ever smaller ones */
+TILE_INLINE void F(add)(ptrdiff_t h, const T *from, T *to) {
+    ptrdiff_t i = 0;
+    for (; i + W <= h; i += W) *(V *)(to + i) += *(const V *)(from + i);
+#if VB >= 64
+    if (h - i >= W / 2) { *(F(half) *)(to + i) += *(const F(half) *)(from + i); i += W / 2; }
+#endif
+#if VB >= 32
+    if (h - i >= (ptrdiff_t)(16 / sizeof(T))) {
+        *(F(quarter) *)(to + i) += *(const F(quarter) *)(from + i);
+        i += 16 / sizeof(T);
+    }
+#endif
+    for (; i < h; i++) to[i] += from[i];
+}
+
+/* to += from for w columns of h scalars */
+static void F(add_block)(ptrdiff_t h, ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to,
+                         ptrdiff_t ldt) {
+    /* The blocks of planar and spatial poses, with their loops unrolled. */
+    if (h == 3)
+        for (; w > 0; w--, from += ldf, to += ldt) F(add)(3, from, to);
+    else if (h == 6)
+        for (; w > 0; w--, from += ldf, to += ldt) F(add)(6, from, to);
+    else
+        for (; w > 0; w--, from += ldf, to += ldt) F(add)(h, from, to);
+}
+
+/* Add to a front the update matrix u of its child. Rows of the child move in runs (row, count, row
+ * in the parent); the runs up to `inside` are columns of the parent, its k first rows. */
+static void F(extend_columns)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
+                              const T *u, ptrdiff_t ldu, T *triangle, ptrdiff_t ldt, T *panel,
+                              ptrdiff_t ldp) {
+    ptrdiff_t a, b, q;
+    for (a = 0; a < inside; a++) {
+        const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2];
+        const T *from = u + row * ldu;
+        for (q = 0; q < w; q++)
+            F(add)(w - q, from + row + q + q * ldu, triangle + (to + q) * (ldt + 1));
+        for (b = a + 1; b < inside; b++)
+            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
+                         triangle + runs[3 * b + 2] + to * ldt, ldt);
+        for (; b < count; b++)
+            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
+                         panel + runs[3 * b + 2] - k + to * ldp, ldp);
+    }
+}
+
+/* The same for the part that goes to the parent's own update matrix. */
+static void F(extend_update)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
+                             const T *u, ptrdiff_t ldu, T *update, ptrdiff_t ldp) {
+    ptrdiff_t a, b, q;
+    for (a = inside; a < count; a++) {
+        const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2] - k;
+        const T *from = u + row * ldu;
+        for (q = 0; q < w; q++)
+            F(add)(w - q, from + row + q + q * ldu, update + (to + q) * (ldp + 1));
+        for (b = a + 1; b < count; b++)
+            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
+                         update + runs[3 * b + 2] - k + to * ldp, ldp);
     }
 }
 

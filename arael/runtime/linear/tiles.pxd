@@ -28,6 +28,10 @@ ctypedef void (*sweep64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, co
                            double*) noexcept nogil
 ctypedef void (*sweep32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
                            float*) noexcept nogil
+ctypedef void (*columns64_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
+                            double*, Py_ssize_t, double*, Py_ssize_t) noexcept nogil
+ctypedef void (*update64_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
+                           double*, Py_ssize_t) noexcept nogil
 
 ctypedef struct Tiles64:
     potrf64_t potrf
@@ -37,6 +41,12 @@ ctypedef struct Tiles64:
     multiply64_t transposed
     sweep64_t forward
     sweep64_t backward
+    columns64_t extend_columns
+    update64_t extend_update
+ctypedef void (*columns32_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
+                            float*, Py_ssize_t, float*, Py_ssize_t) noexcept nogil
+ctypedef void (*update32_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
+                           float*, Py_ssize_t) noexcept nogil
 
 ctypedef struct Tiles32:
     potrf32_t potrf
@@ -46,6 +56,8 @@ ctypedef struct Tiles32:
     multiply32_t transposed
     sweep32_t forward
     sweep32_t backward
+    columns32_t extend_columns
+    update32_t extend_update
 
 cdef Tiles64 f64
 cdef Tiles32 f32
@@ -124,3 +136,25 @@ cdef inline void backward(
         f64.backward(n, height, l, ld, inverse, b)
     else:
         f32.backward(n, height, l, ld, inverse, b)
+
+
+cdef inline void extend_columns(
+    const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
+    Py_ssize_t ldu, real* triangle, Py_ssize_t ldt, real* panel, Py_ssize_t ldp
+) noexcept nogil:
+    """Add a child's update matrix to the k columns of its parent."""
+    if real is double:
+        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp)
+    else:
+        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp)
+
+
+cdef inline void extend_update(
+    const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
+    Py_ssize_t ldu, real* update, Py_ssize_t ldp
+) noexcept nogil:
+    """Add a child's update matrix to the update matrix of its parent."""
+    if real is double:
+        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp)
+    else:
+        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp)

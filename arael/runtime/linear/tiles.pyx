@@ -137,8 +137,9 @@ cdef extern from *:
 
     #define TILE_TABLE(p, set) {(void *)potrf_##p##_##set, (void *)trsm_##p##_##set, \\
         (void *)syrk_##p##_##set, (void *)multiply_##p##_##set, (void *)transposed_##p##_##set, \\
-        (void *)forward_##p##_##set, (void *)backward_##p##_##set}
-    static void *tile_tables[2][3][7] = {
+        (void *)forward_##p##_##set, (void *)backward_##p##_##set, \\
+        (void *)extend_columns_##p##_##set, (void *)extend_update_##p##_##set}
+    static void *tile_tables[2][3][9] = {
     #if TILE_X86
         {TILE_TABLE(f32, base), TILE_TABLE(f32, avx2), TILE_TABLE(f32, avx512)},
         {TILE_TABLE(f64, base), TILE_TABLE(f64, avx2), TILE_TABLE(f64, avx512)},
@@ -160,7 +161,7 @@ cdef extern from *:
     #endif
     }
     """
-    void* tile_tables[2][3][7]
+    void* tile_tables[2][3][9]
     int tile_sets() nogil
 
 _NAMES = ("base", "avx2", "avx512")
@@ -172,10 +173,14 @@ cdef void _take(int which):
     f32.potrf, f32.trsm, f32.syrk = <potrf32_t>t[0], <trsm32_t>t[1], <syrk32_t>t[2]
     f32.multiply, f32.transposed = <multiply32_t>t[3], <multiply32_t>t[4]
     f32.forward, f32.backward = <sweep32_t>t[5], <sweep32_t>t[6]
+    f32.extend_columns = <columns32_t>t[7]
+    f32.extend_update = <update32_t>t[8]
     t = tile_tables[1][which]
     f64.potrf, f64.trsm, f64.syrk = <potrf64_t>t[0], <trsm64_t>t[1], <syrk64_t>t[2]
     f64.multiply, f64.transposed = <multiply64_t>t[3], <multiply64_t>t[4]
     f64.forward, f64.backward = <sweep64_t>t[5], <sweep64_t>t[6]
+    f64.extend_columns = <columns64_t>t[7]
+    f64.extend_update = <update64_t>t[8]
 
 
 def available():

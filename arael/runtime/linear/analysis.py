@@ -1,0 +1,115 @@
+"""Symbolic analysis of a block pattern: orderings tried, the cheapest kept, its cost known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.supernodes import find_supernodes, time_of_front
+
+Ints = NDArray[np.int64]
+
+
+def adjacency(pattern: BlockPattern) -> tuple[Ints, Ints]:
+    """Undirected graph of the off-diagonal blocks.
+
+    Returns
+    -------
+    start : (nb + 1,) int64
+    neighbours : (start[nb],) int64
+        Neighbours of block v, ascending: ``neighbours[start[v]:start[v + 1]]``.
+    """
+    nb = pattern.block_count
+    columns = np.repeat(np.arange(nb, dtype=np.int64), np.diff(pattern.column_start))
+    off = pattern.rows != columns
+    here = np.concatenate((columns[off], pattern.rows[off]))
+    there = np.concatenate((pattern.rows[off], columns[off]))
+    sequence = np.argsort(here * max(nb, 1) + there, kind="stable")
+    start = np.searchsorted(here[sequence], np.arange(nb + 1)).astype(np.int64)
+    return start, there[sequence]
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A symbolic factor and its price.
+
+    Attributes
+    ----------
+    ordering : str
+        Name of the ordering that was kept.
+    supernodes : Supernodes
+    nnz : int
+        Scalars of the factor's lower triangle, merged supernodes' explicit zeros included.
+    flops : float
+        Additions and multiplications of the numeric factorisation.
+    milliseconds : float
+        Predicted time of a refactorisation, f64, one core.
+    tried : dict
+        Flops of each ordering that was tried.
+    """
+
+    ordering: str
+    supernodes: Any
+    nnz: int
+    flops: float
+    milliseconds: float
+    tried: dict[str, float]
+
+
+def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
+    """Eliminate in the order the entities stand in."""
+    return np.arange(len(weights), dtype=np.int64)
+
+
+ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {
+    "minimum_degree": minimum_degree,
+    "natural": natural,
+}
+
+
+def analyse(pattern: BlockPattern, ordering: str = "auto") -> Analysis:
+    """Symbolic factorisation in the named ordering, or in the cheapest of all.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    ordering : str
+        One of `ORDERINGS`, or ``"auto"``.
+    """
+    start, neighbours = adjacency(pattern)
+    names = list(ORDERINGS) if ordering == "auto" else [ordering]
+    best: Analysis | None = None
+    tried: dict[str, float] = {}
+    for name in names:
+        order = ORDERINGS[name](start, neighbours, pattern.sizes)
+        found = _price(name, pattern, start, neighbours, order, tried)
+        if best is None or found.milliseconds < best.milliseconds:
+            best = found
+    assert best is not None
+    return best
+
+
+def _price(
+    name: str,
+    pattern: BlockPattern,
+    start: Ints,
+    neighbours: Ints,
+    order: Ints,
+    tried: dict[str, float],
+) -> Analysis:
+    supernodes = find_supernodes(start, neighbours, pattern.sizes, order)
+    width = pattern.sizes[supernodes.order]
+    offset = np.concatenate(([0], np.cumsum(width)))
+    k = np.diff(offset[supernodes.start]).astype(np.float64)
+    below = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
+    r = np.diff(below[supernodes.row_start]).astype(np.float64)
+    flops = float((k**3 / 3 + k * k * r + k * r * r).sum())
+    tried[name] = flops
+    nnz = int((k * (k + 1) / 2 + k * r).sum())
+    return Analysis(name, supernodes, nnz, flops, float(time_of_front(k, r).sum()) * 1e-6, tried)

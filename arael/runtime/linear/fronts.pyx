@@ -1,0 +1,180 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""The work plan of a multifrontal factorisation: sizes, places and moves, all known beforehand."""
+
+import numpy as np
+
+
+cdef class Fronts:
+    """Everything the numeric factorisation needs to know about its supernodes, in scalars.
+
+    Attributes
+    ----------
+    columns, below : (ns,) int64
+        Columns k and rows r below them of each front.
+    first : (ns,) int64
+        First column, in the order of elimination.
+    triangle, panel : (ns,) int64
+        Where the (k, k) triangle and the (r, k) panel of the factor begin in its storage.
+    storage : int
+        Scalars of the factor's storage.
+    update : (ns,) int64
+        Where the front's (r, r) update matrix begins in the stack of its parity.
+    parity : (ns,) int8
+        Which of the two stacks.
+    stacks : tuple of int
+        Scalars of each stack.
+    child_start, children : int64
+        Children of front s: ``children[child_start[s]:child_start[s + 1]]``.
+    run_start, run_inside : int64
+        Runs of front s: ``run_start[s]:run_start[s + 1]``; those before ``run_inside[s]`` go to
+        columns of the parent, the others to its update matrix.
+    runs : (m, 3) int32
+        Consecutive rows of a front that stay consecutive in its parent: first row, count, first row
+        in the parent.
+    strip_start : (ns + 1,) int64
+    strips : (m, 2) int32
+        Consecutive rows of a front in the whole vector: first scalar, count.
+    """
+
+    cdef readonly object columns, below, first, triangle, panel, update, parity
+    cdef readonly object child_start, children, run_start, run_inside, runs, strip_start, strips
+    cdef readonly object stacks, storage
+
+
+def plan_fronts(supernodes, weights, Py_ssize_t pad):
+    """Lay out the fronts of a symbolic factor.
+
+    Parameters
+    ----------
+    supernodes : Supernodes
+    weights : (n,) int64
+        Scalars of each block, in the original order.
+    pad : int
+        Rows are padded to a multiple of this many scalars.
+
+    Returns
+    -------
+    Fronts
+    """
+    cdef Fronts f = Fronts()
+    width = weights[supernodes.order]
+    offset = np.concatenate(([0], np.cumsum(width))).astype(np.int64)
+    begin, row_start = supernodes.start, supernodes.row_start
+    ns = len(supernodes.parent)
+    f.first = np.ascontiguousarray(offset[begin[:ns]])
+    f.columns = np.diff(offset[begin])
+    weight_of_rows = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
+    f.below = np.diff(weight_of_rows[row_start])
+    tall = -(-f.columns // pad) * pad
+    low = -(-f.below // pad) * pad
+    # Triangle and panel of a front lie side by side; a vector may overshoot each by `pad`.
+    size = f.columns * (tall + low) + 2 * pad
+    place = np.concatenate(([0], np.cumsum(size)))
+    f.triangle = np.ascontiguousarray(place[:ns])
+    f.panel = f.triangle + f.columns * tall + pad
+    f.storage = int(place[ns])
+    _family(f, supernodes.parent)
+    _stack(f, supernodes.parent, f.below * low + pad)
+    _moves(f, supernodes, offset)
+    return f
+
+
+cdef _family(Fronts f, parent):
+    """List the children of each front."""
+    ns = len(parent)
+    inner = np.flatnonzero(parent >= 0)
+    f.children = inner[np.argsort(parent[inner], kind="stable")].astype(np.int64)
+    f.child_start = np.searchsorted(parent[f.children], np.arange(ns + 1)).astype(np.int64)
+
+
+cdef _stack(Fronts f, parents, sizes):
+    """Place the update matrices on two stacks, one for even and one for odd depths of the tree.
+
+    When a front is worked on, the updates of its children are the top of one stack and its own
+    goes onto the other; so nothing has to be moved when the children are taken away.
+    """
+    cdef Py_ssize_t ns = len(parents), s, c, i
+    cdef long long[::1] parent = parents
+    cdef long long[::1] size = np.ascontiguousarray(np.where(f.below > 0, sizes, 0), dtype=np.int64)
+    cdef long long[::1] child_start = f.child_start, children = f.children
+    parities = np.zeros(ns, dtype=np.int8)
+    updates = np.zeros(ns, dtype=np.int64)
+    cdef signed char[::1] parity = parities
+    cdef long long[::1] update = updates
+    cdef long long top[2]
+    cdef long long peak[2]
+    top[0] = top[1] = peak[0] = peak[1] = 0
+    for s in range(ns - 1, -1, -1):
+        parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
+    for s in range(ns):
+        update[s] = top[parity[s]]
+        top[parity[s]] += size[s]
+        peak[parity[s]] = max(peak[parity[s]], top[parity[s]])
+        for i in range(child_start[s], child_start[s + 1]):
+            c = children[i]
+            top[parity[c]] -= size[c]
+    f.parity, f.update = parities, updates
+    f.stacks = (int(peak[0]), int(peak[1]))
+
+
+cdef _moves(Fronts f, supernodes, offsets):
+    """Find the runs of rows, within the parent and within the whole vector."""
+    cdef Py_ssize_t ns = len(supernodes.parent), s, parent, p, j, k, count = 0, strip = 0
+    cdef Py_ssize_t here, there, wide, mine
+    cdef long long[::1] up = supernodes.parent, rs = supernodes.row_start, rows = supernodes.rows
+    cdef long long[::1] begin = supernodes.start
+    cdef long long[::1] offset = offsets
+    cdef long long[::1] local = np.full(len(supernodes.order) + 1, -1, dtype=np.int64)
+    total = len(supernodes.rows)
+    run = np.empty((total, 3), dtype=np.intc)
+    strips = np.empty((total, 2), dtype=np.intc)
+    run_start = np.zeros(ns + 1, dtype=np.int64)
+    inside = np.zeros(ns, dtype=np.int64)
+    strip_start = np.zeros(ns + 1, dtype=np.int64)
+    cdef int[:, ::1] r = run, t = strips
+    cdef long long[::1] r0 = run_start, r1 = inside, t0 = strip_start
+    cdef long long[::1] columns = f.columns
+    cdef long long[::1] child_start = f.child_start, children = f.children
+    # Runs must stand by front, but rows of the parent are numbered once for all its children.
+    cdef long long[::1] place = np.empty(total, dtype=np.int64)
+    for parent in range(ns):
+        if child_start[parent] == child_start[parent + 1]:
+            continue
+        for p in range(begin[parent], begin[parent + 1]):
+            local[p] = offset[p] - offset[begin[parent]]
+        here = columns[parent]
+        for p in range(rs[parent], rs[parent + 1]):
+            local[rows[p]] = here
+            here += offset[rows[p] + 1] - offset[rows[p]]
+        for k in range(child_start[parent], child_start[parent + 1]):
+            s = children[k]
+            for p in range(rs[s], rs[s + 1]):
+                place[p] = local[rows[p]]
+    for s in range(ns):
+        parent = up[s]
+        mine = 0
+        r0[s] = r1[s] = count
+        t0[s] = strip
+        for p in range(rs[s], rs[s + 1]):
+            j = rows[p]
+            wide = offset[j + 1] - offset[j]
+            if strip > t0[s] and t[strip - 1, 0] + t[strip - 1, 1] == offset[j]:
+                t[strip - 1, 1] += <int>wide
+            else:
+                t[strip, 0], t[strip, 1] = <int>offset[j], <int>wide
+                strip += 1
+            there = place[p]
+            if (
+                count > r0[s] and r[count - 1, 2] + r[count - 1, 1] == there
+                and there != columns[parent]
+            ):
+                r[count - 1, 1] += <int>wide
+            else:
+                r[count, 0], r[count, 1], r[count, 2] = <int>mine, <int>wide, <int>there
+                count += 1
+            if there < columns[parent]:
+                r1[s] = count
+            mine += wide
+    r0[ns], t0[ns] = count, strip
+    f.run_start, f.run_inside, f.strip_start = run_start, inside, strip_start
+    f.runs, f.strips = run[:max(count, 1)].copy(), strips[:max(strip, 1)].copy()

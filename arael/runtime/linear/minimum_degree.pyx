@@ -1,0 +1,372 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Approximate minimum degree ordering of a weighted graph.
+
+Eliminates, again and again, a vertex whose neighbourhood is (nearly) the lightest. The eliminated
+part is kept as a quotient graph of *elements*, the cliques that eliminations leave behind, so that no
+more memory is used than the graph came with. After P. Amestoy, T. Davis, I. Duff, "An approximate
+minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996): approximate external
+degrees, element absorption (also aggressive), mass elimination, and indistinguishable vertices merged
+into supervariables. Here a vertex is an entity and weighs as much as it has scalars.
+"""
+
+import numpy as np
+
+cdef enum:
+    VARIABLE = 0    # still to be eliminated
+    ELEMENT = 1     # eliminated, its clique alive
+    GONE = 2        # absorbed element, or variable merged into another
+    DENSE = 3       # coupled with so much that it is ordered last
+
+
+cdef class _Graph:
+    """Quotient graph: the list of vertex v is `at[start[v]:start[v] + length[v]]`.
+
+    A variable lists the elements it belongs to first (`elements[v]` of them), then the variables
+    next to it; an element lists its variables.
+    """
+
+    cdef Py_ssize_t n, free, room
+    cdef int[::1] at, length, elements, weight, degree, kind
+    cdef Py_ssize_t[::1] start
+    cdef int[::1] head, after, before       # doubly linked lists by degree
+    cdef int lightest
+    cdef long long[::1] mark                # of an element: outside weight, offset by `stamp`
+    cdef long long stamp
+    cdef int[::1] merged                    # supervariable or element that took this vertex, or -1
+    cdef int[::1] bucket, chain, code    # hash lists of the new element's variables
+
+    def __init__(self, start, neighbours, weights):
+        n = len(weights)
+        edges = len(neighbours)
+        self.n = n
+        self.start = np.array(start, dtype=np.intp)
+        self.length = np.diff(start).astype(np.intc)
+        self.at = np.empty(edges + edges // 4 + 2 * n + 1, dtype=np.intc)
+        self.room = len(self.at)
+        np.asarray(self.at)[:edges] = neighbours
+        self.free = edges
+        self.weight = np.array(weights, dtype=np.intc)
+        self.elements = np.zeros(n, dtype=np.intc)
+        self.kind = np.zeros(n, dtype=np.intc)
+        self.merged = np.full(n, -1, dtype=np.intc)
+        self.mark = np.zeros(n, dtype=np.int64)
+        self.stamp = 1
+        total = int(np.sum(weights))
+        self.head = np.full(total + 1, -1, dtype=np.intc)
+        self.after = np.full(n, -1, dtype=np.intc)
+        self.before = np.full(n, -1, dtype=np.intc)
+        self.degree = np.zeros(n, dtype=np.intc)
+        self.bucket = np.full(n, -1, dtype=np.intc)
+        self.chain = np.full(n, -1, dtype=np.intc)
+        self.code = np.zeros(n, dtype=np.intc)
+        self.lightest = 0
+
+    cdef inline void unlink(self, int v) noexcept nogil:
+        cdef int p = self.before[v], s = self.after[v]
+        if s >= 0:
+            self.before[s] = p
+        if p >= 0:
+            self.after[p] = s
+        else:
+            self.head[self.degree[v]] = s
+
+    cdef inline void link(self, int v) noexcept nogil:
+        cdef int d = self.degree[v], s = self.head[d]
+        self.before[v], self.after[v] = -1, s
+        if s >= 0:
+            self.before[s] = v
+        self.head[d] = v
+        if d < self.lightest:
+            self.lightest = d
+
+    cdef void compress(self) noexcept nogil:
+        """Move all live lists to the front of the memory."""
+        cdef Py_ssize_t p, to = 0, last
+        cdef int v
+        # The first entry of each live list changes places with the vertex itself, negated.
+        for v in range(self.n):
+            if self.kind[v] <= ELEMENT and self.length[v] > 0:
+                p = self.start[v]
+                self.start[v] = self.at[p]
+                self.at[p] = -v - 1
+        p = 0
+        while p < self.free:
+            if self.at[p] >= 0:
+                p += 1
+                continue
+            v = -self.at[p] - 1
+            last = p + self.length[v]
+            self.at[to] = <int>self.start[v]
+            self.start[v] = to
+            to += 1
+            p += 1
+            while p < last:
+                self.at[to] = self.at[p]
+                to += 1
+                p += 1
+        self.free = to
+
+
+def minimum_degree(start, neighbours, weights):
+    """Order the vertices of an undirected graph for little fill.
+
+    Parameters
+    ----------
+    start : (n + 1,) int
+    neighbours : (start[n],) int
+        Neighbours of vertex v are ``neighbours[start[v]:start[v + 1]]``: both directions of each
+        edge, no loops, no repeats.
+    weights : (n,) int
+        Positive weight of each vertex.
+
+    Returns
+    -------
+    (n,) int64
+        The vertices in the order of elimination.
+    """
+    cdef Py_ssize_t n = len(weights)
+    if n == 0:
+        return np.zeros(0, dtype=np.int64)
+    cdef _Graph g = _Graph(start, neighbours, weights)
+    pivots = np.empty(n, dtype=np.intc)
+    cdef int[::1] sequence = pivots
+    cdef Py_ssize_t count
+    # A vertex coupled with nearly everything (a global offset, a calibration) only slows down.
+    cdef int dense = <int>max(16.0, 10 * np.sqrt(n))
+    with nogil:
+        count = _eliminate(g, sequence, dense)
+    return _expand(np.asarray(g.merged), pivots[:count], np.asarray(g.kind))
+
+
+def _expand(merged, pivots, kind):
+    """Put each merged vertex right before the pivot it was eliminated with."""
+    n = len(merged)
+    root = np.where(merged < 0, np.arange(n), merged)
+    while True:
+        further = root[root]
+        if (further == root).all():
+            break
+        root = further
+    rank = np.full(n, len(pivots), dtype=np.int64)
+    rank[pivots] = np.arange(len(pivots))
+    key = np.where(kind == DENSE, len(pivots), rank[root])
+    return np.argsort(key, kind="stable").astype(np.int64)
+
+
+cdef Py_ssize_t _eliminate(_Graph g, int[::1] sequence, int dense) noexcept nogil:
+    """Eliminate everything; pivots go to `sequence`, their number is returned."""
+    cdef Py_ssize_t count = 0
+    cdef int pivot, left = _prepare(g, dense)
+    cdef long long total = left
+    while left > 0:
+        while g.head[g.lightest] < 0:
+            g.lightest += 1
+        pivot = g.head[g.lightest]
+        g.unlink(pivot)
+        sequence[count] = pivot
+        count += 1
+        left -= g.weight[pivot]
+        _form(g, pivot)
+        _compare(g, pivot)
+        left -= _update(g, pivot)
+        g.stamp += total + 1
+        _merge(g, pivot)
+        _finish(g, pivot, left)
+    return count
+
+
+cdef int _prepare(_Graph g, int dense) noexcept nogil:
+    """Set dense vertices aside and list the others by degree; return their weight."""
+    cdef Py_ssize_t p, begin
+    cdef int v, u, kept, left = 0
+    for v in range(g.n):
+        if g.length[v] > dense:
+            g.kind[v] = DENSE
+        else:
+            left += g.weight[v]
+    for v in range(g.n):
+        if g.kind[v] == DENSE:
+            continue
+        begin = g.start[v]
+        kept = 0
+        for p in range(begin, begin + g.length[v]):
+            u = g.at[p]
+            if g.kind[u] != DENSE:
+                g.at[begin + kept] = u
+                kept += 1
+                g.degree[v] += g.weight[u]
+        g.length[v] = kept
+    g.lightest = left
+    for v in range(g.n):
+        if g.kind[v] == VARIABLE:
+            g.link(v)
+    return left
+
+
+cdef void _form(_Graph g, int pivot) noexcept nogil:
+    """Make the pivot an element: all variables next to it, directly or through its elements.
+
+    While the element is being worked on, its variables carry their weight with a minus sign and
+    stand in no list of degrees. The pivot's own weight stays negative for good.
+    """
+    cdef Py_ssize_t p, q, first, end
+    cdef int k, e = -1, u, heavy = 0, parts = g.elements[pivot]
+    if parts == 0:
+        first = g.start[pivot]          # fits into the pivot's own place
+    else:
+        if g.free + min(<Py_ssize_t>g.degree[pivot], g.n) > g.room:
+            g.compress()
+        first = g.free
+    end = first
+    g.weight[pivot] = -g.weight[pivot]
+    for k in range(parts + 1):
+        if k < parts:
+            e = g.at[g.start[pivot] + k]
+            p = g.start[e]
+            q = p + g.length[e]
+        else:
+            p = g.start[pivot] + parts
+            q = g.start[pivot] + g.length[pivot]
+        while p < q:
+            u = g.at[p]
+            p += 1
+            if g.weight[u] > 0:
+                heavy += g.weight[u]
+                g.weight[u] = -g.weight[u]
+                g.at[end] = u
+                end += 1
+                g.unlink(u)
+        if k < parts:
+            g.kind[e] = GONE
+    if parts > 0:
+        g.free = end
+    g.kind[pivot] = ELEMENT
+    g.start[pivot] = first
+    g.length[pivot] = <int>(end - first)
+    g.elements[pivot] = 0
+    g.degree[pivot] = heavy
+
+
+cdef void _compare(_Graph g, int pivot) noexcept nogil:
+    """For each element e that meets the new one: mark[e] - stamp = weight of e outside of it."""
+    cdef Py_ssize_t p, q
+    cdef int v, e
+    for p in range(g.start[pivot], g.start[pivot] + g.length[pivot]):
+        v = g.at[p]
+        for q in range(g.start[v], g.start[v] + g.elements[v]):
+            e = g.at[q]
+            if g.kind[e] != ELEMENT:
+                continue
+            if g.mark[e] < g.stamp:
+                g.mark[e] = g.stamp + g.degree[e]
+            g.mark[e] += g.weight[v]            # which is negative
+
+
+cdef int _update(_Graph g, int pivot) noexcept nogil:
+    """Rewrite the lists of the element's variables; return the weight eliminated on the way."""
+    cdef Py_ssize_t p, q, begin, to, middle
+    cdef int v, u, e, d, outside, gone = 0
+    cdef unsigned int code
+    for p in range(g.start[pivot], g.start[pivot] + g.length[pivot]):
+        v = g.at[p]
+        begin = g.start[v]
+        to = begin
+        d = 0
+        code = 0
+        for q in range(begin, begin + g.elements[v]):
+            e = g.at[q]
+            if g.kind[e] != ELEMENT:
+                continue
+            outside = <int>(g.mark[e] - g.stamp)
+            if outside > 0:
+                d += outside
+                code += <unsigned int>e
+                g.at[to] = e
+                to += 1
+            else:
+                g.kind[e] = GONE                # all of it lies in the new element
+        middle = to
+        for q in range(begin + g.elements[v], begin + g.length[v]):
+            u = g.at[q]
+            if g.weight[u] > 0:
+                d += g.weight[u]
+                code += <unsigned int>u
+                g.at[to] = u
+                to += 1
+        if d == 0:
+            # Coupled with nothing but this element: goes with the pivot at no cost.
+            gone -= g.weight[v]
+            g.weight[v] = 0
+            g.kind[v] = GONE
+            g.merged[v] = pivot
+            continue
+        # What connected v with the pivot was dropped, so there is room for one entry more. The
+        # first variable makes way for the first element, and that one for the new element.
+        g.at[to] = g.at[middle]
+        g.at[middle] = g.at[begin]
+        g.at[begin] = pivot
+        g.elements[v] = <int>(middle - begin) + 1
+        g.length[v] = <int>(to - begin) + 1
+        g.degree[v] = min(g.degree[v], d)
+        g.code[v] = <int>(code % <unsigned int>g.n)
+        g.chain[v] = g.bucket[g.code[v]]
+        g.bucket[g.code[v]] = v
+    g.degree[pivot] -= gone
+    return gone
+
+
+cdef void _merge(_Graph g, int pivot) noexcept nogil:
+    """Variables of the element with equal lists are one from now on."""
+    cdef Py_ssize_t p, q
+    cdef int v, u, previous, bucket
+    cdef bint equal
+    for p in range(g.start[pivot], g.start[pivot] + g.length[pivot]):
+        if g.weight[g.at[p]] == 0:
+            continue
+        bucket = g.code[g.at[p]]
+        v = g.bucket[bucket]
+        g.bucket[bucket] = -1
+        while v >= 0:
+            if g.chain[v] >= 0:
+                for q in range(g.start[v], g.start[v] + g.length[v]):
+                    g.mark[g.at[q]] = g.stamp
+            previous = v
+            u = g.chain[v]
+            while u >= 0:
+                equal = g.length[u] == g.length[v] and g.elements[u] == g.elements[v]
+                q = g.start[u]
+                while equal and q < g.start[u] + g.length[u]:
+                    equal = g.mark[g.at[q]] == g.stamp
+                    q += 1
+                if equal:
+                    g.weight[v] += g.weight[u]
+                    g.weight[u] = 0
+                    g.kind[u] = GONE
+                    g.merged[u] = v
+                    g.chain[previous] = g.chain[u]
+                else:
+                    previous = u
+                u = g.chain[u]
+            g.stamp += 1
+            v = g.chain[v]
+
+
+cdef void _finish(_Graph g, int pivot, int left) noexcept nogil:
+    """Give the element's variables their weights and degrees back, and list them again."""
+    cdef Py_ssize_t p, first = g.start[pivot], to = first, end = first + g.length[pivot]
+    cdef int v, w
+    for p in range(first, end):
+        v = g.at[p]
+        if g.weight[v] == 0:
+            continue
+        w = -g.weight[v]
+        g.weight[v] = w
+        g.degree[v] = max(min(g.degree[v] + g.degree[pivot] - w, left - w), 0)
+        g.link(v)
+        g.at[to] = v
+        to += 1
+    g.length[pivot] = <int>(to - first)
+    if to == first:
+        g.kind[pivot] = GONE
+    if end == g.free:
+        g.free = to

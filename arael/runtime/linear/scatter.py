@@ -1,0 +1,65 @@
+"""Where each block of a matrix goes in the storage of its multifrontal factor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.linear.pattern import BlockPattern
+
+Ints = NDArray[np.int64]
+
+
+def place_blocks(pattern: BlockPattern, supernodes: Any, fronts: Any, pad: int) -> tuple[Ints, Ints]:
+    """Place the blocks of `pattern` in the fronts.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    supernodes : Supernodes
+    fronts : Fronts
+    pad : int
+        Scalars that rows are padded to a multiple of.
+
+    Returns
+    -------
+    front_start : (ns + 1,) int64
+        Blocks of front s are ``front_start[s]:front_start[s + 1]``.
+    blocks : (nblocks, 6) int64
+        First value, height, width, place in the storage, leading dimension there, and what to do: 0
+        copy, 1 copy transposed, 2 copy the strict lower triangle.
+    """
+    nb = pattern.block_count
+    ns = len(supernodes.parent)
+    columns = np.repeat(np.arange(nb, dtype=np.int64), np.diff(pattern.column_start))
+    position = np.empty(nb, dtype=np.int64)
+    position[supernodes.order] = np.arange(nb)
+    offset = np.concatenate(([0], np.cumsum(pattern.sizes[supernodes.order]))).astype(np.int64)
+    owner = np.repeat(np.arange(ns), np.diff(supernodes.start))
+
+    low = np.minimum(position[pattern.rows], position[columns])
+    high = np.maximum(position[pattern.rows], position[columns])
+    front = owner[low]
+    column = offset[low] - fronts.first[front]
+    inside = high < supernodes.start[front + 1]
+    # Rows below: looked up in all fronts' lists at once, by front and position.
+    owners = np.repeat(np.arange(ns), np.diff(supernodes.row_start))
+    at = np.searchsorted(owners * nb + supernodes.rows, front * nb + high)
+    width = pattern.sizes[supernodes.order]
+    before = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
+    row_below = before[at] - before[supernodes.row_start[front]]
+    leading = np.where(
+        inside,
+        -(-fronts.columns[front] // pad) * pad,
+        -(-fronts.below[front] // pad) * pad,
+    )
+    row = np.where(inside, offset[high] - fronts.first[front], row_below)
+    place = np.where(inside, fronts.triangle[front], fronts.panel[front]) + row + column * leading
+    how = np.where(low == high, 2, (position[pattern.rows] < position[columns]).astype(np.int64))
+    height, wide = pattern.sizes[pattern.rows], pattern.sizes[columns]
+    blocks = np.stack((pattern.value_start, height, wide, place, leading, how), axis=1)
+    sequence = np.lexsort((column, front))
+    starts = np.searchsorted(front[sequence], np.arange(ns + 1)).astype(np.int64)
+    return starts, np.ascontiguousarray(blocks[sequence], dtype=np.int64)

@@ -1,0 +1,250 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Block sparse Cholesky: multifrontal, on the block pattern.
+
+Front by front, children before parents: zero the front's columns, put the blocks of the matrix there,
+add what the children's update matrices say about them, factor them (`potrf`, `trsm`), form the front's
+own update matrix (`syrk`) and add the rest of the children's to it. Each step is a dense kernel on
+columns of whole blocks; index work is by runs of blocks. After J. Liu, "The multifrontal method for
+sparse matrix solution", SIAM Review 34 (1992).
+"""
+
+import numpy as np
+
+from libc.string cimport memset
+
+from arael.runtime.linear cimport tiles
+from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.linear.blas cimport real
+
+from arael.runtime.linear.analysis import analyse
+from arael.runtime.linear.fronts import plan_fronts
+from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.scatter import place_blocks
+
+
+cdef struct Front:
+    long long columns           # k
+    long long below             # r
+    long long tall              # leading dimension of the triangle
+    long long low               # leading dimension of the panel and of the update matrix
+    long long first             # first column in the order of elimination
+    long long triangle          # places in the factor
+    long long panel
+    long long update            # place in the stack of its parity
+    long long parity
+    long long blocks            # ends of its lists, begun by the front before
+    long long children
+    long long inside            # runs before this one go to columns of the parent
+    long long runs
+    long long strips
+
+
+cdef class SparseSolver(LinearSolver):
+    """Cholesky factorisation of a sparse block matrix in a fill-reducing order.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    single : bool
+        f32 if true, else f64.
+    ordering : str
+        ``"auto"``, or one of `arael.runtime.linear.analysis.ORDERINGS`.
+    analysis : Analysis, optional
+        Symbolic factor of the same pattern, where it is already known.
+    """
+
+    cdef object _keep
+    cdef Py_ssize_t _count
+    cdef const Front* _fronts           # one more than there are: the first holds zeros
+    cdef const long long* _blocks       # (nblocks, 6), see `place_blocks`
+    cdef const long long* _children
+    cdef const int* _runs
+    cdef const int* _strips
+    cdef const long long* _scalar       # original scalar at each place of the elimination
+    cdef void* _factor_storage
+    cdef void* _inverse                 # 1 / diagonal of the factor
+    cdef void* _work                    # n scalars, then the rows of the widest front
+    cdef Py_ssize_t _strip_room
+    cdef void* _stack[2]
+
+    def __init__(self, pattern, bint single=False, ordering="auto", analysis=None):
+        super().__init__(pattern, single)
+        if analysis is None:
+            analysis = analyse(pattern, ordering)
+        pad = tiles.PAD_BYTES // self.dtype.itemsize
+        nodes = analysis.supernodes
+        fronts = plan_fronts(nodes, pattern.sizes, pad)
+        block_start, blocks = place_blocks(pattern, nodes, fronts, pad)
+        ns = len(nodes.parent)
+        table = np.zeros((ns + 1, 14), dtype=np.int64)
+        table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
+        table[1:, 2] = -(-fronts.columns // pad) * pad
+        table[1:, 3] = -(-fronts.below // pad) * pad
+        table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
+        table[1:, 7], table[1:, 8] = fronts.update, fronts.parity
+        table[:, 9], table[:, 10] = block_start, fronts.child_start
+        table[1:, 11] = fronts.run_inside
+        table[:, 12], table[:, 13] = fronts.run_start, fronts.strip_start
+        offset = np.asarray(pattern.offsets)
+        width = pattern.sizes[nodes.order]
+        begin = np.repeat(offset[nodes.order], width)
+        local = np.arange(self.n) - np.repeat(np.cumsum(width) - width, width)
+        scalar = np.ascontiguousarray(begin + local, dtype=np.int64)
+        storage = aligned(fronts.storage, self.dtype)
+        inverse = aligned(self.n, self.dtype)
+        self._strip_room = self.n
+        work = aligned(self.n + pad + int(table[:, 3].max(initial=0)), self.dtype)
+        stacks = [aligned(size, self.dtype) for size in fronts.stacks]
+        children = np.append(fronts.children, 0).astype(np.int64)
+        self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
+                      work, stacks)
+        self._count = ns
+        self._fronts = <const Front*>_address(table)
+        self._blocks = <const long long*>_address(blocks)
+        self._children = <const long long*>_address(children)
+        self._runs = <const int*>_address(fronts.runs)
+        self._strips = <const int*>_address(fronts.strips)
+        self._scalar = <const long long*>_address(scalar)
+        self._factor_storage = _address(storage)
+        self._inverse = _address(inverse)
+        self._work = _address(work)
+        self._stack[0], self._stack[1] = _address(stacks[0]), _address(stacks[1])
+        self.plan = {
+            "solver": "sparse",
+            "n": self.n,
+            "ordering": analysis.ordering,
+            "nnz_l": analysis.nnz,
+            "flops": analysis.flops,
+            "supernodes": ns,
+        }
+
+    cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
+        if self.single:
+            return self._factor(<const float*>values, <const float*>diagonal)
+        return self._factor(<const double*>values, <const double*>diagonal)
+
+    cdef void solve(self, void* b) noexcept nogil:
+        if self.single:
+            self._solve(<float*>b)
+        else:
+            self._solve(<double*>b)
+
+    cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
+        cdef Py_ssize_t s, i, status
+        cdef const Front* f
+        cdef const Front* c
+        cdef real* storage = <real*>self._factor_storage
+        cdef real* inverse = <real*>self._inverse
+        cdef real* triangle
+        cdef real* panel
+        cdef real* update
+        cdef const real* of_child
+        cdef const int* runs
+        for s in range(1, self._count + 1):
+            f = self._fronts + s
+            triangle, panel = storage + f.triangle, storage + f.panel
+            update = <real*>self._stack[f.parity] + f.update
+            memset(triangle, 0, f.columns * f.tall * sizeof(real))
+            memset(panel, 0, f.columns * f.low * sizeof(real))
+            put(self._blocks, (f - 1).blocks, f.blocks, values, storage)
+            for i in range(f.columns):
+                triangle[i * (f.tall + 1)] = diagonal[self._scalar[f.first + i]]
+            for i in range((f - 1).children, f.children):
+                c = self._fronts + self._children[i] + 1
+                runs = self._runs + 3 * (c - 1).runs
+                of_child = <const real*>self._stack[c.parity] + c.update
+                tiles.extend_columns(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
+                                     f.columns, of_child, c.low, triangle, f.tall, panel, f.low)
+            status = tiles.potrf(f.columns, f.columns, DENSE, triangle, f.tall, inverse + f.first)
+            if status:
+                return 1 + self._scalar[f.first + status - 1]
+            if f.below == 0:
+                continue
+            tiles.trsm(f.below, f.columns, triangle, f.tall, inverse + f.first, panel, f.low)
+            tiles.syrk(f.below, f.columns, panel, f.low, update, f.low)
+            for i in range((f - 1).children, f.children):
+                c = self._fronts + self._children[i] + 1
+                runs = self._runs + 3 * (c - 1).runs
+                of_child = <const real*>self._stack[c.parity] + c.update
+                tiles.extend_update(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
+                                    f.columns, of_child, c.low, update, f.low)
+        return 0
+
+    cdef void _solve(self, real* b) noexcept nogil:
+        cdef Py_ssize_t s, i, j, n = self.n
+        cdef const Front* f
+        cdef const real* storage = <const real*>self._factor_storage
+        cdef const real* inverse = <const real*>self._inverse
+        cdef real* x = <real*>self._work
+        cdef real* y = x + self._strip_room
+        cdef real* part
+        cdef const int* strip
+        cdef const real* from_
+        for i in range(n):
+            x[i] = b[self._scalar[i]]
+        for s in range(1, self._count + 1):
+            f = self._fronts + s
+            tiles.forward(f.columns, f.columns, storage + f.triangle, f.tall, inverse + f.first,
+                          x + f.first)
+            if f.below == 0:
+                continue
+            tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x + f.first, y)
+            from_ = y
+            strip = self._strips + 2 * (f - 1).strips
+            for i in range(f.strips - (f - 1).strips):
+                part = x + strip[0]
+                for j in range(strip[1]):
+                    part[j] += from_[j]
+                from_ += strip[1]
+                strip += 2
+        for s in range(self._count, 0, -1):
+            f = self._fronts + s
+            if f.below > 0:
+                part = y
+                strip = self._strips + 2 * (f - 1).strips
+                for i in range(f.strips - (f - 1).strips):
+                    from_ = x + strip[0]
+                    for j in range(strip[1]):
+                        part[j] = from_[j]
+                    part += strip[1]
+                    strip += 2
+                tiles.transposed(f.below, f.columns, storage + f.panel, f.low, y, x + f.first)
+            tiles.backward(f.columns, f.columns, storage + f.triangle, f.tall, inverse + f.first,
+                           x + f.first)
+        for i in range(n):
+            b[self._scalar[i]] = x[i]
+
+
+# Every row of a dense triangle may be addressed from every column.
+cdef Py_ssize_t DENSE = 1 << 40
+
+
+cdef void* _address(array):
+    cdef size_t address = array.ctypes.data
+    return <void*>address
+
+
+cdef void put(
+    const long long* blocks, Py_ssize_t begin, Py_ssize_t end, const real* values, real* storage
+) noexcept nogil:
+    """Copy row-major blocks of the matrix to their column-major places."""
+    cdef Py_ssize_t k, i, j, h, w, ld
+    cdef const long long* block
+    cdef const real* value
+    cdef real* at
+    for k in range(begin, end):
+        block = blocks + 6 * k
+        value, h, w = values + block[0], block[1], block[2]
+        at, ld = storage + block[3], block[4]
+        if block[5] == 0:
+            for j in range(w):
+                for i in range(h):
+                    at[i + j * ld] = value[i * w + j]
+        elif block[5] == 1:
+            for i in range(h):
+                for j in range(w):
+                    at[j + i * ld] = value[i * w + j]
+        else:
+            for i in range(h):
+                for j in range(i):
+                    at[i + j * ld] = value[i * w + j]
