@@ -8,7 +8,6 @@ from arael.check.binding import Binding, Broken, Collection, Entity, describe
 from arael.check.constants import Constants
 from arael.check.expressions import HANDLERS, condition
 from arael.check.guards import Fact, facts_of
-from arael.check.items import RESERVED
 from arael.check.limits import MAX_MODEL_OPERATIONS
 from arael.check.paths import Paths
 from arael.check.places import Place
@@ -162,14 +161,7 @@ class Bodies:
         for let in body.lets:
             name = let.name.id
             binding = t.visit(let.value)
-            if name in RESERVED:
-                t.fail(
-                    "E0208",
-                    let.name.span,
-                    f"`{name}` belongs to the language",
-                    label="choose another name",
-                )
-            elif name in lets:
+            if name in lets:
                 t.fail(
                     "E0207",
                     let.name.span,

@@ -50,21 +50,22 @@ def check(
     check_containment(declarations, report)
     chosen = choose_root(file, declarations, root, report)
     if chosen is None or _endless(findings):
-        findings.stop_on_errors()
+        report.stop()
     assert chosen is not None
 
     sites = Sites(declarations, chosen, report)
     if sites.full:
-        findings.stop_on_errors()
+        report.stop()
     paths = Paths(sites, report)
     check_refs(sites, paths)
     constraints = _constraints(sites, paths, constants, report)
     check_marginalize(sites, paths, report)
     passes = Passes(sites, paths, constants, report).all()
-    findings.stop_on_errors()
+    report.stop()
 
     warn_unused_structs(declarations, report)
     warn_unread_parameters(sites, constraints, report)
+    report.in_order()
     tables = build_tables(sites, paths)
     return TypedModel(
         name=PurePath(file.source.name).stem,

@@ -42,14 +42,14 @@ def check_containment(declarations: Declarations, report: Reporter) -> None:
 def _complain(name: str, circle: list[FieldDecl | None], report: Reporter) -> None:
     fields = [f for f in circle if f is not None]
     chain = " -> ".join([name, *(f.struct for f in fields)])
-    labels = [Label(f.span, f"holds a {f.struct}") for f in fields[1:6]]
+    labels = [Label(f.span, f"holds {f.struct}") for f in fields[1:6]]
     by_value = all(f.kind == "struct" for f in fields)
     if by_value:
         report.error(
             "E0401",
             fields[0].span,
             f"struct contains itself: {chain}",
-            label=f"holds a {fields[0].struct} by value",
+            label=f"holds {fields[0].struct} by value",
             labels=labels,
             help=[f"hold a handle instead: `ref {fields[0].struct} in root...`"],
         )

@@ -21,8 +21,6 @@ from arael.syntax import tree
 
 Load = Callable[[tree.Import], tree.File]
 
-RESERVED = frozenset({"self", "parent", "root"})
-
 
 class Gathering:
     """Collects the items of a file and of all it imports."""
@@ -72,7 +70,7 @@ class Gathering:
 
     def _item(self, item: tree.Const | tree.Function | tree.Struct) -> None:
         name = item.name.id
-        if name in RESERVED or name in BUILTIN_NAMES or name in TYPE_NAMES:
+        if name in BUILTIN_NAMES or name in TYPE_NAMES:
             self.report.error(
                 "E0208",
                 item.name.span,

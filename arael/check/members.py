@@ -1,15 +1,14 @@
-"""Rule: the members of a struct have names of their own, and stand where they belong.
+"""Rule: the members of a struct have names of their own.
 
-Allowed: constraints in any struct; `fit`, `solve` and `marginalize` in a root; one `key`.
+Allowed: a field and a constraint of the same name; one `key`, one `solve`.
 
-Not allowed: two fields, or two constraints, of one name; a field called `parent`; `solve` in a
-struct; a `key` that is not a string field.
+Not allowed: two fields, or two constraints, of one name; a `key` that is not a string field. (What
+may stand in a struct and what in a root is syntax.)
 """
 
 from __future__ import annotations
 
 from arael.check.declared import StructDecl
-from arael.check.items import RESERVED
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
 from arael.check.typed import STRING
@@ -21,7 +20,6 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
     """Put the members of `struct` into their lists and check their names."""
     fields: dict[str, Span] = {}
     constraints: dict[str, Span] = {}
-    is_root = struct.node.kind == "root"
     for member in struct.node.members:
         match member:
             case tree.Field():
@@ -29,18 +27,14 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
             case tree.Constraint():
                 _own_name(member.name, constraints, "E0603", "constraint", report)
                 struct.constraints.append(member)
-            case tree.Symbolic() | tree.Compute() | tree.Update():
-                _misplaced(member.span, "this belongs into a `component`", report)
-            case tree.Fit() if is_root:
+            case tree.Fit():
                 struct.fits.append(member)
-            case tree.Marginalize() if is_root:
+            case tree.Marginalize():
                 struct.marginalize.append(member)
-            case tree.Solve() if is_root:
+            case tree.Solve():
                 if struct.solve is not None:
                     _twice(member.span, "`solve` is given twice", struct.solve.span, report)
                 struct.solve = member
-            case tree.Fit() | tree.Marginalize() | tree.Solve():
-                _misplaced(member.span, "this belongs into the `root`", report)
             case _:
                 pass
 
@@ -82,14 +76,7 @@ def check_keys(struct: StructDecl, report: Reporter) -> None:
 def _own_name(
     name: tree.Ident, taken: dict[str, Span], code: str, what: str, report: Reporter
 ) -> None:
-    if name.id in RESERVED:
-        report.error(
-            "E0208",
-            name.span,
-            f"`{name.id}` belongs to the language",
-            label="choose another name",
-        )
-    elif name.id in taken:
+    if name.id in taken:
         report.error(
             code,
             name.span,
@@ -102,7 +89,3 @@ def _own_name(
 
 def _twice(span: Span, message: str, first: Span, report: Reporter) -> None:
     report.error("E0207", span, message, labels=[Label(first, "first given here")])
-
-
-def _misplaced(span: Span, message: str, report: Reporter) -> None:
-    report.error("E0413", span, message, label="not here")

@@ -68,8 +68,10 @@ def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: E
     written = span.text
     name = optional.rsplit(".", 1)[-1]
     # `info.gps.pos` reads through `info.gps`: the guard is the text up to the optional's name.
-    at = written.rfind(f"{name}.") if optional != entity.place.column(field) else -1
-    guard = written[: at + len(name)] if at >= 0 else written
+    guard = written
+    if optional != entity.place.column(field):
+        at = written.rfind(f"{name}.")
+        guard = written[: at + len(name)] if at >= 0 else written.rpartition(".")[0] or name
     declared = next(
         (
             p.owner.struct.fields[name]

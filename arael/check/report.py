@@ -33,7 +33,12 @@ class Reporter:
         """Report an error at `span`."""
         self._add(Diagnostic(code, message, span, label, tuple(labels), tuple(notes), tuple(help)))
         if len(self.findings.errors) >= MAX_ERRORS:
-            self.findings.stop_on_errors()
+            self.stop()
+
+    def stop(self) -> None:
+        """Raise `AraelError` with all findings, in order of place, if any of them is an error."""
+        self.in_order()
+        self.findings.stop_on_errors()
 
     def warning(
         self,
@@ -50,6 +55,15 @@ class Reporter:
             Diagnostic(
                 code, message, span, label, (), tuple(notes), tuple(help), severity="warning"
             )
+        )
+
+    def in_order(self) -> None:
+        """Put the findings into the order of their places, file by file."""
+        files = {
+            d.span.source.name: i for i, d in reversed(list(enumerate(self.findings))) if d.span
+        }
+        self.findings.items.sort(
+            key=lambda d: (files[d.span.source.name], d.span.start) if d.span else (-1, 0)
         )
 
     def _add(self, diagnostic: Diagnostic) -> None:

@@ -82,7 +82,9 @@ def check_guard(t: Typist, node: tree.Expr, guard: Typed) -> bool:
 def check_parameters(
     t: Typist, node: tree.Constraint | tree.Fit, residual: Sequence[Typed]
 ) -> bool:
-    """Whether a residual reads a parameter."""
+    """Whether a residual reads a parameter, as far as the model's parameters could be read."""
+    if t.declarations.broken:
+        return True
     if any(isinstance(n, Read) and n.version == "trial" for n in postorder(residual)):
         return True
     stored = [n for n in postorder(residual) if isinstance(n, Read) and n.version == "stored"]
