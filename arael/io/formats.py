@@ -1,0 +1,177 @@
+"""Which format a file has, and reading and writing in it."""
+
+from __future__ import annotations
+
+import os
+from typing import BinaryIO, Protocol
+
+from arael.diagnostics.records import AraelError
+from arael.io import files
+from arael.io.files import DEFAULT_LIMIT, StrPath
+from arael.runtime.store import Store
+from arael.runtime.store.messages import error, suggestion
+
+# Name -> what it is, for help texts.
+FORMATS = {
+    "json": "objects and arrays as the model nests them (.json, .json.gz)",
+    "npz": "NumPy columns by path (.npz)",
+    "csv": "one collection, a row a line (.csv, .tsv)",
+    "g2o": "pose graphs of pose_graph_2d and pose_graph_3d (.g2o)",
+}
+EXTENSIONS = {".json": "json", ".npz": "npz", ".csv": "csv", ".tsv": "csv", ".g2o": "g2o"}
+
+
+class HasStore(Protocol):
+    """A model instance."""
+
+    _store: Store
+
+
+def store_of(model: HasStore | Store) -> Store:
+    """Return the store behind a model, or the store itself."""
+    return model if isinstance(model, Store) else model._store
+
+
+def read(
+    model: HasStore | Store,
+    path: StrPath,
+    format: str | None = None,
+    *,
+    collection: str | None = None,
+    limit: int = DEFAULT_LIMIT,
+) -> None:
+    """Replace the data of a model by that of a file.
+
+    Parameters
+    ----------
+    model : a model instance or its store; unchanged if anything is wrong
+    path : the file; gzipped content is read as what is inside
+    format : one of `FORMATS`; by default told from the file's name, else from its content
+    collection : for CSV, the collection that the rows belong to (only its rows are replaced); by
+        default the one the file is named after, or the model's only one
+    limit : the most bytes to read, after decompression
+
+    Raises
+    ------
+    AraelError
+        E0712 unreadable, E0713 unknown format, E0714 too large, and what the readers raise; several
+        diagnostics at once where several things are wrong.
+    """
+    store = store_of(model)
+    content = files.read_bytes(path, limit)
+    name = os.path.basename(os.fspath(path))
+    found = _known(format) if format else format_of(path, content)
+    if not found:
+        raise error(
+            "E0713",
+            "the format is not recognised",
+            name,
+            help=f"known formats are {', '.join(FORMATS)}",
+        )
+    if not content.strip():
+        raise error("E0712", "the file is empty", name)
+    if collection is not None and found != "csv":
+        raise error("E0713", f"`collection` is for CSV; this is {found}", name)
+    if found == "json":
+        from arael.io import json_reader
+
+        json_reader.read(store, content, name)
+    elif found == "npz":
+        from arael.io import npz
+
+        npz.read(store, content, name, limit)
+    elif found == "csv":
+        from arael.io import csv_reader
+
+        csv_reader.read(store, content, name, collection)
+    else:
+        from arael.io import g2o
+
+        g2o.read(store, content, name)
+
+
+def write(
+    model: HasStore | Store,
+    path: StrPath,
+    format: str | None = None,
+    *,
+    collection: str | None = None,
+) -> None:
+    """Write the data of a model to a file, whole or not at all.
+
+    Parameters
+    ----------
+    model : a model instance or its store
+    path : the file; ``.gz`` at the end compresses
+    format : one of `FORMATS`; by default told from the file's name
+    collection : for CSV, the collection to write; by default the one the file is named after, or the
+        model's only one
+
+    Raises
+    ------
+    AraelError
+        E0713 unknown format, E0715 where the system refuses (the old file is kept), E0705 NaN or
+        infinite, E0709 a stale ref, E0722 a model of another shape than the format has.
+    """
+    store = store_of(model)
+    name = os.path.basename(os.fspath(path))
+    found = _known(format) if format else format_of(path, b"")
+    if not found:
+        raise error(
+            "E0713",
+            "the format is not told by the file's name",
+            name,
+            help=f"known formats are {', '.join(FORMATS)}",
+        )
+    content = _content(store, found, name, collection)
+    if name.endswith(".gz"):
+        content = files.compress(content)
+
+    def put(file: BinaryIO) -> None:
+        file.write(content)
+
+    files.write_whole(path, put)
+
+
+def _content(store: Store, format: str, name: str, collection: str | None) -> bytes:
+    if format == "json":
+        from arael.io import json_writer
+
+        return json_writer.dump(store)
+    if format == "npz":
+        from arael.io import npz
+
+        return npz.dump(store)
+    if format == "csv":
+        from arael.io import csv_writer
+
+        return csv_writer.dump(store, name, collection)
+    from arael.io import g2o
+
+    return g2o.dump(store, name)
+
+
+def format_of(path: StrPath, content: bytes) -> str:
+    """Name of the format of a file, by its extension or else by its first bytes; "" if unknown."""
+    name = os.path.basename(os.fspath(path)).lower().removesuffix(".gz")
+    extension = os.path.splitext(name)[1]
+    if extension in EXTENSIONS:
+        return EXTENSIONS[extension]
+    start = content[:4096].lstrip()
+    if start.startswith(b"PK\x03\x04"):
+        return "npz"
+    if start.startswith(b"{"):
+        return "json"
+    if start.startswith((b"VERTEX", b"EDGE", b"FIX")):
+        return "g2o"
+    return ""
+
+
+def _known(format: str) -> str:
+    if format in FORMATS:
+        return format
+    raise AraelError(
+        error(
+            "E0713", f"there is no format `{format}`", "", help=suggestion(format, list(FORMATS))
+        ).diagnostics
+    )

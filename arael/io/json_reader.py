@@ -1,0 +1,349 @@
+"""JSON data, column by column: objects mirror structs, arrays collections (LANGUAGE section 10)."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from itertools import chain
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.io import json_text
+from arael.io.json_values import explain, fast_array
+from arael.io.refs import PendingRefs
+from arael.io.report import Report
+from arael.runtime.store import Store, Table
+from arael.runtime.store.messages import describe, unknown_field
+from arael.runtime.store.schema import Group, Leaf, Nested
+from arael.runtime.store.slots import Ints
+from arael.runtime.store.values import convert
+
+Place = Callable[[int], str]
+Object = dict[str, Any]
+
+
+def read(store: Store, content: bytes, name: str) -> None:
+    """Replace the data of `store` by that of a JSON text.
+
+    Raises
+    ------
+    AraelError
+        Everything that is wrong (the first 20), by key path; the store is as it was then. E0711 not
+        JSON, E0701 unknown key, E0702 missing, E0703 wrong type, E0704 wrong length, E0705 not finite,
+        E0706 does not fit, E0707 null, E0708 ref out of range, E0718 a key twice, E0721 not a rotation.
+    """
+    report = Report(name)
+    scene = _decode(content, name)
+    fresh = store.fresh()
+    reader = _Reader(fresh, report)
+    report.run(lambda: reader.read(scene))
+    json_text.refuse_duplicates(content, reader.keys, report)
+    report.stop()
+    store.adopt(fresh)
+
+
+def _decode(content: bytes, name: str) -> Any:
+    collecting = gc.isenabled()
+    gc.disable()  # millions of small lists make the collector run for nothing
+    try:
+        return msgspec.json.decode(content)
+    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as failure:
+        raise json_text.syntax_error(content, name, failure) from None
+    finally:
+        if collecting:
+            gc.enable()
+
+
+class _Reader:
+    """Fills an empty store table by table, owners before what they hold; refs at the end."""
+
+    def __init__(self, store: Store, report: Report) -> None:
+        self.store = store
+        self.report = report
+        self.refs = PendingRefs(store, report)
+        self.keys = 0  # object keys seen, to notice one that was given twice
+
+    def read(self, scene: Any) -> None:
+        root = self.store.root
+        if not isinstance(scene, dict):
+            self.report.add("E0703", f"expected an object, found {describe(scene)}", "")
+            return
+        rows = _Rows(root, [scene], None, lambda i: "")
+        self._group(rows, root.fields, rows.objects, np.arange(1), rows.place)
+        if self.report.found:
+            return
+        for path, array in rows.columns.items():
+            root.buffers.view(path)[:] = array
+        root.missing.clear()
+        self._nested(rows)
+        if not self.report.found:
+            self.refs.resolve()
+
+    def _table(self, table: Table, objects: list[Any], owners: Ints, place: Place) -> None:
+        """Read the rows of one collection (of all owners) and then what they hold."""
+        rows = _Rows(table, objects, owners, place)
+        if not self._all_objects(table.fields, objects, place):
+            return
+        self._group(rows, table.fields, objects, np.arange(len(objects)), place)
+        if not self.report.found:
+            rows.add()
+        self._nested(rows)
+
+    def _nested(self, rows: _Rows) -> None:
+        for nested, objects, index, place in rows.nested:
+            child = self.store.tables[nested.table.path]
+            self._collection(child, nested, objects, index, place)
+        self.refs.take(rows.table, rows.refs, rows.place)
+
+    def _all_objects(self, group: Group, objects: list[Any], place: Place) -> bool:
+        if set(map(type, objects)) <= {dict}:
+            return True
+        for i, item in enumerate(objects):
+            if not isinstance(item, dict):
+                self.report.add(
+                    "E0703",
+                    f"expected an object (`{group.struct}`), found {describe(item)}",
+                    place(i),
+                )
+        return False
+
+    # --- one struct ----------------------------------------------------------------------------
+
+    def _group(
+        self, rows: _Rows, group: Group, objects: list[Object], index: Ints, place: Place
+    ) -> None:
+        """Read the members of a struct that is there at the rows `index`."""
+        self.keys += sum(map(len, objects))
+        self._refuse_unknown(group, objects, place)
+        for name, member in group.members.items():
+            if isinstance(member, Leaf):
+                if member.column.role != "constraint_index":
+                    self._leaf(rows, name, member, objects, index, place)
+            elif isinstance(member, Group):
+                self._value(rows, name, member, objects, index, place)
+            else:
+                rows.nested.append((member, [o.get(name, ()) for o in objects], index, place))
+
+    def _refuse_unknown(self, group: Group, objects: list[Object], place: Place) -> None:
+        known = {
+            n: None
+            for n, m in group.members.items()
+            if not (isinstance(m, Leaf) and m.column.role == "constraint_index")
+        }
+        extra = set().union(*objects) - known.keys()
+        if not extra:
+            return
+        for i, item in enumerate(objects):
+            for key in item.keys() & extra:
+                self.report.take(
+                    unknown_field(
+                        key, known, group.struct, group.where, self.report.at(_join(place(i), key))
+                    )
+                )
+
+    def _value(
+        self, rows: _Rows, name: str, group: Group, objects: list[Object], index: Ints, place: Place
+    ) -> None:
+        """Read a struct held by value."""
+        missing = [i for i, o in enumerate(objects) if name not in o]
+        if missing and not group.optional and any(_needed(m) for m in group.leaves()):
+            for i in missing:
+                self.report.add(
+                    "E0702",
+                    f"`{name}` is missing",
+                    place(i),
+                    help=f"`{name}: {group.struct}` is declared at {group.where}",
+                )
+            return
+        inner = [o.get(name, None if group.optional else {}) for o in objects]
+        there = np.fromiter((v is not None for v in inner), np.bool_, len(inner))
+        if group.optional:
+            rows.mask(f"{group.path}?")[index] = there
+        elif not there.all():
+            for i in np.flatnonzero(~there).tolist():
+                self.report.add(
+                    "E0707",
+                    f"null where a `{group.struct}` is needed",
+                    _join(place(i), name),
+                    help=f"declare `{name}: {group.struct}?` at {group.where} if it may be absent",
+                )
+            return
+        chosen = np.flatnonzero(there)
+        picked = inner if there.all() else [inner[i] for i in chosen.tolist()]
+
+        def inner_place(i: int) -> str:
+            return _join(place(int(chosen[i])), name)
+
+        if self._all_objects(group, picked, inner_place):
+            self._group(rows, group, picked, index[chosen], inner_place)
+
+    # --- one field -----------------------------------------------------------------------------
+
+    def _leaf(
+        self, rows: _Rows, name: str, leaf: Leaf, objects: list[Object], index: Ints, place: Place
+    ) -> None:
+        column = leaf.column
+        try:
+            values: list[Any] = [o[name] for o in objects]
+        except KeyError:
+            given = [i for i, o in enumerate(objects) if name in o]
+            if not leaf.optional and column.default is None:
+                for i in sorted(set(range(len(objects))) - set(given)):
+                    self.report.add("E0702", f"`{name}` is missing", place(i), column)
+                return
+            values = [objects[i][name] for i in given]
+            index, place = index[given], _through(place, given)
+
+        def at(i: int) -> str:
+            return _join(place(i), name)
+
+        if leaf.optional and None in values:
+            given = [i for i, v in enumerate(values) if v is not None]
+            values = [values[i] for i in given]
+            index, at = index[given], _through(at, given)
+        if leaf.optional:
+            rows.mask(f"{leaf.path}?")[index] = True
+        if not values:
+            return
+        if column.role == "ref":
+            rows.refs.append((column, values, index, at))
+            return
+        if column.role == "param":
+            values = self._unwrap_fixed(rows, leaf, values, index, at)
+        array = self._convert(rows.table, leaf, values, at)
+        if array is not None:
+            rows.column(leaf.path)[index] = array
+
+    def _unwrap_fixed(
+        self, rows: _Rows, leaf: Leaf, values: list[Any], index: Ints, place: Place
+    ) -> list[Any]:
+        """Values of parameters some of which are given as ``{"value": ..., "fixed": ...}``."""
+        if dict not in set(map(type, values)):
+            return values
+        plain = []
+        for i, value in enumerate(values):
+            if not isinstance(value, dict):
+                plain.append(value)
+                continue
+            self.keys += len(value)
+            for key in value.keys() - {"value", "fixed"}:
+                self.report.add(
+                    "E0701",
+                    f"a parameter has no `{key}`, only `value` and `fixed`",
+                    place(i),
+                    leaf.column,
+                )
+            fixed = value.get("fixed", False)
+            if not isinstance(fixed, bool):
+                self.report.add(
+                    "E0703",
+                    f"expected true or false, found {describe(fixed)}",
+                    f"{place(i)}.fixed",
+                    leaf.column,
+                )
+                fixed = False
+            if "value" not in value:
+                self.report.add("E0702", "`value` is missing", place(i), leaf.column)
+            rows.mask(f"{leaf.path}.fixed")[index[i]] = fixed
+            plain.append(value.get("value"))
+        return plain
+
+    def _convert(
+        self, table: Table, leaf: Leaf, values: list[Any], place: Place
+    ) -> NDArray[Any] | None:
+        """The column at once where it is as it should be; else value by value, to say what is wrong."""
+        column = leaf.column
+        array = fast_array(column, values)
+        if array is not None:
+            try:
+                return convert(column, array, len(values), table.real, place, True)
+            except AraelError:
+                pass
+        result = []
+        for i, value in enumerate(values):
+            before = len(self.report.found)
+            value = explain(column, value, place(i), self.report)
+            if len(self.report.found) > before:
+                continue
+            try:
+                where = self.report.at(place(i))
+                result.append(convert(column, value, 1, table.real, lambda _, w=where: w, False))
+            except AraelError as failure:
+                for diagnostic in failure.diagnostics:
+                    self.report.take(diagnostic)
+        return np.array(result) if len(result) == len(values) else None
+
+    def _collection(
+        self, table: Table, nested: Nested, held: list[Any], index: Ints, place: Place
+    ) -> None:
+        """Read the arrays that the rows `index` of the parent hold as the rows of one table."""
+        name = nested.path.rpartition(".")[2]
+        if not set(map(type, held)) <= {list, tuple}:
+            for i, value in enumerate(held):
+                if not isinstance(value, (list, tuple)):
+                    kind = f"{table.layout.collection} of {table.layout.struct}"
+                    self.report.add(
+                        "E0707" if value is None else "E0703",
+                        f"expected an array (`{kind}`), found {describe(value)}",
+                        _join(place(i), name),
+                        help=f"`{name}: {kind}` is declared at {table.layout.where}",
+                    )
+            return
+        counts = np.fromiter(map(len, held), np.int64, len(held))
+        first = np.concatenate(([0], np.cumsum(counts)))
+        owners = np.repeat(index, counts)
+
+        def row_place(i: int) -> str:
+            owner = int(np.searchsorted(first, i, side="right")) - 1
+            return f"{_join(place(owner), name)}[{i - int(first[owner])}]"
+
+        self._table(table, list(chain.from_iterable(held)), owners, row_place)
+
+
+class _Rows:
+    """Columns of one table while they are being read."""
+
+    def __init__(
+        self, table: Table, objects: list[Object], owners: Ints | None, place: Place
+    ) -> None:
+        self.table = table
+        self.objects = objects
+        self.owners = owners
+        self.place = place
+        self.columns: dict[str, NDArray[Any]] = {}
+        self.nested: list[tuple[Nested, list[Any], Ints, Place]] = []
+        self.refs: list[tuple[Any, list[Any], Ints, Place]] = []
+
+    def column(self, path: str) -> NDArray[Any]:
+        """Array of the column, with defaults where nothing is given."""
+        if path not in self.columns:
+            self.columns[path] = self.table.blank_column(path, len(self.objects))
+        return self.columns[path]
+
+    def mask(self, path: str) -> NDArray[np.bool_]:
+        """Presence or `fixed`, false where nothing is said."""
+        if path not in self.columns:
+            self.columns[path] = np.zeros(len(self.objects), np.bool_)
+        return self.columns[path]
+
+    def add(self) -> None:
+        """Put the rows into the table."""
+        self.table.extend_trusted(len(self.objects), self.owners, self.columns)
+
+
+def _needed(leaf: Leaf) -> bool:
+    return (
+        leaf.column.default is None and not leaf.optional and leaf.column.role != "constraint_index"
+    )
+
+
+def _join(place: str, name: str) -> str:
+    return f"{place}.{name}" if place else name
+
+
+def _through(place: Place, given: list[int]) -> Place:
+    return lambda i: place(given[i])
