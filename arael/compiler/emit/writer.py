@@ -62,7 +62,8 @@ def statements(
         else:
             place = tape.places[node] if tape.places else -1
             if places and place >= 0 and place != said:
-                w.line(f"# {places[place].where.rpartition('/')[2]}: {comment(places[place].text)}")
+                where = comment(places[place].where.rpartition("/")[2])
+                w.line(f"# {where}: {comment(places[place].text)}")
                 said = place
             w.line(f"t{temporaries} = {expression(op, [names[a] for a in args])}")
             names.append(f"t{temporaries}")

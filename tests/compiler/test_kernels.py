@@ -1,0 +1,164 @@
+"""Generated kernels against the NumPy interpreter and against central differences."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from arael.loading import load
+from arael.model import Model
+from arael.runtime.problem import Problem
+from tests.compiler.random_models import RandomModel, fill, models
+
+# Relative to the largest entry of the array at hand.
+KERNEL_TOLERANCE = 1e-12
+DIFFERENCE_TOLERANCE = 1e-6
+
+
+def problems(model: Model) -> tuple[Problem, Problem]:
+    """The same instance compiled and interpreted."""
+    compiled = type(model).compiled  # type: ignore[attr-defined]
+    assert compiled.kernels is not None
+    store = model._store
+    return Problem(compiled.layout, store, compiled.kernels), Problem(compiled.layout, store)
+
+
+def assert_close(found: Any, expected: Any, tolerance: float) -> None:
+    scale = max(float(np.max(np.abs(expected), initial=0.0)), 1e-300)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * scale)
+
+
+def check_against_interpreter(model: Model, tolerance: float = KERNEL_TOLERANCE) -> None:
+    """States, residuals, Jacobians, gradient, Hessian, cost, at the start and after a step."""
+    compiled, interpreted = problems(model)
+    rng = np.random.default_rng(5)
+    step = 0.1 * rng.normal(size=compiled.size)
+    for moves in range(2):
+        if moves:
+            compiled.evaluation.moved_by(step)
+            interpreted.evaluation.moved_by(step)
+        for found, expected in zip(compiled.states, interpreted.states, strict=True):
+            assert_close(found, expected, tolerance)
+        for number in range(len(compiled.layout.groups)):
+            for found, expected in zip(
+                compiled.evaluation.group_rows(number),
+                interpreted.evaluation.group_rows(number),
+                strict=True,
+            ):
+                assert_close(found, expected, tolerance)
+        assert compiled.cost() == pytest.approx(interpreted.cost(), rel=10 * tolerance)
+        cost = compiled.evaluation.linearised()[0]
+        assert cost == pytest.approx(compiled.cost(), rel=10 * tolerance)
+        assert_close(compiled.gradient(), interpreted.gradient(), tolerance)
+        assert_close(compiled.hessian(), interpreted.hessian(), tolerance)
+
+
+def check_against_differences(model: Model) -> None:
+    """Every column of the Jacobian, and the gradient with it, by central differences."""
+    compiled, _ = problems(model)
+    layout, h = compiled.layout, 1e-5
+    base = [np.array(state) for state in compiled.states]
+
+    def residuals(step: np.ndarray) -> list[np.ndarray]:
+        for state, saved in zip(compiled.states, base, strict=True):
+            state[...] = saved
+        compiled.evaluation.moved_by(step)
+        return [compiled.evaluation.group_rows(g)[0] for g in range(len(layout.groups))]
+
+    start = [compiled.evaluation.group_rows(g) for g in range(len(layout.groups))]
+    derived = []
+    for number, group in enumerate(layout.groups):
+        placement = compiled.structure.placements[number]
+        entries = start[number][1]
+        dense = np.zeros((*start[number][0].shape, compiled.size + compiled.structure.trash))
+        for k, (residual, use, tangent) in enumerate(group.jacobian):
+            at = placement.gradient_at[:, use] + tangent
+            np.add.at(dense[:, residual], (np.arange(len(at)), at), entries[:, k])
+        derived.append(dense)
+    for scalar in range(compiled.size):
+        step = np.zeros(compiled.size)
+        step[scalar] = h
+        ahead, behind = residuals(step), residuals(-step)
+        for number, dense in enumerate(derived):
+            difference = (ahead[number] - behind[number]) / (2 * h)
+            scale = max(1.0, float(np.max(np.abs(dense), initial=0.0)))
+            np.testing.assert_allclose(
+                dense[..., scalar], difference, rtol=0, atol=DIFFERENCE_TOLERANCE * scale
+            )
+
+
+@settings(
+    max_examples=6,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+@given(drawn=models())
+def test_random_models(drawn: RandomModel, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("random") / "random.arael"
+    path.write_text(drawn.text)
+    model = load(path)()
+    fill(model, drawn.seed)
+    check_against_interpreter(model)
+    check_against_differences(model)
+
+
+def test_random_model_in_single_precision(tmp_path: Path) -> None:
+    drawn = RandomModel(
+        HEAD_OF_ONE + "\nroot R : f32 { param a: vec3; data: list of D\n"
+        "    fit data as e { [sin(a.x * e.x) + a.y, atan2(a.z + 3, 2 + cos(a.y)) * e.x] }\n}\n",
+        3,
+    )
+    path = tmp_path / "single.arael"
+    path.write_text(drawn.text)
+    model = load(path)()
+    model.data.extend(x=np.linspace(-1, 1, 37))
+    model.a.value[...] = [0.3, -0.2, 0.9]
+    check_against_interpreter(model, 2e-6)
+
+
+HEAD_OF_ONE = "struct D { x: real }"
+
+
+def test_products_by_loops_agree_with_products_spelled_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (
+        "struct N { param p: vec<9> }\nstruct E { a: ref N in root.n; b: ref N in root.n; k: vec<9>\n"
+        "    constraint c { a.p .* b.p - k }\n}\nroot R { n: list of N; e: list of E }\n"
+    )
+    found = []
+    for limit in (0, 10**9):
+        monkeypatch.setattr("arael.compiler.groups.UNROLLED_PRODUCTS", limit)
+        monkeypatch.setenv("ARAEL_CACHE_DIR", str(tmp_path / f"cache{limit}"))
+        path = tmp_path / f"m{limit}.arael"
+        path.write_text(text)
+        model = load(path)()
+        rng = np.random.default_rng(1)
+        model.n.extend(p=rng.normal(size=(4, 9)))
+        for i in range(11):
+            model.e.append(a=model.n[i % 4], b=model.n[(i * i) % 4], k=rng.normal(size=9))
+        check_against_interpreter(model)
+        found.append(problems(model)[0].hessian())
+        rolled = "hr[" in next((tmp_path / f"cache{limit}").rglob("*.pyx")).read_text()
+        assert rolled == (limit == 0)
+    assert_close(found[0], found[1], 1e-13)
+
+
+def test_nan_survives_into_the_kernel(tmp_path: Path) -> None:
+    path = tmp_path / "nan.arael"
+    path.write_text(
+        "struct D { x: real }\nroot R { param a: real; data: list of D\n"
+        "    fit data as e { max(sqrt(a * e.x), 0.5) }\n}\n"
+    )
+    model = load(path)()
+    model.a.value = -1.0
+    model.data.extend(x=[1.0, -4.0])
+    compiled, interpreted = problems(model)
+    for problem in (compiled, interpreted):
+        residuals = problem.evaluation.group_rows(0)[0].ravel()
+        assert np.isnan(residuals[0])
+        assert residuals[1] == pytest.approx(2)
+        assert np.isnan(problem.cost())
