@@ -51,7 +51,7 @@ class BuildPy(build_py):
         if not self.editable_mode:
             target = Path(self.build_lib) / "arael" / "grammar"
             target.mkdir(parents=True, exist_ok=True)
-            for path in (ROOT / "grammar").glob("*.lark"):
+            for path in (ROOT / "grammar").glob("arael.*"):
                 shutil.copyfile(path, target / path.name)
 
 

@@ -43,5 +43,5 @@ def _shown(char: str) -> str:
 
 
 def safe_message(text: str) -> str:
-    """A message, whose own line ends are kept, made `printable`."""
+    """Return a message, whose own line ends are kept, made `printable`."""
     return "\n".join(printable(line) for line in text.split("\n"))

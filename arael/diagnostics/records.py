@@ -1,8 +1,8 @@
 """What arael has to say about a user's input, as data first and text second.
 
-A `Diagnostic` names its place either by a `Span` (a stretch of a source text) or, where there is no
-text to point into (a binary data file, an option, the environment), by `origin`, a short phrase such
-as ``"scene.npz: poses.pos row 3"``.
+A `Diagnostic` names its place either by a `Span` (a stretch of a source text) or, where there is
+no text to point into (a binary data file, an option, the environment), by `origin`, a short phrase
+such as ``"scene.npz: poses.pos row 3"``.
 """
 
 from __future__ import annotations
@@ -49,11 +49,12 @@ class Span:
     end: int
 
     def to(self, other: Span) -> Span:
-        """The stretch from the start of this span to the end of `other`."""
+        """Return the stretch from the start of this span to the end of `other`."""
         return Span(self.source, min(self.start, other.start), max(self.end, other.end))
 
     @property
     def text(self) -> str:
+        """The characters themselves."""
         return self.source.text[self.start : self.end]
 
     def __str__(self) -> str:
@@ -114,10 +115,12 @@ class Findings:
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
+        """Findings that stop the run."""
         return tuple(d for d in self.items if d.severity == "error")
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
+        """Findings that do not."""
         return tuple(d for d in self.items if d.severity == "warning")
 
     def stop_on_errors(self) -> None:

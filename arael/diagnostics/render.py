@@ -65,7 +65,7 @@ def _render_one(d: Diagnostic, color: bool, width: int) -> str:
 
 
 def _windows(d: Diagnostic) -> list[tuple[Source, list[Mark]]]:
-    """Marks by source, that of the primary span first."""
+    """Return marks by source, that of the primary span first."""
     grouped: dict[int, tuple[Source, list[Mark]]] = {}
     if d.span is not None:
         mark = Mark(d.span.start, d.span.end, d.label, True)

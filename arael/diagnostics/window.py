@@ -81,7 +81,7 @@ def _lines_of(source: Source, marks: list[Mark]) -> dict[int, list[tuple[int, in
 
 
 def _cut(line: str, marks: list[tuple[int, int, Mark]], room: int) -> tuple[str, list[_Piece]]:
-    """The line as shown and its marks in columns; long lines are cut around the marks."""
+    """Return the line as shown and its marks in columns; long lines are cut around the marks."""
     low, high = 0, len(line)
     before = after = ""
     if high > room:
@@ -103,9 +103,7 @@ def _cut(line: str, marks: list[tuple[int, int, Mark]], room: int) -> tuple[str,
         if start >= max(high, low + 1) and after:
             start, end = high - 1, high
         left = cells(before) + cells(line[low:start])
-        pieces.append(
-            _Piece(left, left + max(cells(line[start:end]), 1), mark.text, mark.primary)
-        )
+        pieces.append(_Piece(left, left + max(cells(line[start:end]), 1), mark.text, mark.primary))
     return before + printable(visible) + after, pieces
 
 

@@ -1,0 +1,1 @@
+"""Text of a model file to its tree, and back in the standard layout."""

@@ -19,8 +19,8 @@ Build = Callable[[str, list[Any], int, int], Any]
 class Automaton:
     """A parse under way from one of the grammar's start rules.
 
-    The stacks are open to the recovery code: `entries` runs parallel to `states`, whose first element
-    is the start state.
+    The stacks are open to the recovery code: `entries` runs parallel to `states`, whose first
+    element is the start state.
     """
 
     def __init__(self, start: str, build: Build) -> None:

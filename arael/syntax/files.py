@@ -26,8 +26,12 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         raise _error("E0103", "this file is UTF-16, not UTF-8", name, "save it as UTF-8")
     zero = data.find(b"\0")
     if zero >= 0:
-        raise _error("E0103", f"this is not a text file: byte {zero} is zero", name,
-                     "a model is a text file that ends in .arael")  # fmt: skip
+        raise _error(
+            "E0103",
+            f"this is not a text file: byte {zero} is zero",
+            name,
+            "a model is a text file that ends in .arael",
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -66,8 +70,12 @@ def _read_bytes(name: str) -> bytes:
         reason = getattr(error, "strerror", None) or str(error)
         raise _error("E0102", f"this file cannot be read: {reason.lower()}", name, "") from None
     if len(data) > MAX_BYTES:
-        raise _error("E0104", f"this file is larger than {MAX_BYTES >> 10} KiB", name,
-                     "a model holds no data; split it with `import` if it must be so long")  # fmt: skip
+        raise _error(
+            "E0104",
+            f"this file is larger than {MAX_BYTES >> 10} KiB",
+            name,
+            "a model holds no data; split it with `import` if it must be so long",
+        )
     return data
 
 

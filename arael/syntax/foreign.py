@@ -41,7 +41,10 @@ _CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
     "$": ("leave it out", None),
     "~": ("write `not`", ("NOT", "not")),
     "`": ("leave it out", None),
-    "\\": ("leave it out: a statement goes on by itself after an operator or inside brackets", None),
+    "\\": (
+        "leave it out: a statement goes on by itself after an operator or inside brackets",
+        None,
+    ),
     "\u2212": ("write `-`", ("MINUS", "-")),
     "\u2013": ("write `-`", ("MINUS", "-")),
     "\u2014": ("write `-`", ("MINUS", "-")),
@@ -95,8 +98,12 @@ def read(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
         end += 1
     help_, token = _CHARACTERS.get(char, ("", None))
     log.error(
-        "E0110", f"stray character {_show(char)}", at, end, help_ or "not part of the language",
-    )  # fmt: skip
+        "E0110",
+        f"stray character {_show(char)}",
+        at,
+        end,
+        help_ or "not part of the language",
+    )
     if token:
         tokens.append(Token(*token, at, end))
     return end
@@ -125,24 +132,42 @@ def _operator(pair: str, text: str, at: int, tokens: list[Token], log: ErrorLog)
 def _unterminated(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
     end = text.find("\n", at)
     end = len(text) if end < 0 else end
-    log.error("E0112", "this text has no closing `\"`", at, at + 1, "opened here",
-              help="close it on the same line; write `\\\"` for a quote inside")  # fmt: skip
+    log.error(
+        "E0112",
+        'this text has no closing `"`',
+        at,
+        at + 1,
+        "opened here",
+        help='close it on the same line; write `\\"` for a quote inside',
+    )
     tokens.append(Token("STRING", '""', at, end))
     return end
 
 
 def _invisible(char: str, at: int, log: ErrorLog) -> None:
     name = unicodedata.name(char, f"U+{ord(char):04X}").lower()
-    log.error("E0110", f"stray character U+{ord(char):04X} ({name})", at, at + 1,
-              "looks like a blank, or like nothing", help="type an ordinary blank")  # fmt: skip
+    log.error(
+        "E0110",
+        f"stray character U+{ord(char):04X} ({name})",
+        at,
+        at + 1,
+        "looks like a blank, or like nothing",
+        help="type an ordinary blank",
+    )
 
 
 def _foreign_letters(text: str, start: int, end: int, log: ErrorLog) -> None:
     word = text[start:end][:60]
     spelled = "".join(c if c.isascii() else _spell(c) for c in word)
     help_ = f"write `{spelled}`" if spelled.isidentifier() else ""
-    log.error("E0110", f"`{word}` has letters other than a-z", start, end,
-              "names take a-z, A-Z, 0-9 and _", help=help_ or ())  # fmt: skip
+    log.error(
+        "E0110",
+        f"`{word}` has letters other than a-z",
+        start,
+        end,
+        "names take a-z, A-Z, 0-9 and _",
+        help=help_ or (),
+    )
 
 
 def _spell(char: str) -> str:
@@ -186,8 +211,14 @@ def bare_fraction(text: str, at: int, log: ErrorLog) -> int:
     while end < len(text) and text[end] in "0123456789":
         end += 1
     shown = text[at:end][:40]
-    log.error("E0111", f"`{shown}` is not a number in arael", at, end,
-              "digits are missing before the point", help=f"write `0{shown}`")  # fmt: skip
+    log.error(
+        "E0111",
+        f"`{shown}` is not a number in arael",
+        at,
+        end,
+        "digits are missing before the point",
+        help=f"write `0{shown}`",
+    )
     return end
 
 
@@ -209,5 +240,11 @@ def malformed_number(text: str, start: int, end: int, log: ErrorLog) -> None:
             help_ = f"an exponent needs digits, as in `{found[1]}e3`"
         else:
             help_ = f"write `{found[1]} * {found[2]}` for a product; a name starts with a letter"
-    log.error("E0111", f"`{word[:40]}` is not a number", start, end,
-              "digits, a point between digits, an exponent as in 1e-3", help=help_ or ())  # fmt: skip
+    log.error(
+        "E0111",
+        f"`{word[:40]}` is not a number",
+        start,
+        end,
+        "digits, a point between digits, an exponent as in 1e-3",
+        help=help_ or (),
+    )

@@ -13,6 +13,7 @@ from arael.syntax.log import ErrorLog
 from arael.syntax.tokens import CLOSERS, NEWLINE, OPENERS, Token
 from arael.syntax.tree import Comment
 
+
 @dataclass(slots=True)
 class Lexed:
     """Tokens (the last one is the end of the text) and the comments between them."""
@@ -67,8 +68,13 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
         elif kind == "NAME":
             tokens.append(Token(words.get(word, "NAME"), word, at, end))
             if len(word) > MAX_NAME:
-                log.error("E0106", f"this name has {len(word)} characters", at, end,
-                          f"at most {MAX_NAME} are allowed")  # fmt: skip
+                log.error(
+                    "E0106",
+                    f"this name has {len(word)} characters",
+                    at,
+                    end,
+                    f"at most {MAX_NAME} are allowed",
+                )
         elif kind == "SYMBOL":
             kind = symbols[word]
             if kind == "DOT" and foreign.is_bare_fraction(text, at):
@@ -77,9 +83,14 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
             elif kind in OPENERS:
                 depth += 1
                 if depth > MAX_NESTING:
-                    log.error("E0105", f"brackets are nested more than {MAX_NESTING} deep", at, end,
-                              "one bracket too many",
-                              help="name inner parts with `let`")  # fmt: skip
+                    log.error(
+                        "E0105",
+                        f"brackets are nested more than {MAX_NESTING} deep",
+                        at,
+                        end,
+                        "one bracket too many",
+                        help="name inner parts with `let`",
+                    )
                     log.stop()
             elif kind in CLOSERS:
                 depth = max(0, depth - 1)
@@ -91,11 +102,21 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
                 foreign.malformed_number(text, at, end, log)
                 word = "1"
             elif len(word) > MAX_NUMBER:
-                log.error("E0106", f"this number has {len(word)} characters", at, end,
-                          f"at most {MAX_NUMBER} are allowed")  # fmt: skip
+                log.error(
+                    "E0106",
+                    f"this number has {len(word)} characters",
+                    at,
+                    end,
+                    f"at most {MAX_NUMBER} are allowed",
+                )
             elif float(word) == float("inf"):
-                log.error("E0111", f"`{word}` is too large for a number", at, end,
-                          help="the largest number is about 1.8e308")  # fmt: skip
+                log.error(
+                    "E0111",
+                    f"`{word}` is too large for a number",
+                    at,
+                    end,
+                    help="the largest number is about 1.8e308",
+                )
             tokens.append(Token(kind, word, at, end))
         elif kind not in ignored:
             if suspicious:
@@ -103,8 +124,14 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
             tokens.append(Token(kind, word, at, end))
         at = end
         if len(tokens) > MAX_TOKENS:
-            log.error("E0106", f"the file has more than {MAX_TOKENS} tokens", at - 1, at,
-                      "too much from here on", help="split the model into files")  # fmt: skip
+            log.error(
+                "E0106",
+                f"the file has more than {MAX_TOKENS} tokens",
+                at - 1,
+                at,
+                "too much from here on",
+                help="split the model into files",
+            )
             log.stop()
     tokens.append(Token(tables.END, "", length, length))
     return Lexed(tokens, comments)

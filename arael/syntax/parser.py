@@ -8,7 +8,7 @@ from typing import Any
 from arael.diagnostics.records import Source
 from arael.syntax import tree
 from arael.syntax.automaton import Automaton
-from arael.syntax.build import TreeBuilder
+from arael.syntax.building import TreeBuilder
 from arael.syntax.docs import DocComments
 from arael.syntax.lexer import Lexed, tokenise
 from arael.syntax.limits import MAX_BYTES
@@ -77,6 +77,11 @@ def _run(source: Source, start: str) -> tuple[Any, Lexed, set[int]]:
 
 def _check_size(source: Source, log: ErrorLog) -> None:
     if len(source.text) > MAX_BYTES:
-        log.error("E0104", f"the text has {len(source.text)} characters", 0, 0,
-                  help=f"at most {MAX_BYTES} are read")  # fmt: skip
+        log.error(
+            "E0104",
+            f"the text has {len(source.text)} characters",
+            0,
+            0,
+            help=f"at most {MAX_BYTES} are read",
+        )
         log.stop()

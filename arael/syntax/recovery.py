@@ -10,8 +10,33 @@ from arael.syntax.tokens import NEWLINE, Token
 
 # After these a statement cannot be complete, so a line end there means nothing.
 _CONTINUES = frozenset(
-    "PLUS MINUS STAR SLASH DOTSTAR DOTSLASH CARET EQ NE LT LE GT GE AND OR NOT COMMA EQUAL "
-    "IF THEN ELSE VBAR WHEN LOSS INTO".split()
+    [
+        "PLUS",
+        "MINUS",
+        "STAR",
+        "SLASH",
+        "DOTSTAR",
+        "DOTSLASH",
+        "CARET",
+        "EQ",
+        "NE",
+        "LT",
+        "LE",
+        "GT",
+        "GE",
+        "AND",
+        "OR",
+        "NOT",
+        "COMMA",
+        "EQUAL",
+        "IF",
+        "THEN",
+        "ELSE",
+        "VBAR",
+        "WHEN",
+        "LOSS",
+        "INTO",
+    ]
 )
 # The parts of a header that may stand on the next line.
 _HEADER_PARTS = ("LBRACE", "THEN", "ELSE")

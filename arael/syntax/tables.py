@@ -1,8 +1,9 @@
 """LALR(1) tables of the grammar, made by Lark once and kept as JSON beside it.
 
-Lark needs some 200 ms to turn ``arael.lark`` into tables; reading them back takes about 5 ms. The file
-records a hash of the grammar it was made from, so that a checkout with an edited grammar makes new
-tables in memory instead of using stale ones. ``python -m arael.syntax.tables`` writes the file anew.
+Lark needs some 200 ms to turn ``arael.lark`` into tables; reading them back takes about 5 ms. The
+file records a hash of the grammar it was made from, so that a checkout with an edited grammar makes
+new tables in memory instead of using stale ones. ``python -m arael.syntax.tables`` writes the file
+anew.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ END = "$END"
 class Production:
     """One alternative of a rule.
 
-    `template` says what becomes of the symbols of the right-hand side: ``(i, False)`` keeps the i-th,
-    ``(i, True)`` splices the list that stands there, ``(-1, False)`` is an optional part left out.
+    `template` says what becomes of the symbols of the right-hand side: ``(i, False)`` keeps the
+    i-th, ``(i, True)`` splices the list there, ``(-1, False)`` is an optional part left out.
     """
 
     name: str
@@ -69,13 +70,13 @@ def grammar_folder() -> Path:
 
 
 def grammar_text() -> str:
-    """The grammar as Lark reads it."""
+    """Return the grammar as Lark reads it."""
     return (grammar_folder() / "arael.lark").read_text(encoding="utf-8").replace("\r\n", "\n")
 
 
 @cache
 def load() -> Tables:
-    """Tables of the grammar, from the file beside it, or made anew where that is stale or missing."""
+    """Tables of the grammar: from the file beside it, or made anew where that is stale."""
     text = grammar_text()
     try:
         data = json.loads((grammar_folder() / "arael.tables.json").read_text(encoding="utf-8"))
@@ -181,7 +182,7 @@ def generate(text: str) -> dict[str, Any]:
 
 
 def _number_states(table: Any, shift: Any) -> dict[int, int]:
-    """Number the states in the order a breadth-first walk meets them, so that runs agree."""
+    """Give each state its number in the order of a breadth-first walk, so that runs agree."""
     order: dict[int, int] = {}
     queue = deque(table.start_states[s] for s in STARTS)
     while queue:

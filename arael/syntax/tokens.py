@@ -13,8 +13,8 @@ CLOSERS = {closer: opener for opener, closer in OPENERS.items()}
 class Token:
     """A terminal `type` of the grammar at characters ``start:end``.
 
-    `damaged` marks a bracket in which the parser skipped something, so that what is missing inside is
-    not reported as missing.
+    `damaged` marks a bracket in which the parser skipped something, so that what is missing inside
+    is not reported as missing, and tokens that the parser made up.
     """
 
     type: str

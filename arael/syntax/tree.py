@@ -14,6 +14,8 @@ from arael.diagnostics.records import Source, Span
 
 @dataclass(frozen=True, kw_only=True)
 class Node:
+    """Anything with a place in the text."""
+
     span: Span = field(compare=False, repr=False)
 
 
@@ -28,20 +30,26 @@ class Number(Node):
 
     @property
     def value(self) -> float:
+        """The number as a float."""
         return float(self.text)
 
     @property
     def is_integer(self) -> bool:
+        """Tell whether it is written without point and exponent."""
         return self.text.isdigit()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Boolean(Node):
+    """``true`` or ``false``."""
+
     value: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class String(Node):
+    """``"text"``; `value` has its escapes resolved."""
+
     value: str
 
 
@@ -85,12 +93,16 @@ BinaryOp = Literal[
 
 @dataclass(frozen=True, kw_only=True)
 class Unary(Node):
+    """``-x``, ``+x`` or ``not x``."""
+
     op: UnaryOp
     operand: Expr
 
 
 @dataclass(frozen=True, kw_only=True)
 class Binary(Node):
+    """``left op right``."""
+
     op: BinaryOp
     left: Expr
     right: Expr
@@ -128,9 +140,20 @@ class Lambda(Node):
 
 
 Expr = (
-    Number | Boolean | String | Name | Attribute | Index | Call | Unary | Binary | Transpose
-    | Conditional | ListExpr | Lambda
-)  # fmt: skip
+    Number
+    | Boolean
+    | String
+    | Name
+    | Attribute
+    | Index
+    | Call
+    | Unary
+    | Binary
+    | Transpose
+    | Conditional
+    | ListExpr
+    | Lambda
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,6 +255,8 @@ class Field(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Let(Node):
+    """``let name = value``."""
+
     name: Ident
     value: Expr
 
@@ -246,6 +271,8 @@ class Body(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint(Node):
+    """``constraint name when guard loss kernel into blocks { ... }``."""
+
     name: Ident
     body: Body
     guard: Expr | None = None
@@ -303,6 +330,8 @@ class Freeze(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Pass(Node):
+    """``pass name { ... }`` of a solve schedule."""
+
     name: Ident
     steps: tuple[Setting | Freeze, ...]
     doc: str = ""
@@ -343,7 +372,16 @@ class Update(Node):
 
 
 Member = (
-    Field | Constraint | Fit | Key | Marginalize | SkipSelfBlock | Solve | Symbolic | Compute | Update
+    Field
+    | Constraint
+    | Fit
+    | Key
+    | Marginalize
+    | SkipSelfBlock
+    | Solve
+    | Symbolic
+    | Compute
+    | Update
 )
 
 
@@ -352,12 +390,16 @@ Member = (
 
 @dataclass(frozen=True, kw_only=True)
 class Import(Node):
+    """``import "file.arael"``."""
+
     path: String
     doc: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Const(Node):
+    """``const name = value``."""
+
     name: Ident
     value: Expr
     doc: str = ""

@@ -15,17 +15,66 @@ STARTERS = ITEM_WORDS | MEMBER_WORDS | {"LET"}
 
 # Words that can also be names in the right place.
 SOFT_WORDS = frozenset(
-    "LIST DEQUE ARENA BLOCK TRIPLETS KEY LOSS INTO FIT PASS SOLVE MARGINALIZE SKIP SKIP_SELF_BLOCK "
-    "FREEZE FREE SYMBOLIC COMPUTE UPDATE DERIVS".split()
+    [
+        "LIST",
+        "DEQUE",
+        "ARENA",
+        "BLOCK",
+        "TRIPLETS",
+        "KEY",
+        "LOSS",
+        "INTO",
+        "FIT",
+        "PASS",
+        "SOLVE",
+        "MARGINALIZE",
+        "SKIP",
+        "SKIP_SELF_BLOCK",
+        "FREEZE",
+        "FREE",
+        "SYMBOLIC",
+        "COMPUTE",
+        "UPDATE",
+        "DERIVS",
+    ]
 )
 NAMES = SOFT_WORDS | {"NAME"}
 
 # Words whose tokens stay on the stack while what they begin is read.
 _CONSTRUCTS = frozenset(
-    "STRUCT ROOT COMPONENT CONSTRAINT FIT SOLVE PASS UPDATE FN CONST IMPORT LET WHEN LOSS INTO KEY "
-    "PARAM SKIP MARGINALIZE FREEZE FREE SYMBOLIC COMPUTE DERIVS REF BLOCK IF".split()
+    [
+        "STRUCT",
+        "ROOT",
+        "COMPONENT",
+        "CONSTRAINT",
+        "FIT",
+        "SOLVE",
+        "PASS",
+        "UPDATE",
+        "FN",
+        "CONST",
+        "IMPORT",
+        "LET",
+        "WHEN",
+        "LOSS",
+        "INTO",
+        "KEY",
+        "PARAM",
+        "SKIP",
+        "MARGINALIZE",
+        "FREEZE",
+        "FREE",
+        "SYMBOLIC",
+        "COMPUTE",
+        "DERIVS",
+        "REF",
+        "BLOCK",
+        "IF",
+    ]
 )
-_BLOCK_HEADS = frozenset("STRUCT ROOT COMPONENT CONSTRAINT FIT SOLVE PASS UPDATE".split())
+_BLOCK_HEADS = frozenset(
+    ["STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE"]
+)
 
 
 class Trouble:
@@ -35,7 +84,9 @@ class Trouble:
     tokens so that `index` is where the parse goes on.
     """
 
-    def __init__(self, automaton: Automaton, tokens: list[Token], index: int, log: ErrorLog) -> None:
+    def __init__(
+        self, automaton: Automaton, tokens: list[Token], index: int, log: ErrorLog
+    ) -> None:
         self.automaton = automaton
         self.tokens = tokens
         self.index = index
@@ -50,7 +101,7 @@ class Trouble:
         return self.tokens[self.index]
 
     def ahead(self, count: int = 1) -> Token:
-        """The token `count` further on, the end of the text where there is none."""
+        """Return the token `count` further on, the end of the text where there is none."""
         return self.tokens[min(self.index + count, len(self.tokens) - 1)]
 
     @property
@@ -103,11 +154,11 @@ class Trouble:
         return found
 
     def opener(self) -> Token | None:
-        """The innermost bracket that is open."""
+        """Return the innermost bracket that is open."""
         return next((t for _, t in self.held() if t.type in OPENERS), None)
 
     def construct(self) -> Token | None:
-        """The word that began what is being read, within the innermost braces."""
+        """Return the word that began what is being read, within the innermost braces."""
         for _, token in self.held():
             if token.type == "LBRACE":
                 return None
@@ -116,7 +167,7 @@ class Trouble:
         return None
 
     def within(self, *types: str) -> Token | None:
-        """The innermost token of `types` on the stack within the innermost braces."""
+        """Return the innermost token of `types` on the stack within the innermost braces."""
         for _, token in self.held():
             if token.type in types:
                 return token
@@ -125,7 +176,7 @@ class Trouble:
         return None
 
     def block(self) -> Token | None:
-        """The word whose braces we are in: ``struct``, ``root``, ``constraint``, ``pass``, ..."""
+        """Return the word whose braces we are in: ``struct``, ``constraint``, ``pass``, ..."""
         inside = False
         for _, token in self.held():
             if token.type == "LBRACE":
@@ -154,7 +205,7 @@ class Trouble:
         return "NUMBER" in self.expected and "LPAR" in self.expected
 
     def line_tokens(self) -> list[Token]:
-        """The tokens from this one to the end of its line."""
+        """Return the tokens from this one to the end of its line."""
         end = self.index
         while self.tokens[end].type not in (NEWLINE, END):
             end += 1
@@ -245,7 +296,7 @@ class Trouble:
             entries[-1][0].damaged = True
 
     def mark_damage(self) -> None:
-        """Note that the innermost braces hold a mistake, so that what is missing there is not said."""
+        """Note a mistake in the innermost braces, so that what is missing there is not said."""
         for _, token in self.held():
             if token.type == "LBRACE":
                 token.damaged = True

@@ -26,8 +26,8 @@ class Word:
 class Line:
     """One line of the result.
 
-    `depth` counts the braces around it. `continues` marks the second and later lines of a statement,
-    `comment_column` is where its comment stood, from 0.
+    `depth` counts the braces around it. `continues` marks the second and later lines of a
+    statement, `comment_column` is where its comment stood, from 0.
     """
 
     depth: int
@@ -129,13 +129,14 @@ class _Splitter:
             breaks = False
         if multi and (closes or self._is_opened() or semicolon is not None):
             breaks = True
-        if last is not None and not breaks and semicolon is not None and not closes:
-            if last.type != "LBRACE":
-                self._lines[-1].words.append(Word(semicolon, 0))
-                last = semicolon
+        separates = semicolon is not None and not breaks and not closes
+        if separates and semicolon is not None and last is not None and last.type != "LBRACE":
+            self._lines[-1].words.append(Word(semicolon, 0))
+            last = semicolon
         if breaks:
             line = self._new_line(token.start, ends, closes)
-            line.words.append(Word(token, self._spacing.gap(None, token) * 0))
+            self._spacing.gap(None, token)
+            line.words.append(Word(token, 0))
         else:
             self._lines[-1].words.append(Word(token, self._spacing.gap(last, token)))
         self._last_word, self._last_end, self._after_comment = token, token.end, False

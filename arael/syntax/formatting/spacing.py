@@ -5,9 +5,11 @@ from __future__ import annotations
 from arael.syntax.formatting.facts import Facts
 from arael.syntax.tokens import Token
 
-_TIGHT_BEFORE = frozenset("RPAR RSQB COMMA SEMICOLON DOT QUOTE QUESTION CARET".split())
-_TIGHT_AFTER = frozenset("LPAR LSQB DOT CARET".split())
-_VALUES = frozenset("RPAR RSQB QUOTE SELF PARENT ROOT NUMBER STRING".split())
+_TIGHT_BEFORE = frozenset(
+    ["RPAR", "RSQB", "COMMA", "SEMICOLON", "DOT", "QUOTE", "QUESTION", "CARET"]
+)
+_TIGHT_AFTER = frozenset(["LPAR", "LSQB", "DOT", "CARET"])
+_VALUES = frozenset(["RPAR", "RSQB", "QUOTE", "SELF", "PARENT", "ROOT", "NUMBER", "STRING"])
 _STEP_GAP = 3
 
 

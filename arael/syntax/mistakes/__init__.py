@@ -1,7 +1,8 @@
 """What people get wrong, and what to tell them.
 
-A recogniser looks at a `Trouble`; where it knows the mistake it reports it, mends the tokens so that
-the parse can go on, and returns True. They are asked in turn, the particular before the general.
+A recogniser looks at a `Trouble`; where it knows the mistake it reports it, mends the tokens so
+that the parse can go on, and returns True. They are asked in turn, the particular before the
+general.
 """
 
 from __future__ import annotations

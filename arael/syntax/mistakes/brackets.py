@@ -12,35 +12,54 @@ def unopened(t: Trouble) -> bool:
     if t.token.type not in CLOSERS or t.opener() is not None:
         return False
     token = t.token
-    t.log.error("E0121", f"unmatched `{token.text}`", token.start, token.end,
-                "closes nothing", help="delete it, or open its partner before")  # fmt: skip
+    t.log.error(
+        "E0121",
+        f"unmatched `{token.text}`",
+        token.start,
+        token.end,
+        "closes nothing",
+        help="delete it, or open its partner before",
+    )
     t.skip()
     return True
 
 
 def wrong_kind(t: Trouble) -> bool:
-    """``(a, b]``: closed by another bracket than the one that is open."""
+    """Recognise ``(a, b]``: closed by another bracket than the one that is open."""
     opener = t.opener()
     if t.token.type not in CLOSERS or opener is None or OPENERS[opener.type] == t.token.type:
         return False
     token, wanted = t.token, OPENERS[opener.type]
     if opener.type == "LBRACE":
-        t.log.error("E0121", f"unmatched `{token.text}`", token.start, token.end, "closes nothing",
-                    labels=[_opened(opener)], help="delete it, or open its partner before")  # fmt: skip
+        t.log.error(
+            "E0121",
+            f"unmatched `{token.text}`",
+            token.start,
+            token.end,
+            "closes nothing",
+            labels=[_opened(opener)],
+            help="delete it, or open its partner before",
+        )
         t.skip()
         return True
     if not t.automaton.accepts(wanted):
         return False
     if token.type == "RBRACE":
         return _unclosed(t, opener)
-    t.log.error("E0121", f"`{opener.text}` is closed by `{token.text}`", token.start, token.end,
-                f"expected `{_closer(opener)}`", labels=[_opened(opener)])  # fmt: skip
+    t.log.error(
+        "E0121",
+        f"`{opener.text}` is closed by `{token.text}`",
+        token.start,
+        token.end,
+        f"expected `{_closer(opener)}`",
+        labels=[_opened(opener)],
+    )
     t.swap(wanted)
     return True
 
 
 def unclosed_round(t: Trouble) -> bool:
-    """A statement begins while ``(`` or ``[`` is open."""
+    """Recognise a statement begins while ``(`` or ``[`` is open."""
     opener = t.opener()
     if opener is None or opener.type == "LBRACE" or not t.begins_line:
         return False
@@ -55,7 +74,7 @@ def unclosed_round(t: Trouble) -> bool:
 
 
 def unclosed_body(t: Trouble) -> bool:
-    """A member begins in the braces of a constraint, or an item inside any braces."""
+    """Recognise a member begins in the braces of a constraint, or an item inside any braces."""
     if not t.begins_line or t.opener() is None or t.opener().type != "LBRACE":  # type: ignore[union-attr]
         return False
     kind, after = t.token.type, t.ahead().type
@@ -79,7 +98,7 @@ def unclosed_body(t: Trouble) -> bool:
 
 
 def unclosed_at_end(t: Trouble) -> bool:
-    """The text ends while a bracket is open."""
+    """Recognise the text ends while a bracket is open."""
     opener = t.opener()
     if t.token.type != END or opener is None:
         return False
@@ -102,16 +121,20 @@ def _say_unclosed(t: Trouble, opener: Token) -> None:
     label = "the file ends here" if here.type == END else "expected before this"
     start, end = (before.end, before.end) if here.type == END else (here.start, here.end)
     t.log.error(
-        "E0120", f"unclosed `{opener.text}`", opener.start, opener.end, "never closed",
+        "E0120",
+        f"unclosed `{opener.text}`",
+        opener.start,
+        opener.end,
+        "never closed",
         labels=[(start, end, f"`{_closer(opener)}` {label}" if here.type != END else label)],
-    )  # fmt: skip
+    )
 
 
 def _suspect(t: Trouble) -> Token | None:
     """Find the brace that was left open, judging by indentation.
 
-    Closing braces pair with the nearest open one, so the brace left over is often not the culprit. A
-    brace closed by one that stands further left than its own line begins is.
+    Closing braces pair with the nearest open one, so the brace left over is often not the culprit.
+    A brace closed by one that stands further left than its own line begins is.
     """
     text = t.log.source.text
     position = t.log.source.position

@@ -23,9 +23,13 @@ def say_expected(t: Trouble) -> None:
     where = f" {place}" if place else ""
     labels = [(before.start, before.end, "after this")] if before is not None else []
     t.log.error(
-        "E0123", f"expected {wanted}{where}, found {found}", token.start,
-        max(token.end, token.start), f"expected {wanted}", labels=labels,
-    )  # fmt: skip
+        "E0123",
+        f"expected {wanted}{where}, found {found}",
+        token.start,
+        max(token.end, token.start),
+        f"expected {wanted}",
+        labels=labels,
+    )
     if t.token.type == NEWLINE:
         t.panic()
         return

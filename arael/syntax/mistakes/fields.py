@@ -8,9 +8,17 @@ from arael.syntax.tokens import NEWLINE, Token
 from arael.syntax.trouble import Trouble
 
 _MEMBER_WORDS = (
-    "param", "skip", "constraint", "fit", "key", "marginalize", "solve", "symbolic", "compute",
+    "param",
+    "skip",
+    "constraint",
+    "fit",
+    "key",
+    "marginalize",
+    "solve",
+    "symbolic",
+    "compute",
     "update",
-)  # fmt: skip
+)
 # Words of other languages and tools that come before a field or constraint.
 _OTHER_WORDS = {
     "var": "param", "variable": "param", "parameter": "param", "optimize": "param",
@@ -22,7 +30,7 @@ _WORD_TOKENS = {word: word.upper() for word in _MEMBER_WORDS}
 
 
 def _field_name(t: Trouble) -> Token | None:
-    """The name that begins a field and was just read."""
+    """Recognise the name that begins a field and was just read."""
     top = t.top
     if top is None or not t.is_name(top) or not t.in_members or top is not t.before:
         return None
@@ -44,8 +52,9 @@ def misspelt_member(t: Trouble) -> bool:
     fields = meant in ("param", "skip")
     if fields != (t.ahead().type == "COLON" or not follows_block) and meant != "key":
         return False
-    t.log.error("E0128", f"unknown word `{name.text}`", name.start, name.end,
-                f"did you mean `{meant}`?")  # fmt: skip
+    t.log.error(
+        "E0128", f"unknown word `{name.text}`", name.start, name.end, f"did you mean `{meant}`?"
+    )
     t.automaton.pop(1)
     if meant in ("key", "solve", "fit", "update", "marginalize", "symbolic", "compute", "skip"):
         t.insert(_WORD_TOKENS[meant])
@@ -65,28 +74,48 @@ def missing_colon(t: Trouble) -> bool:
         after = t.ahead()
         value = after.type in ("NUMBER", "MINUS", "LPAR", "LSQB", "STRING", "TRUE", "FALSE")
         if value or t.ahead(2).type in ("LPAR", "PLUS", "MINUS", "STAR", "SLASH", "DOT"):
-            t.log.error("E0126", f"field `{shown}` has no type", name.start, name.end,
-                        "a type is missing after the name",
-                        help=f"write `{shown}: real = {_rest_of_line(t)}`")  # fmt: skip
+            t.log.error(
+                "E0126",
+                f"field `{shown}` has no type",
+                name.start,
+                name.end,
+                "a type is missing after the name",
+                help=f"write `{shown}: real = {_rest_of_line(t)}`",
+            )
             t.insert("COLON", "NAME")
         else:
-            t.log.error("E0126", "`=` where `:` belongs", token.start, token.end,
-                        f"the type of `{shown}` follows a `:`",
-                        help=f"write `{shown}: {after.text}`")  # fmt: skip
+            t.log.error(
+                "E0126",
+                "`=` where `:` belongs",
+                token.start,
+                token.end,
+                f"the type of `{shown}` follows a `:`",
+                help=f"write `{shown}: {after.text}`",
+            )
             t.swap("COLON")
         return True
     if token.type in ("LIST", "DEQUE", "ARENA", "REF", "BLOCK", "TRIPLETS", "NAME") and (
         not t.begins_line
     ):
-        t.log.error("E0126", f"`:` is missing after `{shown}`", name.end, name.end + 1,
-                    "a field is written `name: type`",
-                    help=f"write `{shown}: {token.text}`")  # fmt: skip
+        t.log.error(
+            "E0126",
+            f"`:` is missing after `{shown}`",
+            name.end,
+            name.end + 1,
+            "a field is written `name: type`",
+            help=f"write `{shown}: {token.text}`",
+        )
         t.insert("COLON")
         return True
     if t.begins_line or token.type in (NEWLINE, "SEMICOLON", "RBRACE", END, "COMMA"):
-        t.log.error("E0126", f"field `{shown}` has no type", name.start, name.end,
-                    "a type is missing after the name",
-                    help=f"write for example `{shown}: real` or `{shown}: vec3`")  # fmt: skip
+        t.log.error(
+            "E0126",
+            f"field `{shown}` has no type",
+            name.start,
+            name.end,
+            "a type is missing after the name",
+            help=f"write for example `{shown}: real` or `{shown}: vec3`",
+        )
         t.insert("COLON", "NAME")
         return True
     return False
@@ -104,9 +133,14 @@ def missing_type(t: Trouble) -> bool:
     if before is None or before is not t.top or before.type != "COLON" or not t.in_members:
         return False
     if token.type in (NEWLINE, "SEMICOLON", "RBRACE", END, "EQUAL", "COMMA"):
-        t.log.error("E0126", "a type is missing after `:`", before.start, before.end,
-                    "the field ends here",
-                    help="write a type such as `real`, `vec3`, `list of Pose`")  # fmt: skip
+        t.log.error(
+            "E0126",
+            "a type is missing after `:`",
+            before.start,
+            before.end,
+            "the field ends here",
+            help="write a type such as `real`, `vec3`, `list of Pose`",
+        )
         t.insert("NAME")
         return True
     help_ = "types are names such as `real`, `vec3`, `mat<2,3>`, `Pose?` or `list of Pose`"
@@ -114,36 +148,53 @@ def missing_type(t: Trouble) -> bool:
         help_ = "`param` comes before the name: `param name: type`"
     elif token.type == "LSQB":
         help_ = "a collection is written `list of T`, a vector of n numbers `vec<n>`"
-    t.log.error("E0127", f"`{token.text}` does not begin a type", token.start, token.end,
-                help=help_)  # fmt: skip
+    t.log.error(
+        "E0127", f"`{token.text}` does not begin a type", token.start, token.end, help=help_
+    )
     t.skip_to("EQUAL", "SEMICOLON", "RBRACE")
     t.insert("NAME")
     return True
 
 
 def malformed_type(t: Trouble) -> bool:
-    """Collections of collections, refs without a place, dimensions in the wrong brackets."""
+    """Recognise collections of collections, refs without a place, misplaced dimensions."""
     before, token = t.before, t.token
     if before is None or not t.in_members:
         return False
     if before.type == "OF" and before is t.top:
         if token.type in ("LIST", "DEQUE", "ARENA", "REF"):
             what = "a collection of refs" if token.type == "REF" else "a collection of collections"
-            t.log.error("E0127", f"{what} is not in the language", token.start, token.end,
-                        help="put a struct between: `list of Row`, and in `struct Row` "
-                        f"a field of type `{token.text} ...`")  # fmt: skip
+            t.log.error(
+                "E0127",
+                f"{what} is not in the language",
+                token.start,
+                token.end,
+                help="put a struct between: `list of Row`, and in `struct Row` "
+                f"a field of type `{token.text} ...`",
+            )
             t.skip_to("SEMICOLON", "RBRACE", "EQUAL")
             t.insert("NAME")
             return True
         if token.type in (NEWLINE, END, "SEMICOLON", "RBRACE"):
-            t.log.error("E0127", "the collection has no element type", before.start, before.end,
-                        "of what?", help="name a struct or `real`")  # fmt: skip
+            t.log.error(
+                "E0127",
+                "the collection has no element type",
+                before.start,
+                before.end,
+                "of what?",
+                help="name a struct or `real`",
+            )
             t.insert("NAME")
             return True
     collection = before.type in ("LIST", "DEQUE", "ARENA") and before is t.top
     if collection and "OF" in t.expected:
-        t.log.error("E0127", f"`{before.text}` without `of`", before.start, before.end,
-                    help=f"write `{before.text} of T`")  # fmt: skip
+        t.log.error(
+            "E0127",
+            f"`{before.text}` without `of`",
+            before.start,
+            before.end,
+            help=f"write `{before.text} of T`",
+        )
         t.insert(*(("OF",) if token.type == "NAME" and not t.begins_line else ("OF", "NAME")))
         return True
     ref = t.within("REF")
@@ -151,8 +202,13 @@ def malformed_type(t: Trouble) -> bool:
         return _ref(t, ref, before)
     if token.type == "LPAR" and before.type == "NAME" and "LT" in t.expected:
         inner = t.ahead().text if t.ahead().type == "NUMBER" else "n"
-        t.log.error("E0127", "dimensions go in `<` `>`", token.start, token.end,
-                    help=f"write `{before.text}<{inner}>`")  # fmt: skip
+        t.log.error(
+            "E0127",
+            "dimensions go in `<` `>`",
+            token.start,
+            token.end,
+            help=f"write `{before.text}<{inner}>`",
+        )
         t.skip_past("RPAR")
         return True
     return False
@@ -161,19 +217,26 @@ def malformed_type(t: Trouble) -> bool:
 def _ref(t: Trouble, ref: Token, before: Token) -> bool:
     token = t.token
     if token.type == "QUESTION":
-        t.log.error("E0127", "a ref cannot be optional", token.start, token.end,
-                    labels=[(ref.start, ref.end, "the ref")],
-                    help="put it in a struct of its own and make a field of that struct "
-                    "optional")  # fmt: skip
+        t.log.error(
+            "E0127",
+            "a ref cannot be optional",
+            token.start,
+            token.end,
+            labels=[(ref.start, ref.end, "the ref")],
+            help="put it in a struct of its own and make a field of that struct optional",
+        )
         t.skip()
         return True
     if "IN" in t.expected and t.within("REF") and before.type == "NAME":
         t.log.error(
-            "E0127", f"`ref {before.text}` does not say into which collection", ref.start,
-            before.end, "the collection is missing",
+            "E0127",
+            f"`ref {before.text}` does not say into which collection",
+            ref.start,
+            before.end,
+            "the collection is missing",
             help=f"write `ref {before.text} in PATH`, with the path of the collection, "
             "as in `root.poses`",
-        )  # fmt: skip
+        )
         if token.type == "QUESTION":
             t.skip()
         t.insert("IN", "NAME")
@@ -187,8 +250,13 @@ def trailing_comma(t: Trouble) -> bool:
         return False
     if t.wants_operand or not t.automaton.accepts("_NEWLINE"):
         return False
-    t.log.error("E0122", "statements are not separated by commas", t.token.start, t.token.end,
-                help="end the line here, or write `;` between statements on one line")  # fmt: skip
+    t.log.error(
+        "E0122",
+        "statements are not separated by commas",
+        t.token.start,
+        t.token.end,
+        help="end the line here, or write `;` between statements on one line",
+    )
     t.skip()
     if t.token.type not in (NEWLINE, "SEMICOLON", "RBRACE", END):
         t.insert("SEMICOLON")

@@ -18,7 +18,7 @@ _MEANINGS = {
 
 
 def reserved(t: Trouble) -> bool:
-    """A reserved word where a name belongs, ``param in: real``."""
+    """Recognise a reserved word where a name belongs, ``param in: real``."""
     word = t.token
     if "NAME" not in t.expected or not word.text.isidentifier() or word.type in NAMES:
         return False
@@ -28,10 +28,14 @@ def reserved(t: Trouble) -> bool:
         return False
     meaning = _MEANINGS.get(word.text)
     t.log.error(
-        "E0125", f"`{word.text}` is a reserved word", word.start, word.end, "cannot be a name",
+        "E0125",
+        f"`{word.text}` is a reserved word",
+        word.start,
+        word.end,
+        "cannot be a name",
         notes=[f"`{word.text}` is {meaning}"] if meaning else (),
         help=f"choose another name, for example `{word.text}_`",
-    )  # fmt: skip
+    )
     t.swap("NAME")
     return True
 
@@ -46,16 +50,25 @@ def missing(t: Trouble) -> bool:
     what = _NAMED[before.text]
     token = t.token
     if token.type == "NUMBER" or token.type == "STRING":
-        t.log.error("E0124", f"the {what} needs a name", token.start, token.end,
-                    "this is not a name", help="a name starts with a letter")  # fmt: skip
+        t.log.error(
+            "E0124",
+            f"the {what} needs a name",
+            token.start,
+            token.end,
+            "this is not a name",
+            help="a name starts with a letter",
+        )
         t.swap("NAME")
         return True
     examples = {"constraint": "constraint drift { ... }", "struct": "struct Pose { ... }"}
     t.log.error(
-        "E0124", f"`{before.text}` without a name", before.start, before.end,
+        "E0124",
+        f"`{before.text}` without a name",
+        before.start,
+        before.end,
         f"the {what} needs a name after this",
         help=f"write for example `{examples[before.text]}`" if before.text in examples else (),
-    )  # fmt: skip
+    )
     t.insert("NAME")
     return True
 

@@ -12,9 +12,10 @@ _TYPES = {
     "quatern": "quat", "f32": "real", "f64": "real", "usize": "int", "i32": "int", "i64": "int",
     "u32": "int", "u64": "int", "String": "string",
 }  # fmt: skip
+_INSIDE_TYPES = frozenset(["COLON", "COMMA", "NUMBER", "SEMICOLON", "SLASH", "STAR", "CARET"])
 _PARAMS = {
-    "SimpleEulerAngleParam": "euler", "EulerAngleParam": "rotation", "QuaternionParam": "quaternion",
-    "AngleParam": "angle", "DirectionParam": "direction", "TransformParam": "transform",
+    "SimpleEulerAngleParam": "euler", "EulerAngleParam": "rotation", "AngleParam": "angle",
+    "QuaternionParam": "quaternion", "DirectionParam": "direction", "TransformParam": "transform",
     "SimilarityParam": "similarity",
 }  # fmt: skip
 _COLLECTIONS = {
@@ -28,24 +29,7 @@ def generic_type(t: Trouble) -> bool:
     first = _type_start(t)
     if first is None:
         return False
-    end = first
-    depth = 0
-    while True:
-        token = t.tokens[end]
-        if token.type == "LSQB" and depth == 0 and t.tokens[end - 1].type == "GT":
-            break
-        if token.type in ("LT", "LSQB", "LPAR"):
-            depth += 1
-        elif token.type in ("GT", "RSQB", "RPAR"):
-            depth -= 1
-        elif not (t.is_word(token) or token.type == "COLON" or (depth > 0 and token.type in
-                  ("COMMA", "NUMBER", "SEMICOLON", "SLASH", "STAR", "CARET"))):  # fmt: skip
-            break
-        elif depth == 0 and t.is_word(token) and end > first and t.tokens[end - 1].type != "COLON":
-            break
-        end += 1
-        if depth < 0:
-            return False
+    end = _type_end(t, first)
     written = t.log.source.text[t.tokens[first].start : t.tokens[end - 1].end]
     plain = re.sub(r"\w+\s*::\s*", "", re.sub(r"\s+", "", written))
     found = re.fullmatch(r"(\w+)[<\[](.*)[>\]]", plain)
@@ -56,11 +40,15 @@ def generic_type(t: Trouble) -> bool:
     start, stop = t.tokens[first].start, t.tokens[end - 1].end
     known = found and found[1] in {*_COLLECTIONS, *_PARAMS, "Param", "Ref", "Option"}
     t.log.error(
-        "E0151" if known or not found else "E0127", f"`{written}` is not an arael type",
-        start, stop, "unknown form of type",
-        help=f"write {form}" if form else
-        "types are names such as `real`, `vec3`, `mat<2,3>`, `Pose?` or `list of Pose`",
-    )  # fmt: skip
+        "E0151" if known or not found else "E0127",
+        f"`{written}` is not an arael type",
+        start,
+        stop,
+        "unknown form of type",
+        help=f"write {form}"
+        if form
+        else "types are names such as `real`, `vec3`, `mat<2,3>`, `Pose?` or `list of Pose`",
+    )
     _replace_type(t, first, end)
     return True
 
@@ -77,6 +65,27 @@ def _type_start(t: Trouble) -> int | None:
         if t.tokens[j].type == "COLON":
             return j + 1 if j < t.index else None
     return None
+
+
+def _type_end(t: Trouble, first: int) -> int:
+    """Return the index after a type that begins at `first`, as other languages write types."""
+    depth = 0
+    for end in range(first, len(t.tokens)):
+        token, last = t.tokens[end], t.tokens[end - 1]
+        path = token.type == "COLON" or last.type == "COLON" or end == first
+        if token.type in ("LT", "LSQB", "LPAR"):
+            if depth == 0 and last.type == "GT":
+                return end
+            depth += 1
+        elif token.type in ("GT", "RSQB", "RPAR"):
+            depth -= 1
+            if depth < 0:
+                return end
+        elif (depth == 0 and not (path and (t.is_word(token) or token.type == "COLON"))) or (
+            depth > 0 and not (t.is_word(token) or token.type in _INSIDE_TYPES)
+        ):
+            return end
+    return len(t.tokens)
 
 
 def _replace_type(t: Trouble, first: int, end: int) -> None:
@@ -120,12 +129,21 @@ def _plain(name: str) -> str:
 def rust_word(t: Trouble) -> bool:
     """``pub``, ``mut``, ``impl`` and ``type`` before what arael knows."""
     word = t.top
-    if word is None or word.text not in ("pub", "mut", "impl", "static", "final", "private", "public"):
+    if word is None or word.text not in (
+        "pub",
+        "mut",
+        "impl",
+        "static",
+        "final",
+        "private",
+        "public",
+    ):
         return False
     if word is not t.before:
         return False
-    t.log.error("E0150", f"arael does not know `{word.text}`", word.start, word.end,
-                help="leave it out")  # fmt: skip
+    t.log.error(
+        "E0150", f"arael does not know `{word.text}`", word.start, word.end, help="leave it out"
+    )
     t.automaton.pop(1)
     return True
 
@@ -136,8 +154,14 @@ def rust_item(t: Trouble) -> bool:
     if word.type != "NAME" or t.opener() is not None or not t.begins_line:
         return False
     if word.text == "pub":
-        t.log.error("E0150", "arael does not know `pub`", word.start, word.end,
-                    "everything in a model is visible", help="leave it out")  # fmt: skip
+        t.log.error(
+            "E0150",
+            "arael does not know `pub`",
+            word.start,
+            word.end,
+            "everything in a model is visible",
+            help="leave it out",
+        )
         t.skip()
         return True
     hints = {
@@ -150,8 +174,9 @@ def rust_item(t: Trouble) -> bool:
     }
     if word.text not in hints:
         return False
-    t.log.error("E0150", f"arael does not know `{word.text}`", word.start, word.end,
-                help=hints[word.text])  # fmt: skip
+    t.log.error(
+        "E0150", f"arael does not know `{word.text}`", word.start, word.end, help=hints[word.text]
+    )
     t.panic()
     return True
 

@@ -11,8 +11,13 @@ def typed_let(t: Trouble) -> bool:
     """``let x: vec3 = ...``."""
     if t.token.type != "COLON" or t.within("LET") is None or "EQUAL" not in t.expected:
         return False
-    t.log.error("E0135", "a `let` takes no type", t.token.start, t.token.end,
-                help="leave it out: the type is that of the value")  # fmt: skip
+    t.log.error(
+        "E0135",
+        "a `let` takes no type",
+        t.token.start,
+        t.token.end,
+        help="leave it out: the type is that of the value",
+    )
     t.skip_to("EQUAL")
     return True
 
@@ -24,8 +29,13 @@ def let_word(t: Trouble) -> bool:
         return False
     if not t.is_word(t.token) or t.begins_line:
         return False
-    t.log.error("E0135", f"`{top.text}` does not belong in a `let`", top.start, top.end,
-                help=f"write `let {t.token.text} = ...`")  # fmt: skip
+    t.log.error(
+        "E0135",
+        f"`{top.text}` does not belong in a `let`",
+        top.start,
+        top.end,
+        help=f"write `let {t.token.text} = ...`",
+    )
     t.automaton.pop(1)
     return True
 
@@ -38,9 +48,14 @@ def missing_equal(t: Trouble) -> bool:
     if "EQUAL" not in t.expected or t.before is None or t.wants_operand:
         return False
     before = t.before
-    t.log.error("E0135", f"`=` is missing in this `{construct.text}`", before.start, before.end,
-                "expected `=` and a value after this",
-                help=f"write `{construct.text} {before.text} = ...`")  # fmt: skip
+    t.log.error(
+        "E0135",
+        f"`=` is missing in this `{construct.text}`",
+        before.start,
+        before.end,
+        "expected `=` and a value after this",
+        help=f"write `{construct.text} {before.text} = ...`",
+    )
     if t.begins_line or t.token.type in (NEWLINE, "SEMICOLON", "RBRACE", END):
         t.insert("EQUAL", "NUMBER")
     elif t.token.type in ("EQ",):
@@ -56,19 +71,35 @@ def assignment(t: Trouble) -> bool:
         return False
     token = t.token
     if t.within("IF", "WHEN"):
-        t.log.error("E0135", "a comparison is written `==`", token.start, token.end,
-                    "`=` gives a value to a name")  # fmt: skip
+        t.log.error(
+            "E0135",
+            "a comparison is written `==`",
+            token.start,
+            token.end,
+            "`=` gives a value to a name",
+        )
         t.swap("EQ")
         return True
     if t.in_body and t.construct() is None:
-        t.log.error("E0135", "a value gets its name with `let`", t.before.start, token.end,
-                    help=f"write `let {t.before.text} = ...`" if t.is_name(t.before) else
-                    "write `let name = ...`")  # fmt: skip
+        t.log.error(
+            "E0135",
+            "a value gets its name with `let`",
+            t.before.start,
+            token.end,
+            help=f"write `let {t.before.text} = ...`"
+            if t.is_name(t.before)
+            else "write `let name = ...`",
+        )
         t.panic()
         return True
     if t.in_body or t.construct() is not None:
-        t.log.error("E0135", "a second `=` in one statement", token.start, token.end,
-                    help="end the line before it, or write `==` to compare")  # fmt: skip
+        t.log.error(
+            "E0135",
+            "a second `=` in one statement",
+            token.start,
+            token.end,
+            help="end the line before it, or write `==` to compare",
+        )
         t.panic()
         return True
     return False
@@ -82,21 +113,34 @@ def foreign_statement(t: Trouble) -> bool:
     if word is not t.before or t.construct() is not None:
         return False
     if word.text == "return":
-        t.log.error("E0135", "a constraint has no `return`", word.start, word.end,
-                    help="leave it out: the last expression is the residual")  # fmt: skip
+        t.log.error(
+            "E0135",
+            "a constraint has no `return`",
+            word.start,
+            word.end,
+            help="leave it out: the last expression is the residual",
+        )
         t.automaton.pop(1)
         return True
     if word.text in ("for", "while", "foreach", "loop"):
         t.log.error(
-            "E0135", f"arael has no loops, and no `{word.text}`", word.start, word.end,
+            "E0135",
+            f"arael has no loops, and no `{word.text}`",
+            word.start,
+            word.end,
             help="a constraint is evaluated for each element by itself: put it in the element's "
             "struct, or use `fit collection as e { ... }` in the root",
-        )  # fmt: skip
+        )
         t.panic()
         return True
     if word.text in ("var", "const", "auto", "val", "double", "float", "int", "real"):
-        t.log.error("E0135", "a value gets its name with `let`", word.start, word.end,
-                    help=f"write `let {t.token.text} = ...`")  # fmt: skip
+        t.log.error(
+            "E0135",
+            "a value gets its name with `let`",
+            word.start,
+            word.end,
+            help=f"write `let {t.token.text} = ...`",
+        )
         t.automaton.pop(1)
         t.insert("LET")
         return True
@@ -110,10 +154,15 @@ def run_together(t: Trouble) -> bool:
     token, before = t.token, t.before
     starts = STARTERS | {"ROOT"} if t.in_members or t.opener() is None else STARTERS
     if token.type in starts or (t.in_members and (t.is_word(token))):
-        t.log.error("E0122", "two statements on one line", token.start, token.end,
-                    "a new statement begins here",
-                    labels=[(before.start, before.end, "the one before ends here")],
-                    help="begin a new line, or write `;` between them")  # fmt: skip
+        t.log.error(
+            "E0122",
+            "two statements on one line",
+            token.start,
+            token.end,
+            "a new statement begins here",
+            labels=[(before.start, before.end, "the one before ends here")],
+            help="begin a new line, or write `;` between them",
+        )
         t.insert("SEMICOLON")
         return True
     return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from arael.diagnostics.records import Span
@@ -27,35 +28,50 @@ def _report_no_residual(lets: list[tree.Let], span: Span, log: ErrorLog) -> None
     if lets:
         last = lets[-1]
         log.error(
-            "E0130", "this constraint has no residual", span.end - 1, span.end,
+            "E0130",
+            "this constraint has no residual",
+            span.end - 1,
+            span.end,
             "an expression is missing before the end",
-            labels=[(last.name.span.start, last.name.span.end, "the last name, never used as residual")],
+            labels=[
+                (last.name.span.start, last.name.span.end, "the last name, never used as residual")
+            ],
             help=f"end the body with the residual, for example `{last.name.id}`",
-        )  # fmt: skip
+        )
     else:
         log.error(
-            "E0130", "this constraint is empty", span.start, span.end, "no residual in here",
+            "E0130",
+            "this constraint is empty",
+            span.start,
+            span.end,
+            "no residual in here",
             help="write the residual as an expression, such as `(x - y) / sigma`",
-        )  # fmt: skip
+        )
 
 
 def _report_order(statements: list[Any], results: list[Any], log: ErrorLog) -> None:
     last = results[-1]
     for other in results[:-1]:
         log.error(
-            "E0132", "a constraint has one residual", other.span.start, other.span.end,
+            "E0132",
+            "a constraint has one residual",
+            other.span.start,
+            other.span.end,
             "this value goes nowhere",
             labels=[(last.span.start, last.span.end, "the residual is the last expression")],
             help="put several residuals in a list, `[a, b]`, or name this one with `let`",
-        )  # fmt: skip
+        )
     after = statements[statements.index(last) + 1 :]
     for let in after:
         log.error(
-            "E0131", "`let` after the residual", let.span.start, let.span.start + 3,
+            "E0131",
+            "`let` after the residual",
+            let.span.start,
+            let.span.start + 3,
             f"`{let.name.id}` comes too late to be used",
             labels=[(last.span.start, last.span.end, "the residual ends the body")],
             help="move the `let` above the residual",
-        )  # fmt: skip
+        )
 
 
 def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
@@ -65,7 +81,7 @@ def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
     finished ``let`` and a residual ``-b``.
     """
     position = log.source.position
-    for above, below in zip(statements, statements[1:], strict=False):
+    for above, below in itertools.pairwise(statements):
         if isinstance(below, tree.Let) or not _leading_sign(below, log):
             continue
         line_above, column_above = position(above.span.start)
@@ -73,13 +89,17 @@ def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
         if line > line_above and column > column_above:
             start = below.span.start
             log.error(
-                "E0133", "a line does not go on with an operator", start, start + 1,
+                "E0133",
+                "a line does not go on with an operator",
+                start,
+                start + 1,
                 "starts a new statement here",
                 labels=[(above.span.end - 1, above.span.end, "the statement ended here")],
                 help=(
-                    f"put the `{log.source.text[start]}` at the end of the line above, or brackets around it all",
+                    f"put the `{log.source.text[start]}` at the end of the line above, or brackets "
+                    "around it all",
                 ),
-            )  # fmt: skip
+            )
 
 
 def _leading_sign(expr: Any, log: ErrorLog) -> bool:

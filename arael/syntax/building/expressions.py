@@ -1,0 +1,103 @@
+"""Expressions."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from arael.diagnostics.records import Source, Span
+from arael.syntax import tree
+from arael.syntax.building.base import Builder
+from arael.syntax.building.strings import make_string
+from arael.syntax.docs import DocComments
+from arael.syntax.limits import MAX_HEIGHT
+from arael.syntax.log import ErrorLog
+
+_Node = TypeVar("_Node", bound=tree.Node)
+
+
+class ExpressionBuilder(Builder):
+    """Builds expressions, and bounds their height."""
+
+    def __init__(self, source: Source, docs: DocComments, log: ErrorLog) -> None:
+        super().__init__(source, docs, log)
+        self._heights: dict[int, int] = {}
+
+    def _measured(self, node: _Node, *parts: Any) -> _Node:
+        """Keep the height of `node` and refuse a tree that later stages could not walk."""
+        heights = self._heights
+        height = 1 + max((heights.get(id(p), 0) for p in parts), default=0)
+        heights[id(node)] = height
+        if height > MAX_HEIGHT:
+            self._log.error(
+                "E0105",
+                f"an expression of more than {MAX_HEIGHT} steps",
+                node.span.start,
+                min(node.span.end, node.span.start + 40),
+                "goes on for too long",
+                help="name parts of it with `let`, or split the sum with brackets",
+            )
+            self._log.stop()
+        return node
+
+    def _make_conditional(self, parts: list[Any], span: Span) -> tree.Expr:
+        cond, then, otherwise = parts
+        node = tree.Conditional(span=span, cond=cond, then=then, otherwise=otherwise)
+        return self._measured(node, *parts)
+
+    def _make_binary(self, parts: list[Any], span: Span) -> tree.Expr:
+        left, op, right = parts
+        node = tree.Binary(span=span, op=op.text, left=left, right=right)
+        return self._measured(node, left, right)
+
+    def _make_unary(self, parts: list[Any], span: Span) -> tree.Expr:
+        op, operand = parts
+        node = tree.Unary(span=span, op=op.text, operand=operand)
+        return self._measured(node, operand)
+
+    def _make_transpose(self, parts: list[Any], span: Span) -> tree.Expr:
+        return self._measured(tree.Transpose(span=span, operand=parts[0]), parts[0])
+
+    def _make_attribute(self, parts: list[Any], span: Span) -> tree.Expr:
+        obj, name = parts
+        node = tree.Attribute(span=span, obj=obj, name=name.id, name_span=name.span)
+        return self._measured(node, obj)
+
+    def _make_index(self, parts: list[Any], span: Span) -> tree.Expr:
+        obj, *indices = parts
+        return self._measured(tree.Index(span=span, obj=obj, indices=tuple(indices)), *parts)
+
+    def _make_call(self, parts: list[Any], span: Span) -> tree.Expr:
+        func, args = parts
+        if not isinstance(func, (tree.Name, tree.Attribute)):
+            self._log.error(
+                "E0136",
+                "this is not a function",
+                func.span.start,
+                func.span.end,
+                "called with brackets",
+                help="write `*` for a product",
+            )
+        node = tree.Call(span=span, func=func, args=args or ())
+        return self._measured(node, func, *node.args)
+
+    def _make_arguments(self, parts: list[Any], span: Span) -> tuple[tree.Expr, ...]:
+        return tuple(parts)
+
+    def _make_number(self, parts: list[Any], span: Span) -> tree.Number:
+        return tree.Number(span=span, text=parts[0].text)
+
+    def _make_boolean(self, parts: list[Any], span: Span) -> tree.Boolean:
+        return tree.Boolean(span=span, value=parts[0].text == "true")
+
+    def _make_string(self, parts: list[Any], span: Span) -> tree.String:
+        return make_string(parts[0], self._log)
+
+    def _make_name(self, parts: list[Any], span: Span) -> tree.Name:
+        return tree.Name(span=span, id=parts[0].id)
+
+    def _make_list_expr(self, parts: list[Any], span: Span) -> tree.Expr:
+        items = parts[0] or ()
+        return self._measured(tree.ListExpr(span=span, items=items), *items)
+
+    def _make_parens(self, parts: list[Any], span: Span) -> tree.Expr:
+        return parts[0]
