@@ -165,11 +165,15 @@ class LmConfig:
         for name, least in _COUNTS.items():
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 2**31:
-                raise _refused(f"`{name}` is {value!r}", f"it must be a whole number from {least} on")
+                raise _refused(
+                    f"`{name}` is {value!r}", f"it must be a whole number from {least} on"
+                )
         for name in ("lambda_floor", "time_limit"):
             value = getattr(self, name)
             if value is not None and (not _is_number(value) or not value >= 0):
-                raise _refused(f"`{name}` is {value!r}", "it must be None or a number, zero or more")
+                raise _refused(
+                    f"`{name}` is {value!r}", "it must be None or a number, zero or more"
+                )
         if not _is_number(self.lambda_ceiling) or not self.lambda_ceiling > self.initial_lambda:
             raise _refused(
                 f"`lambda_ceiling` is {self.lambda_ceiling!r}",

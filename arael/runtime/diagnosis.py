@@ -57,9 +57,7 @@ def _unconstrained(problem: Problem, loose: Array) -> Diagnostic:
         "E1004",
         f"no residual changes with {listed(names)} at the start: every derivative is zero there",
         origin=problem.layout.name,
-        help=(
-            "start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",
-        ),
+        help=("start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",),
     )
 
 
@@ -76,7 +74,8 @@ def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:
     number, instance, column = found
     group = problem.layout.groups[number]
     what = (
-        f"a derivative of residual {group.jacobian[column][0]}" if derivatives
+        f"a derivative of residual {group.jacobian[column][0]}"
+        if derivatives
         else f"residual {column}"
     )
     value = problem.evaluation.group_rows(number)[int(derivatives)][instance, column]
@@ -154,7 +153,9 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
         return lines
     more, bad_raw = prepared
     if bad_raw is not None:
-        more.append(f"`{_raw_name(problem, group, rows, instance, bad_raw)}` is {_shown(raw[bad_raw])}")
+        more.append(
+            f"`{_raw_name(problem, group, rows, instance, bad_raw)}` is {_shown(raw[bad_raw])}"
+        )
     return lines + more
 
 

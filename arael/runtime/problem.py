@@ -111,9 +111,15 @@ class Problem:
         """Put the accepted state into the store."""
         write_back(self.store, self.structure.system, self.states)
 
+    @property
+    def free(self) -> Ints:
+        """Scalars of the system that move, ascending; those held in partly fixed entities are not."""
+        return np.setdiff1d(np.arange(self.size), self.structure.system.held)
+
     def parameter_names(self) -> list[str]:
-        """Name of every scalar of the system, in order."""
-        return self.structure.system.names()
+        """Name of every scalar that moves, in order."""
+        names = self.structure.system.names()
+        return [names[i] for i in self.free]
 
     def instance_name(self, group: int, instance: int) -> str:
         """Name of an instance of a constraint: ``PointFrine.bearing[17]``."""
@@ -132,16 +138,13 @@ class Problem:
         return float(self.evaluation.total_cost())
 
     def gradient(self) -> Array:
-        """(n,) gradient 2 J'r, f64; zero where a scalar is held."""
-        return 2.0 * np.asarray(self.evaluation.linearised()[1], dtype=np.float64)
+        """Gradient 2 J'r, f64, one entry per scalar that moves."""
+        return 2.0 * np.asarray(self.evaluation.linearised()[1], dtype=np.float64)[self.free]
 
     def hessian(self) -> Array:
-        """(n, n) Gauss-Newton Hessian 2 J'J, f64; scalars held have zero rows and columns."""
+        """Gauss-Newton Hessian 2 J'J, f64, dense, over the scalars that move."""
         values = self.evaluation.linearised()[2]
-        found = 2.0 * dense_matrix(self.structure.pattern, values)
-        held = self.structure.system.held
-        found[held, held] = 0
-        return np.asarray(found)
+        return 2.0 * dense_matrix(self.structure.pattern, values)[np.ix_(self.free, self.free)]
 
     def touched(self) -> Array:
         """(n,) bool, scalars that some active constraint depends on."""
@@ -173,7 +176,9 @@ class Problem:
             zip(self.layout.entities, system.blocks, strict=True)
         ):
             for use in entity.params:
-                self._check_bounds(number, use.column, use.stored_start, blocks.free[:, use.tangent_start])
+                self._check_bounds(
+                    number, use.column, use.stored_start, blocks.free[:, use.tangent_start]
+                )
 
     def _check_bounds(self, number: int, column: str, start: int, free: Array) -> None:
         entity = self.layout.entities[number]

@@ -63,9 +63,7 @@ def minimise(
     began = time.perf_counter()
     problem.check_start()
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
-    minimiser = Minimiser(
-        problem.evaluation, solver, problem.box, config, watcher, watcher.watches
-    )
+    minimiser = Minimiser(problem.evaluation, solver, problem.box, config, watcher, watcher.watches)
 
     def outcome(status: str) -> Outcome:
         timing = {

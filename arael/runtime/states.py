@@ -22,13 +22,9 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
     return found
 
 
-def write_back(
-    store: StoreLike, system: System, states: list[Array]
-) -> None:
+def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     """Put the stored scalars of `states` into the columns: of parameters that moved, no others."""
-    for entity, blocks, state in zip(
-        store.layout.entities, system.blocks, states, strict=True
-    ):
+    for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
             moved = blocks.free[:, use.tangent_start] if use.tangent else np.zeros(0, dtype=bool)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from arael.runtime.access import Bools, Ints, StoreLike
 from arael.runtime.layout import Entity, Layout
 
+Floats = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class EntityBlocks:
@@ -47,8 +49,8 @@ class System:
     blocks: tuple[EntityBlocks, ...]
     sizes: Ints
     held: Ints
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    low: Floats
+    high: Floats
     starts: tuple[int, ...]  # first scalar of each entity
 
     @property
@@ -113,8 +115,12 @@ def is_frozen(table: str, column: str, frozen: frozenset[str]) -> bool:
 def build_system(store: StoreLike, free: list[Bools]) -> System:
     """Number the blocks of all entities; `free` as `free_scalars` gives it, one per entity."""
     layout = store.layout
-    blocks, sizes, held, starts = [], [], [], []
-    low, high = [], []
+    blocks: list[EntityBlocks] = []
+    starts: list[int] = []
+    sizes: list[Ints] = []
+    held: list[Ints] = []
+    low: list[Floats] = []
+    high: list[Floats] = []
     block, scalar = 0, 0
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
@@ -126,24 +132,24 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         blocks.append(EntityBlocks(first, number, moves))
         sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
         held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
-        for bounds, open_end, all_bounds in ((0, -np.inf, low), (1, np.inf, high)):
-            one = _bounds(layout, entity, bounds, open_end)
-            all_bounds.append(np.where(moves[rows], one, open_end).ravel())
+        for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
+            one = _bounds(layout, entity, end, open_end)
+            ends.append(np.where(moves[rows], one, open_end).ravel())
         block += len(rows)
         scalar += entity.tangent * len(rows)
     return System(
         layout,
         store,
         tuple(blocks),
-        _joined(sizes, np.int64),
-        _joined(held, np.int64),
-        _joined(low, np.float64),
-        _joined(high, np.float64),
+        np.concatenate([np.zeros(0, np.int64), *sizes]),
+        np.concatenate([np.zeros(0, np.int64), *held]),
+        np.concatenate([np.zeros(0), *low]),
+        np.concatenate([np.zeros(0), *high]),
         tuple(starts),
     )
 
 
-def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> NDArray[np.float64]:
+def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats:
     """(tangent,) one end of the bounds of an entity's scalars."""
     found = np.full(entity.tangent, open_end)
     for use in entity.params:
@@ -153,7 +159,3 @@ def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> NDArra
             if bound is not None:
                 found[use.tangent_start + k] = bound
     return found
-
-
-def _joined(parts: list[NDArray[np.generic]], dtype: type) -> NDArray[np.generic]:
-    return np.concatenate(parts).astype(dtype) if parts else np.zeros(0, dtype=dtype)

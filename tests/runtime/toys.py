@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import toy
-from toy import ROOT, Raw, Slot, Step
+from tests.runtime import toy
+from tests.runtime.toy import ROOT, Raw, Slot, Step
 
 from arael.runtime.layout import Layout
 from arael.runtime.store import Store

@@ -1,0 +1,44 @@
+"""Cost, gradient and blocks of a problem, with the GIL taken only for what has no kernel."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.instances import Instances
+from arael.runtime.interpreter import GroupInterpreter
+from arael.runtime.layout import Layout
+from arael.runtime.structure import Structure
+
+class Evaluation:
+    """What the Levenberg-Marquardt loop asks of a problem."""
+
+    single: bool
+    size: int
+    value_count: int
+    trash: int
+    states: list[list[NDArray[Any]]]
+    current: int
+    interpreters: list[GroupInterpreter]
+
+    def __init__(
+        self,
+        layout: Layout,
+        structure: Structure,
+        instances: Sequence[Instances],
+        stored: Sequence[NDArray[Any]],
+        held_values: NDArray[np.int64],
+        diagonal_at: NDArray[np.int64],
+        kernels: Any,
+    ) -> None: ...
+    @property
+    def dtype(self) -> np.dtype[Any]: ...
+    @property
+    def state_arrays(self) -> list[NDArray[Any]]: ...
+    def group_cost(self, g: int) -> float: ...
+    def total_cost(self) -> float: ...
+    def linearised(self) -> tuple[float, NDArray[Any], NDArray[Any]]: ...
+    def group_rows(self, g: int) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def moved_by(self, step: NDArray[Any]) -> None: ...
+    def raise_failure(self) -> None: ...

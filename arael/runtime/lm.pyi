@@ -1,0 +1,45 @@
+"""Levenberg-Marquardt with multiplicative damping of the diagonal."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.config import LmConfig
+from arael.runtime.box import Box
+from arael.runtime.evaluation import Evaluation
+from arael.runtime.linear.base import LinearSolver
+
+STATUSES: tuple[str, ...]
+RECORD: np.dtype[Any]
+
+class Minimiser:
+    """One solve."""
+
+    evaluation: Evaluation
+    solver: LinearSolver
+    start_cost: float
+    current_cost: float
+    attempts: int
+    accepted: int
+    damping: float
+    gradient_array: NDArray[Any]
+    value_array: NDArray[Any]
+    diagonal_array: NDArray[Any]
+    damped_array: NDArray[Any]
+    step_array: NDArray[Any]
+
+    def __init__(
+        self,
+        evaluation: Evaluation,
+        solver: LinearSolver,
+        box: Box,
+        config: LmConfig,
+        watcher: Any,
+        watched: bool,
+    ) -> None: ...
+    def run(self) -> str: ...
+    @property
+    def history(self) -> NDArray[Any]: ...
+    @property
+    def timing(self) -> dict[str, float]: ...

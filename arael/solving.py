@@ -1,0 +1,230 @@
+"""Solving a model: its passes in order, each a Levenberg-Marquardt solve of its own."""
+
+from __future__ import annotations
+
+import difflib
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+
+from arael.config import LmConfig, Observer
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.result import ENDING, Plan, Result, joined
+from arael.runtime.failures import SolveError
+from arael.runtime.layout import Layout, Pass
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.problem import Problem
+from arael.runtime.solve import Outcome, minimise
+from arael.runtime.structure import Structure
+
+
+class Solvable(Protocol):
+    """What solving needs of a model instance."""
+
+    _compiled: Any
+    _store: Any
+
+
+def solve(
+    model: Solvable,
+    config: LmConfig | None = None,
+    solver: str = "auto",
+    passes: str | Pass | Iterable[str | Pass] | None = None,
+    *,
+    freeze: str | Iterable[str] = (),
+    observer: Observer | None = None,
+    trace: Callable[[str], object] | None = None,
+    solver_options: Mapping[str, Any] | None = None,
+    **settings: Any,
+) -> Result:
+    """Minimise the sum of squared residuals; the solved parameters are written into the model.
+
+    Root data that a pass sets stays set. After each pass its solution is in the model, and
+    ``x.value`` in constraints of the next pass means that solution. A solve that ends early
+    (Ctrl-C, time limit, observer) leaves the best state found and skips the passes to come.
+
+    Parameters
+    ----------
+    config : settings of the loop; a pass's own settings go over it, `settings` over both
+    solver : linear solver: ``auto``, ``dense``, ``band``, ``sparse``, ``cholmod``, ...
+    passes : names of the model's passes to run, or passes built in Python; None: all of the model,
+        or one plain solve if it declares none; an empty list: one plain solve
+    freeze : paths of parameters, or of what holds them, that stay (``"poses.ea"``, ``"poses"``)
+    observer : called with the record of each attempt; returning False ends the solve
+    trace : takes each line of the trace; default stderr if ``verbose``
+    solver_options : options of the linear solver by name
+    **settings : single settings of `LmConfig` by name
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    SolveError
+        E1001-E1007: the problem cannot be solved, with the result so far in ``best``. The model
+        keeps the solution of the passes before.
+    AraelError
+        E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0702 data that
+        the root lacks.
+    """
+    layout: Layout = model._compiled.layout
+    model._store.check_complete()
+    if observer is not None:
+        settings["observer"] = observer
+    base = (config or LmConfig()).with_()
+    schedule = chosen_passes(layout, passes)
+    configs = [base.with_(**one.config).with_(**settings) for one in schedule]
+    frozen = set([freeze] if isinstance(freeze, str) else freeze)
+    check_paths(layout, [*frozen, *(p for one in schedule for p in (*one.freeze, *one.free))])
+    began = time.perf_counter()
+    results: list[Result] = []
+    kept: tuple[Structure, LinearSolver] | None = None
+    for one, pass_config in zip(schedule, configs, strict=True):
+        _set_root(model, one)
+        frozen = (frozen | set(one.freeze)) - set(one.free)
+        if pass_config.time_limit is not None:
+            left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
+            pass_config = replace(pass_config, time_limit=left)
+        with blas_threads(pass_config.num_threads):
+            problem = problem_of(model, frozen, kept[0] if kept else None)
+            problem.check_start()
+            linear, seconds = _linear_solver(problem, solver, solver_options or {}, kept)
+            kept = (problem.structure, linear)
+            try:
+                outcome = minimise(problem, pass_config, linear, trace, seconds)
+            except SolveError as error:
+                if error.best is not None:
+                    done = [*results, _result(error.best, one.name)]
+                    error.best = joined(done, layout.name)
+                raise
+        problem.write_back()
+        results.append(_result(outcome, one.name))
+        if outcome.status in ENDING:
+            break
+    return joined(results, layout.name)
+
+
+def problem_of(
+    model: Solvable, frozen: Iterable[str] = (), known: Structure | None = None
+) -> Problem:
+    """The problem that a model poses at its present values."""
+    compiled = model._compiled
+    return Problem(
+        compiled.layout, model._store, compiled.kernels, frozen=frozenset(frozen), known=known
+    )
+
+
+def cost(model: Solvable) -> float:
+    """Sum of squared residuals at the present values."""
+    model._store.check_complete()
+    return problem_of(model).cost()
+
+
+def chosen_passes(
+    layout: Layout, passes: str | Pass | Iterable[str | Pass] | None
+) -> tuple[Pass, ...]:
+    """The passes to run; AraelError E1011 for a name that the model does not declare."""
+    plain = (Pass("solve"),)
+    if passes is None:
+        return layout.passes or plain
+    known = {one.name: one for one in layout.passes}
+    chosen = []
+    for one in [passes] if isinstance(passes, str | Pass) else passes:
+        if isinstance(one, str):
+            if one not in known:
+                raise _unknown("E1011", "pass", one, list(known), layout)
+            one = known[one]
+        chosen.append(one)
+    return tuple(chosen) or plain
+
+
+def parameter_paths(layout: Layout) -> list[str]:
+    """Paths of all parameters: ``poses.ea``, ``scale``."""
+    return [
+        f"{table.path}.{column.path}" if table.path else column.path
+        for table in layout.tables
+        for column in table.columns
+        if column.param is not None
+    ]
+
+
+def check_paths(layout: Layout, paths: Iterable[str]) -> None:
+    """Raise AraelError (E1012) for a path that names no parameter and nothing that holds one."""
+    known = parameter_paths(layout)
+    for path in paths:
+        if not any(one == path or one.startswith(f"{path}.") for one in known):
+            raise _unknown("E1012", "parameter", path, known, layout)
+
+
+@contextmanager
+def blas_threads(count: int) -> Iterator[None]:
+    """Limit the threads of BLAS; 0: as many as it likes."""
+    if count == 0:
+        yield
+        return
+    with _threadpools().limit(limits=count, user_api="blas"):
+        yield
+
+
+@lru_cache(maxsize=1)
+def _threadpools() -> Any:
+    import scipy.linalg.cython_blas  # noqa: F401  (its library must be loaded to be found)
+    from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
+
+    return ThreadpoolController()
+
+
+def _linear_solver(
+    problem: Problem,
+    name: str,
+    options: Mapping[str, Any],
+    kept: tuple[Structure, LinearSolver] | None,
+) -> tuple[LinearSolver, float]:
+    """A linear solver, the one at hand if the structure is the same; and the seconds it took."""
+    if kept is not None and kept[0] is problem.structure:
+        return kept[1], 0.0
+    began = time.perf_counter()
+    linear = problem.make_solver(name, **options)
+    return linear, time.perf_counter() - began
+
+
+def _set_root(model: Solvable, one: Pass) -> None:
+    root = model._store.tables[""]
+    for setting in one.settings:
+        column = root.column(setting.column)
+        column[0] = np.reshape(np.asarray(setting.value), column.shape[1:])
+
+
+def _result(outcome: Outcome, name: str) -> Result:
+    return Result(
+        outcome.status,
+        outcome.start_cost,
+        outcome.end_cost,
+        outcome.iterations,
+        outcome.accepted_iterations,
+        outcome.x,
+        outcome.final_lambda,
+        Plan(outcome.plan),
+        outcome.timing,
+        outcome.history,
+        name=name,
+    )
+
+
+def _unknown(code: str, what: str, name: str, known: list[str], layout: Layout) -> AraelError:
+    near = difflib.get_close_matches(name, known, 1)
+    if near:
+        text = f"did you mean `{near[0]}`?"
+    elif known:
+        text = f"there are: {', '.join(known)}"
+    else:
+        text = f"the model declares no {what}"
+    return AraelError(
+        Diagnostic(code, f"there is no {what} `{name}`", origin=layout.name, help=(text,))
+    )
