@@ -1,0 +1,37 @@
+"""``python -m benchmarks [suite ...] [-o report.md]``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+from benchmarks import kernels, solvers, start  # noqa: E402
+from benchmarks.measure import machine  # noqa: E402
+
+SUITES = {"kernels": kernels.run, "start": start.run, "solvers": solvers.run}
+
+
+def main() -> None:
+    """Run the suites named, or all."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks")
+    parser.add_argument("suites", nargs="*", choices=[*SUITES, []], help=", ".join(SUITES))
+    parser.add_argument("-o", "--output", type=Path, help="write the report to this file")
+    chosen = parser.parse_args()
+    lines = ["# Benchmark report", "", *machine()]
+    for name in chosen.suites or SUITES:
+        sys.stderr.write(f"{name} ...\n")
+        lines += ["", *SUITES[name]()]
+    report = "\n".join(lines) + "\n"
+    if chosen.output:
+        chosen.output.write_text(report, encoding="utf-8")
+    else:
+        sys.stdout.write(report)
+
+
+if __name__ == "__main__":
+    main()
