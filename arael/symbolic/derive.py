@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping
 from typing import NamedTuple, TypeVar
 
-from arael.symbolic.graph import NO_PLACE, Graph
+from arael.symbolic.graph import Graph
 from arael.symbolic.partials import arguments, branches, partials
+from arael.symbolic.varying import rank_of_seeds, varying
 
 Seed = TypeVar("Seed", bound=Hashable)
 Entries = dict[Hashable, int]
@@ -44,15 +45,12 @@ def forward(
     first named in `seeds`. A seed that is absent has derivative zero by structure.
     """
     outputs = list(outputs)
-    rank: dict[Hashable, int] = {}
-    for tangents in seeds.values():
-        for seed in tangents:
-            rank.setdefault(seed, len(rank))
+    rank: dict[Hashable, int] = dict(rank_of_seeds(seeds).items())
     found: dict[int, _Tangent] = {}
     one = graph.const(1.0)
     place = graph.place
-    for node in _varying(graph, outputs, seeds):
-        graph.place = place if graph.places[node] == NO_PLACE else graph.places[node]
+    for node in varying(graph, outputs, seeds):
+        graph.place = graph.place_of(node, place)
         given = seeds.get(node)
         tangent: _Tangent | None
         if given is not None:
@@ -66,27 +64,12 @@ def forward(
             found[node] = tangent
     result: list[dict[Seed, int]] = []
     for node in outputs:
-        graph.place = place if graph.places[node] == NO_PLACE else graph.places[node]
+        graph.place = graph.place_of(node, place)
         entries = _entries(graph, found[node]) if node in found else {}
         ordered = sorted(entries.items(), key=lambda item: rank[item[0]])
         result.append(dict(ordered))  # type: ignore[arg-type]
     graph.place = place
     return result
-
-
-def _varying(graph: Graph, outputs: list[int], seeds: Mapping[int, object]) -> list[int]:
-    """Nodes through which `outputs` vary, in order of evaluation."""
-    found = set(outputs)
-    stack = list(found)
-    while stack:
-        node = stack.pop()
-        if node in seeds:
-            continue
-        for operand in arguments(graph, node):
-            if operand not in found:
-                found.add(operand)
-                stack.append(operand)
-    return sorted(found)
 
 
 def _chain(graph: Graph, node: int, found: Mapping[int, _Tangent]) -> _Tangent | None:

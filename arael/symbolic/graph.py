@@ -123,6 +123,23 @@ class Graph:
         self.places.append(NO_PLACE if self.place is None else self.place)
         return len(self.ops) - 1
 
+    def place_of(self, node: int, default: int | None = None) -> int | None:
+        """Return the place of `node`, or `default` if it has none."""
+        place = self.places[node]
+        return default if place == NO_PLACE else place
+
+    def rollback(self, length: int) -> None:
+        """Forget all nodes made since the graph had `length` nodes."""
+        while len(self.ops) > length:
+            name, args = self.ops.pop(), self.args.pop()
+            self.places.pop()
+            if name == "const":
+                del self._constants[self.constants.pop()]
+            elif name == "input":
+                del self._inputs[self.inputs.pop()]
+            else:
+                del self._nodes[(name, args)]
+
     # Looking at nodes
 
     def exists(self, name: str, args: tuple[int, ...]) -> bool:
@@ -201,7 +218,7 @@ class Graph:
         saved = target.place
         for node in self._reachable(outputs, new):
             name, args = self.ops[node], self.args[node]
-            target.place = self.places[node] if self.places[node] != NO_PLACE else saved
+            target.place = self.place_of(node, saved)
             if name == "const":
                 new[node] = target.const(self.constants[args[0]])
             elif name == "input":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import parameter_type
 
 Array = NDArray[Any]
+Method = Callable[..., list[dict[Any, int]]]
 
 
 def inputs(g: Graph, n: int, name: str = "x") -> list[int]:
@@ -27,10 +28,16 @@ def run(g: Graph, outputs: Iterable[int], point: Sequence[float]) -> Array:
     return np.array([values[node][()] for node in tape.outputs])
 
 
-def jacobian(g: Graph, outputs: Sequence[int], by: Sequence[int], point: Sequence[float]) -> Array:
+def jacobian(
+    g: Graph,
+    outputs: Sequence[int],
+    by: Sequence[int],
+    point: Sequence[float],
+    method: Method = forward,
+) -> Array:
     """Symbolic derivative of `outputs` by input nodes `by`, evaluated."""
     one, zero = g.const(1.0), g.const(0.0)
-    rows = forward(g, outputs, {node: {k: one} for k, node in enumerate(by)})
+    rows = method(g, outputs, {node: {k: one} for k, node in enumerate(by)})
     flat = [row.get(k, zero) for row in rows for k in range(len(by))]
     return run(g, flat, point).reshape(len(outputs), len(by))
 

@@ -8,8 +8,20 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from arael.symbolic.derive import forward
+from arael.symbolic.elimination import eliminate
 from arael.symbolic.graph import Graph
-from tests.symbolic.programs import between_factor, complex_step, inputs, jacobian, run
+from arael.symbolic.jacobian import jacobian as shortest
+from tests.symbolic.programs import (
+    Method,
+    between_factor,
+    central,
+    complex_step,
+    inputs,
+    jacobian,
+    run,
+)
+
+methods = pytest.mark.parametrize("method", [forward, eliminate, shortest])
 
 ANALYTIC = ("add", "sub", "mul", "div", "neg", "sin", "cos", "exp", "tanh", "atan", "sqrt", "log",
             "sinh", "cosh", "tan", "identity")  # fmt: skip
@@ -32,10 +44,11 @@ def _build(g: Graph, program: list[Step]) -> list[int]:
     return nodes
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@methods
+@settings(max_examples=200, deadline=None, derandomize=True)
 @given(programs, st.tuples(coordinates, coordinates, coordinates))
 def test_random_programs_against_the_complex_step(
-    program: list[Step], point: tuple[float, ...]
+    method: Method, program: list[Step], point: tuple[float, ...]
 ) -> None:
     g = Graph()
     nodes = _build(g, program)
@@ -45,12 +58,13 @@ def test_random_programs_against_the_complex_step(
         values = run(g, g.live(outputs), point)
     assume(np.isfinite(values).all() and np.isfinite(expected).all())
     assume(np.max(np.abs(values)) < 1e6 and np.max(np.abs(expected)) < 1e8)
-    found = jacobian(g, outputs, inputs(g, 3), point)
+    found = jacobian(g, outputs, inputs(g, 3), point, method)
     scale = max(1.0, float(np.max(np.abs(expected))))
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9 * scale)
 
 
-def test_structural_zeros_are_absent() -> None:
+@methods
+def test_structural_zeros_are_absent(method: Method) -> None:
     g = Graph()
     x, y, z = inputs(g, 3)
     one = g.const(1.0)
@@ -62,86 +76,94 @@ def test_structural_zeros_are_absent() -> None:
         g.op("lt", x, y),
         g.const(3.0),
     ]
-    assert [list(row) for row in forward(g, out, seeds)] == [["x"], ["x"], [], [], []]
+    assert [list(row) for row in method(g, out, seeds)] == [["x"], ["x"], [], [], []]
 
 
-def test_seeds_are_listed_in_their_first_order() -> None:
+@methods
+def test_seeds_are_listed_in_their_first_order(method: Method) -> None:
     g = Graph()
     x, y = inputs(g, 2)
     one = g.const(1.0)
-    (row,) = forward(g, [g.op("add", x, y)], {y: {"late": one}, x: {"early": one, "late": one}})
+    (row,) = method(g, [g.op("add", x, y)], {y: {"late": one}, x: {"early": one, "late": one}})
     assert list(row) == ["late", "early"]
     assert g.value(row["late"]) == 2.0
 
 
-def test_seeds_given_for_cached_values() -> None:
+@methods
+def test_seeds_given_for_cached_values(method: Method) -> None:
     # sin and cos of an angle come in as inputs, with derivatives that refer to each other
     g = Graph()
     s, c, k = inputs(g, 3)
     out = g.op("mul", k, g.op("div", s, c))
-    (row,) = forward(g, [out], {s: {0: c}, c: {0: g.op("neg", s)}})
+    (row,) = method(g, [out], {s: {0: c}, c: {0: g.op("neg", s)}})
     angle = 0.4
     found = run(g, [row[0]], [np.sin(angle), np.cos(angle), 3.0])[0]
     assert found == pytest.approx(3.0 / np.cos(angle) ** 2, rel=1e-14)
 
 
-def test_only_the_arm_taken_counts() -> None:
+@methods
+def test_only_the_arm_taken_counts(method: Method) -> None:
     # if x > 0 then sqrt(x) else x: at -1 and 0 the root's derivative is NaN and infinite
     g = Graph()
     (x,) = inputs(g, 1)
     out = g.op("select", g.op("lt", g.const(0.0), x), g.op("sqrt", x), x)
     for at, slope in ((-1.0, 1.0), (0.0, 1.0), (4.0, 0.25)):
-        assert jacobian(g, [out], [x], [at])[0, 0] == slope
+        assert jacobian(g, [out], [x], [at], method)[0, 0] == slope
 
 
+@methods
 @pytest.mark.parametrize("name", ["min", "max"])
-def test_the_other_argument_of_an_extremum_may_be_singular(name: str) -> None:
+def test_the_other_argument_of_an_extremum_may_be_singular(name: str, method: Method) -> None:
     g = Graph()
     (x,) = inputs(g, 1)
     far = g.const(-1.0 if name == "max" else 1.0)
     inner = g.op("sqrt", x) if name == "min" else g.op("neg", g.op("sqrt", x))
     near = g.op(name, far, g.op("mul", g.const(2.0), inner))
-    assert jacobian(g, [near], [x], [1.0])[0, 0] == 0.0
+    assert jacobian(g, [near], [x], [1.0], method)[0, 0] == 0.0
     # nested: an infinite slope times a flat outer function in an arm that is not taken
     shielded = g.op("select", g.op("lt", x, g.const(0.0)), g.op("log", g.op("sqrt", x)), x)
-    assert jacobian(g, [g.op("mul", shielded, shielded)], [x], [0.0])[0, 0] == 0.0
+    assert jacobian(g, [g.op("mul", shielded, shielded)], [x], [0.0], method)[0, 0] == 0.0
 
 
-def test_prescribed_derivatives_are_used_and_chained() -> None:
+@methods
+def test_prescribed_derivatives_are_used_and_chained(method: Method) -> None:
     g = Graph()
     x, y = inputs(g, 2)
     inner = g.op("mul", x, y)
     out = g.op("exp", g.custom(g.op("sin", inner), [(inner, g.const(10.0))]))
-    found = jacobian(g, [out], [x, y], [0.5, 0.4])[0]
+    found = jacobian(g, [out], [x, y], [0.5, 0.4], method)[0]
     slope = 10.0 * np.exp(np.sin(0.2))
     np.testing.assert_allclose(found, [0.4 * slope, 0.5 * slope], rtol=1e-14)
 
 
-def test_derivatives_of_derivatives() -> None:
+@methods
+def test_derivatives_of_derivatives(method: Method) -> None:
     g = Graph()
     (x,) = inputs(g, 1)
     one = g.const(1.0)
     node = g.op("sin", g.op("mul", x, x))
     for _ in range(3):
-        (row,) = forward(g, [node], {x: {0: one}})
+        (row,) = method(g, [node], {x: {0: one}})
         node = row[0]
     x2 = 0.7**2
     expected = -12 * 0.7 * np.sin(x2) - 8 * 0.7**3 * np.cos(x2)
     assert run(g, [node], [0.7])[0] == pytest.approx(expected, rel=1e-13)
 
 
-def test_derivatives_remember_the_place_of_what_they_derive() -> None:
+@methods
+def test_derivatives_remember_the_place_of_what_they_derive(method: Method) -> None:
     g = Graph()
     x, y = inputs(g, 2)
     g.place = 5
     out = g.op("atan2", x, y)
     g.place = None
-    (row,) = forward(g, [out], {x: {0: g.const(1.0)}})
+    (row,) = method(g, [out], {x: {0: g.const(1.0)}})
     assert g.places[row[0]] == 5
     assert g.place is None
 
 
-def test_a_chain_carries_one_factor() -> None:
+@methods
+def test_a_chain_carries_one_factor(method: Method) -> None:
     # sin(cos(exp(|x|^2))) by 8 seeds: the chain is multiplied once, not once per seed
     g = Graph()
     x = inputs(g, 8)
@@ -149,14 +171,15 @@ def test_a_chain_carries_one_factor() -> None:
     for k in x:
         node = g.op("add", node, g.op("mul", k, k))
     out = g.op("sin", g.op("cos", g.op("exp", node)))
-    (row,) = forward(g, [out], {k: {i: g.const(1.0)} for i, k in enumerate(x)})
+    (row,) = method(g, [out], {k: {i: g.const(1.0)} for i, k in enumerate(x)})
     before, after = g.operations([out]), g.operations([out, *row.values()])
     assert after - before <= 5 + 3 * 8
 
 
-def test_between_factor_against_the_complex_step() -> None:
+@methods
+def test_between_factor_against_the_complex_step(method: Method) -> None:
     g, out, seeds = between_factor()
-    rows = forward(g, out, seeds)
+    rows = method(g, out, seeds)
     zero = g.const(0.0)
     rng = np.random.default_rng(3)
     point = rng.normal(size=len(g.inputs))
@@ -171,3 +194,45 @@ def test_between_factor_against_the_complex_step() -> None:
             found = run(g, [row.get(seed, zero)], point)[0]
             assert found == pytest.approx(sum(entering), rel=1e-12, abs=1e-13)
     assert sum(map(len, rows)) == 54  # of 72: the rest is zero by structure
+
+
+@methods
+def test_nested_branches(method: Method) -> None:
+    """Arms within arms, shared between arms, under conditions that depend on each other."""
+    g = Graph()
+    x, y = inputs(g, 2)
+    zero = g.const(0.0)
+    positive, larger = g.op("lt", zero, x), g.op("lt", x, y)
+    root, shared = g.op("sqrt", x), g.op("exp", y)
+    inner = g.op("select", larger, g.op("mul", root, shared), g.op("log", y))
+    outer = g.op("select", positive, g.op("sin", inner), g.op("mul", shared, shared))
+    out = [outer, g.op("mul", outer, g.op("select", larger, x, y)), g.op("max", inner, y)]
+    for at in ((0.5, 1.5), (1.5, 0.5), (-0.5, 0.7), (0.8, 0.9)):
+        if at[0] < 0:
+            # everything but the shared exponential is NaN there
+            found = jacobian(g, out[:2], [x, y], at, method)
+            square = np.exp(2 * at[1])
+            expected = [[0, 2 * square], [square, 2 * square * at[0]]]
+        else:
+            found = jacobian(g, out, [x, y], at, method)
+            expected = central(g, out, at)
+        np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-8)
+
+
+def test_the_shortest_program_is_taken() -> None:
+    # one residual of many parameters, through a product of sums: elimination from above is shorter
+    g = Graph()
+    x, m = inputs(g, 3), inputs(g, 9, "m")
+    from arael.symbolic import linear
+
+    moved = linear.matvec(g, linear.matrix(m, 3, 3), x)
+    out = [g.op("exp", linear.norm2(g, linear.matvec(g, linear.matrix(m, 3, 3), moved)))]
+    seeds = {node: {k: g.const(1.0)} for k, node in enumerate([*x, *m])}
+    counts = []
+    for method in (forward, eliminate, shortest):
+        mark = len(g)
+        rows = method(g, out, seeds)
+        counts.append(g.tape([*out, *rows[0].values()]).operations)
+        g.rollback(mark)
+    assert counts[1] < counts[0] and counts[2] == counts[1]
+    assert len(g) == mark

@@ -150,9 +150,9 @@ def test_unknown_operation_and_wrong_arity() -> None:
 def test_programs_do_not_depend_on_the_hash_seed() -> None:
     script = (
         "from tests.symbolic.programs import between_factor\n"
-        "from arael.symbolic.derive import forward\n"
+        "from arael.symbolic.jacobian import jacobian\n"
         "g, out, seeds = between_factor()\n"
-        "rows = forward(g, out, seeds)\n"
+        "rows = jacobian(g, out, seeds)\n"
         "t = g.tape(out + [n for r in rows for n in r.values()])\n"
         "print([list(r) for r in rows], t.ops, t.args, t.constants, t.outputs)\n"
     )
