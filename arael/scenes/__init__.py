@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from arael.scenes.columns import columns
 from arael.scenes.config import SceneConfig, benchmark_config, demo_config
+from arael.scenes.fill import fill
 from arael.scenes.observations import Observations
 from arael.scenes.scene import Scene, make_scene
 from arael.scenes.sensors import Sensors
@@ -19,6 +20,7 @@ __all__ = [
     "benchmark_config",
     "columns",
     "demo_config",
+    "fill",
     "make_scene",
     "trajectory",
 ]

@@ -72,6 +72,7 @@ class Errors:
     pose_rms : RMS position error of the poses after similarity alignment [m]
     scale : that alignment's scale; 1 if the estimate has the true size
     landmark : (m,) position error of each landmark after rigid alignment of the poses [m]
+    scaled_landmark : (m,) the same after similarity alignment of the poses [m]
     distance : (m,) its distance from the closest pose [m]
     closest : (m,) that pose
     """
@@ -79,6 +80,7 @@ class Errors:
     pose_rms: float
     scale: float
     landmark: Array
+    scaled_landmark: Array
     distance: Array
     closest: Index
 
@@ -92,6 +94,11 @@ class Errors:
         """Median of `relative`."""
         return float(np.median(self.relative))
 
+    @property
+    def scaled_relative_median(self) -> float:
+        """Median of the landmarks' relative errors with the scale taken out."""
+        return float(np.median(self.scaled_landmark / self.distance))
+
 
 def errors_against_truth(
     poses: Array, landmarks: Array, true_poses: Array, true_landmarks: Array
@@ -100,11 +107,11 @@ def errors_against_truth(
     scaled = similarity(poses, true_poses)
     moved = rigid(poses, true_poses)
     closest, distance = closest_pose(true_landmarks, true_poses)
-    off = np.linalg.norm(moved.apply(landmarks) - true_landmarks, axis=1)
     return Errors(
         pose_rms=rms_distance(scaled.apply(poses), true_poses),
         scale=scaled.scale,
-        landmark=off,
+        landmark=np.linalg.norm(moved.apply(landmarks) - true_landmarks, axis=1),
+        scaled_landmark=np.linalg.norm(scaled.apply(landmarks) - true_landmarks, axis=1),
         distance=distance,
         closest=closest,
     )

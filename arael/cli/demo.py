@@ -1,0 +1,159 @@
+"""`arael demo`: problems made, solved and judged against the truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from arael.cli.exits import Exit
+from arael.cli.options import (
+    F,
+    json_option,
+    plot_option,
+    precision_option,
+    solver_option,
+    threads_option,
+)
+
+
+@click.group("demo", short_help="Run a demonstration on synthetic data.")
+def command() -> None:
+    """Make a problem with known truth, solve it, and tell how far off the solution is."""
+
+
+def scene_options(function: F) -> F:
+    """Add the options that choose a scene."""
+    for option in reversed(
+        (
+            click.option(
+                "--poses",
+                type=click.IntRange(2, 100_000),
+                default=60,
+                show_default=True,
+                help="Number of poses.",
+            ),
+            click.option(
+                "--landmarks",
+                type=click.IntRange(1, 1_000_000),
+                help="Number of landmarks.  [default: four per pose]",
+            ),
+            click.option(
+                "--trajectory",
+                type=click.Choice(["s-curve", "loop", "eight"]),
+                default="s-curve",
+                show_default=True,
+                help="Shape of the path.",
+            ),
+            seed_option,
+            *solve_options,
+        )
+    ):
+        function = option(function)
+    return function
+
+
+seed_option = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=42,
+    show_default=True,
+    help="Seed of the random numbers.",
+)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="No trace of the solver's steps.")
+solve_options: tuple[Callable[[Any], Any], ...] = (
+    solver_option,
+    precision_option,
+    threads_option,
+    quiet_option,
+    plot_option,
+    json_option,
+)
+
+
+@command.command("slam")
+@scene_options
+def slam(**options: Any) -> int:
+    """Visual-inertial SLAM in three passes, with half of the data associations wrong."""
+    from arael.demo import slam as demo
+    from arael.scenes import demo_config
+
+    return _present(
+        demo, lambda: demo.run_slam(demo_config(**_scene(options)), _how(options)), options
+    )
+
+
+@command.command("localization")
+@scene_options
+def localization(**options: Any) -> int:
+    """Localization in a known map, with half of the data associations wrong."""
+    from arael.demo import localization as demo
+    from arael.scenes import demo_config
+
+    return _present(
+        demo,
+        lambda: demo.run_localization(demo_config(**_scene(options)), _how(options)),
+        options,
+    )
+
+
+@command.command("linear")
+@click.option("--points", type=click.IntRange(2, 1_000_000), default=100, show_default=True)
+@seed_option
+@solver_option
+@precision_option
+@threads_option
+@quiet_option
+@plot_option
+@json_option
+def linear(**options: Any) -> int:
+    """Line fit through points some of which are wrong: least squares beside the robust fit."""
+    from arael.demo import linear as demo
+
+    def run() -> Any:
+        return demo.run_linear(options["points"], seed=options["seed"], options=_how(options))
+
+    return _present(demo, run, options)
+
+
+def _scene(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: options[name] for name in ("poses", "landmarks", "trajectory", "seed")}
+
+
+def _how(options: dict[str, Any]) -> Any:
+    from arael.demo.scene_run import SolveOptions
+
+    return SolveOptions(
+        solver=options["solver"],
+        precision=options["precision"],
+        threads=options["threads"],
+        verbose=not (options["quiet"] or options["as_json"]),
+    )
+
+
+def _present(demo: Any, run: Callable[[], Any], options: dict[str, Any]) -> int:
+    """Run a demo, print its report, draw its pictures."""
+    from arael.cli import summary
+    from arael.cli.solve import require_writable
+
+    picture = options["plot"]
+    if picture is not None:
+        from arael.plot.figure import check_format, require_matplotlib
+
+        require_matplotlib()
+        check_format(Path(picture))
+        require_writable(picture)
+    done = run()
+    written = demo.plot(done, Path(picture)) if picture is not None else []
+    if options["as_json"]:
+        found = {**summary.as_dict(done.result), **demo.summary(done), "written": written}
+        click.echo(json.dumps(summary.plain(found)))
+    else:
+        for line in demo.report(done):
+            click.echo(line)
+        for file in written:
+            click.echo(f"wrote {file}")
+    return Exit.OK if summary.has_converged(done.result) else Exit.NOT_CONVERGED

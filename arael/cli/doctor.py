@@ -1,0 +1,168 @@
+"""`arael doctor`: the state of the installation, with advice."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from dataclasses import asdict, dataclass
+from importlib import metadata
+
+import click
+
+from arael.cli.exits import Exit
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: ``ok``, ``missing`` (something optional) or ``broken``."""
+
+    name: str
+    state: str
+    found: str
+    advice: str = ""
+
+
+@click.command("doctor", short_help="Report on the installation, with advice.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(as_json: bool) -> int:
+    """Report on Python, libraries, C compiler, processor, cache and optional parts."""
+    findings = examine()
+    if as_json:
+        click.echo(json.dumps({"findings": [asdict(f) for f in findings]}))
+    else:
+        for finding in findings:
+            click.echo(f"{_MARK[finding.state]} {finding.name:<14} {finding.found}")
+            if finding.advice:
+                click.echo(f"  {'':<14} {finding.advice}")
+    return Exit.BAD_INPUT if any(f.state == "broken" for f in findings) else Exit.OK
+
+
+_MARK = {"ok": "+", "missing": "-", "broken": "!"}
+
+
+def examine() -> list[Finding]:
+    """Look at everything arael stands on."""
+    return [
+        Finding("python", "ok", f"{platform.python_version()} at {sys.executable}"),
+        *(_package(name) for name in ("arael", "numpy", "scipy", "cython", "setuptools")),
+        _compiler(),
+        _processor(),
+        _blas(),
+        _cache(),
+        _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
+        _extra("matplotlib", "plot", "figures (`--plot`)"),
+    ]
+
+
+def _package(name: str) -> Finding:
+    try:
+        return Finding(name, "ok", metadata.version(name))
+    except metadata.PackageNotFoundError:
+        if name == "arael":
+            import arael
+
+            return Finding(name, "ok", f"{arael.__version__} (not installed, run from its source)")
+        return Finding(name, "broken", "not installed", f"pip install {name}")
+
+
+def _extra(package: str, extra: str, purpose: str) -> Finding:
+    try:
+        return Finding(package, "ok", metadata.version(package))
+    except metadata.PackageNotFoundError:
+        advice = f"optional, for {purpose}: pip install 'arael[{extra}]'"
+        return Finding(package, "missing", "not installed", advice)
+
+
+def _compiler() -> Finding:
+    from arael.compiler import build
+
+    path = build.find_compiler()
+    if path is None:
+        wanted = os.environ.get("CC")
+        found = f"CC={wanted} not found" if wanted else "none found"
+        advice = (
+            "models run on the slow NumPy interpreter; install one: apt install gcc, "
+            "xcode-select --install, or Visual Studio Build Tools"
+        )
+        return Finding("C compiler", "missing", found, advice)
+    chosen = " (chosen by CC)" if os.environ.get("CC") else ""
+    trouble = _compile_nothing()
+    if trouble:
+        return Finding("C compiler", "broken", f"{path}{chosen}", trouble)
+    return Finding("C compiler", "ok", f"{build.compiler_version() or path} at {path}{chosen}")
+
+
+def _compile_nothing() -> str:
+    """Compile the smallest extension module; return what went wrong, or ""."""
+    import tempfile
+    from pathlib import Path
+
+    from arael.compiler import build
+    from arael.diagnostics.records import AraelError
+
+    with tempfile.TemporaryDirectory(prefix="arael-") as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text("#include <Python.h>\nint arael_probe(void) { return 0; }\n")
+        try:
+            build.compile_c(source)
+        except AraelError as error:
+            first = error.diagnostics[0]
+            return "; ".join([first.message, *first.help])
+        except OSError as error:
+            return str(error)
+    return ""
+
+
+def _processor() -> Finding:
+    from arael.compiler import processor
+
+    flags = processor.flags()
+    widest = next(
+        (
+            name
+            for name, flag in (("AVX-512", "avx512f"), ("AVX2", "avx2"), ("NEON", "asimd"))
+            if flag in flags
+        ),
+        "",
+    )
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    noun = "core" if cores == 1 else "cores"
+    return Finding("processor", "ok", f"{platform.machine()} {widest}, {cores} {noun}")
+
+
+def _blas() -> Finding:
+    from importlib import import_module
+
+    from threadpoolctl import threadpool_info
+
+    import_module("scipy.linalg.cython_blas")  # loads the BLAS that the solvers call
+    pools = [p for p in threadpool_info() if p.get("user_api") == "blas"]
+    if not pools:
+        return Finding("BLAS", "ok", "none that tells of its threads")
+    names = {f"{p['internal_api']} {p.get('version') or ''}".strip() for p in pools}
+    threads = max(p["num_threads"] for p in pools)
+    return Finding("BLAS", "ok", f"{', '.join(sorted(names))}, {threads} threads")
+
+
+def _cache() -> Finding:
+    from arael.compiler import cache
+
+    path = cache.directory()
+    if not path.exists():
+        parent = next(p for p in path.parents if p.exists())
+        if os.access(parent, os.W_OK):
+            return Finding("cache", "ok", f"{path} (not made yet)")
+        return Finding("cache", "broken", f"{path} cannot be made", _CACHE_ADVICE)
+    if not path.is_dir() or not os.access(path, os.W_OK):
+        return Finding("cache", "broken", f"{path} cannot be written", _CACHE_ADVICE)
+    entries = cache.entries()
+    size = sum(bytes_ for _, _, bytes_ in entries) / 1e6
+    if sys.platform != "win32" and path.stat().st_mode & 0o022:
+        advice = f"others could write there, so it is not used: chmod 700 '{path}'"
+        return Finding("cache", "broken", str(path), advice)
+    return Finding("cache", "ok", f"{path}: {len(entries)} compiled models, {size:.1f} MB")
+
+
+_CACHE_ADVICE = "choose another directory with the environment variable ARAEL_CACHE_DIR"

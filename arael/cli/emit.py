@@ -1,0 +1,68 @@
+"""`arael emit`: print what a stage of the compiler makes of a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+STAGES = ("ast", "types", "ir", "pyx", "c")
+
+
+@click.command("emit", short_help="Print a stage of the compiler.")
+@click.argument("model")
+@click.option("--stage", type=click.Choice(STAGES), default="pyx", show_default=True)
+@click.option("--precision", type=click.Choice(["f32", "f64"]), help="Instead of the root's.")
+def command(model: str, stage: str, precision: str | None) -> None:
+    """Print what the compiler makes of MODEL.
+
+    ast: the tree of the text; types: names and shapes resolved; ir: residuals and derivatives as
+    straight-line programs; pyx: the Cython source; c: the C source.
+    """
+    from arael.loading import find_model
+
+    click.echo(_STAGES[stage](find_model(model), precision))
+
+
+def _ast(path: Path, precision: str | None) -> str:
+    from arael.cli.outline import outline
+    from arael.compiler import compiler
+    from arael.syntax.files import read_source
+
+    return outline(compiler.syntax(read_source(path)))
+
+
+def _types(path: Path, precision: str | None) -> str:
+    from arael.cli.outline import outline
+    from arael.loading import typed_model
+
+    return outline(typed_model(path))
+
+
+def _ir(path: Path, precision: str | None) -> str:
+    from arael.cli.outline import programs
+    from arael.loading import compile_program
+
+    return programs(compile_program(path, None, precision, {})[0].layout)
+
+
+def _pyx(path: Path, precision: str | None) -> str:
+    from arael.compiler import cache, compiler
+    from arael.loading import compile_program
+
+    program = compile_program(path, None, precision, {})[0]
+    return compiler.emit(program, cache.digest(path.read_bytes())[:16])
+
+
+def _c(path: Path, precision: str | None) -> str:
+    import tempfile
+
+    from arael.compiler.build import cython_to_c
+
+    with tempfile.TemporaryDirectory(prefix="arael-") as folder:
+        pyx = Path(folder) / f"kernels_{path.stem}.pyx"
+        pyx.write_text(_pyx(path, precision), encoding="utf-8")
+        return cython_to_c(pyx).read_text(encoding="utf-8")
+
+
+_STAGES = {"ast": _ast, "types": _types, "ir": _ir, "pyx": _pyx, "c": _c}

@@ -1,0 +1,141 @@
+"""`arael info`: what a model holds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from arael.runtime.layout import Column, Entity, Group, Layout, Pass, Table
+
+
+@click.command("info", short_help="Show what a model holds: structs, parameters, constraints.")
+@click.argument("model")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(model: str, as_json: bool) -> None:
+    """Show what MODEL holds: structs, parameters, constraints with operation counts, passes."""
+    from arael.loading import compile_program, find_model
+
+    layout = compile_program(find_model(model), None, None, {})[0].layout
+    click.echo(json.dumps(summary(layout)) if as_json else "\n".join(describe(layout)))
+
+
+def summary(layout: Layout) -> dict[str, Any]:
+    """Describe `layout` as plain data."""
+    return {
+        "name": layout.name,
+        "root": layout.root,
+        "precision": layout.precision,
+        "source": layout.source,
+        "doc": layout.doc,
+        "tables": [_table(table) for table in layout.tables],
+        "entities": [
+            {
+                "struct": entity.struct,
+                "table": entity.table,
+                "parameters": list(entity.tangent_names),
+            }
+            for entity in layout.entities
+        ],
+        "constraints": [
+            {
+                "label": group.label,
+                "table": group.table,
+                "residuals": group.residuals,
+                "guard": group.guard_text,
+                "operations_before": group.operations_before,
+                "operations_after": group.operations_after,
+                "where": group.where,
+                "doc": group.doc,
+            }
+            for group in layout.groups
+        ],
+        "passes": [p.name for p in layout.passes],
+    }
+
+
+def _table(table: Table) -> dict[str, Any]:
+    fields = [{"path": c.path, "type": c.type, "role": c.role, "doc": c.doc} for c in table.columns]
+    return {
+        "path": table.path,
+        "struct": table.struct,
+        "collection": table.collection,
+        "doc": table.doc,
+        "fields": fields,
+    }
+
+
+def describe(layout: Layout) -> Iterator[str]:
+    """Lines of text on what `layout` holds."""
+    yield f"{layout.name}: root {layout.root}, {layout.precision}  ({layout.source})"
+    yield from _doc(layout.doc, "  ")
+    for table in layout.tables:
+        yield ""
+        kind = "" if table.collection == "root" else f": {table.collection} of {table.struct}"
+        yield f"{table.path or 'root ' + table.struct}{kind}"
+        yield from _doc(table.doc, "  ")
+        yield from _fields(table)
+    yield ""
+    yield "parameters"
+    yield from (_entity(entity) for entity in layout.entities)
+    yield ""
+    yield "constraints (operations of residual and derivatives, before and after sharing)"
+    for group in layout.groups:
+        yield from _group(group)
+    if layout.passes:
+        yield ""
+        yield "passes"
+        yield from (_pass(p) for p in layout.passes)
+
+
+def _fields(table: Table) -> Iterator[str]:
+    shown = table.columns
+    name_width = max((len(_head(c)) for c in shown), default=0)
+    type_width = max((len(c.type) for c in shown), default=0)
+    for column in shown:
+        notes = [_default(column), (column.doc or "").strip().split("\n")[0]]
+        note = "  ".join(n for n in notes if n)
+        yield f"  {_head(column):<{name_width}}  {column.type:<{type_width}}  {note}".rstrip()
+
+
+def _default(column: Column) -> str:
+    if column.default is None or column.role == "present":
+        return ""
+    if isinstance(column.default, str):
+        return f'= "{column.default}"'
+    return "= " + ", ".join(f"{value:g}" for value in column.default)
+
+
+def _head(column: Column) -> str:
+    prefix = {"param": "param ", "skip": "skip "}.get(column.role, "")
+    return prefix + column.path
+
+
+def _entity(entity: Entity) -> str:
+    names = ", ".join(entity.tangent_names)
+    place = entity.table or "root"
+    return f"  {entity.struct} at {place}: {entity.tangent} per row ({names})"
+
+
+def _group(group: Group) -> Iterator[str]:
+    guard = f" when {group.guard_text}" if group.guard_text else ""
+    noun = "residual" if group.residuals == 1 else "residuals"
+    yield (
+        f"  {group.label}{guard}: {group.residuals} {noun}, "
+        f"{group.operations_before} -> {group.operations_after} operations  ({group.where})"
+    )
+    yield from _doc(group.doc, "    ")
+
+
+def _pass(p: Pass) -> str:
+    settings = [f"{s.column} = {', '.join(f'{v:g}' for v in s.value)}" for s in p.settings]
+    settings += [f"{k} = {v}" for k, v in p.config.items()]
+    settings += [f"freeze {path}" for path in p.freeze] + [f"free {path}" for path in p.free]
+    return f"  {p.name}: {'; '.join(settings) or 'as the data is'}"
+
+
+def _doc(text: str, indent: str) -> Iterator[str]:
+    for line in text.strip().split("\n") if text.strip() else ():
+        yield (indent + line.strip()).rstrip()

@@ -1,0 +1,87 @@
+"""What the commands ask of a model instance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Column, Layout, Table
+
+
+def row_counts(instance: Any, layout: Layout) -> dict[str, int]:
+    """Rows of every collection of a model instance, by path."""
+    found: dict[str, Any] = {"": instance}
+    counts: dict[str, int] = {}
+    for table in layout.tables:
+        if table.path:
+            found[table.path] = found[table.parent][table.field]
+            counts[table.path] = len(found[table.path])
+    return counts
+
+
+def apply_settings(instance: Any, layout: Layout, settings: tuple[str, ...]) -> None:
+    """Set root data from ``--set name=value``.
+
+    Raises
+    ------
+    AraelError
+        E0852 if an assignment is malformed, names no field of the root, or does not fit its type.
+    """
+    root = layout.table("")
+    wrong: list[Diagnostic] = []
+    for setting in settings:
+        name, sign, text = setting.partition("=")
+        try:
+            if not sign:
+                raise _bad(setting, "expected NAME=VALUE", "for instance --set gamma=3.18")
+            column = _column(root, name.strip(), setting)
+            instance[column.path] = _value(column, text.strip(), setting)
+        except AraelError as error:
+            wrong.extend(error.diagnostics)
+    if wrong:
+        raise AraelError(wrong)
+
+
+def _column(root: Table, name: str, setting: str) -> Column:
+    settable = {c.path: c for c in root.columns if c.role in ("data", "param", "skip")}
+    if name in settable:
+        return settable[name]
+    from arael.diagnostics.suggest import closest
+
+    near = closest(name, settable)
+    advice = f"did you mean `{near[0]}`?" if near else "fields: " + ", ".join(settable)
+    raise _bad(setting, f"`{root.struct}` has no field `{name}` to set", advice)
+
+
+def _value(column: Column, text: str, setting: str) -> Any:
+    """Read `text` as the type of `column`; a vector is numbers with commas between them."""
+    if column.kind == "string":
+        return text
+    if column.kind == "bool":
+        if text in ("true", "false"):
+            return text == "true"
+        raise _bad(setting, f"expected true or false for `{column.path}`, found `{text}`")
+    number = int if column.kind == "int" else float
+    try:
+        values = [number(part) for part in text.strip("[]").split(",")]
+    except ValueError:
+        noun = "whole numbers" if number is int else "numbers"
+        raise _bad(setting, f"expected {noun} for `{column.path}`, found `{text}`") from None
+    count = 1
+    for extent in column.shape:
+        count *= extent
+    if len(values) != count:
+        raise _bad(
+            setting,
+            f"`{column.path}` is {column.type}: expected {count} numbers, found {len(values)}",
+            f"declared at {column.where}",
+        )
+    if not column.shape:
+        return values[0]
+    import numpy as np
+
+    return np.array(values).reshape(column.shape)
+
+
+def _bad(setting: str, message: str, *help_: str) -> AraelError:
+    return AraelError(Diagnostic("E0852", message, origin=f"--set {setting}", help=help_))

@@ -1,0 +1,59 @@
+"""Entry point of the `arael` command."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from arael.cli.exits import Exit
+from arael.cli.failures import report
+from arael.cli.lazy import LazyGroup
+
+EPILOG = (
+    "Exit codes: 0 solved, 1 not converged, 2 bad input, 3 internal error. "
+    "MODEL is the name of a standard model (slam, localization, linear, pose_graph_2d, "
+    "pose_graph_3d) or an .arael file."
+)
+
+
+@click.group(
+    cls=LazyGroup,
+    epilog=EPILOG,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="arael", message="arael %(version)s")
+def arael() -> None:
+    """Nonlinear least squares from readable model files."""
+
+
+def run(args: Sequence[str]) -> int:
+    """Run the command line `args` (without the program's name); return the exit code."""
+    try:
+        outcome = arael.main(list(args), prog_name="arael", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "")
+        return Exit.BAD_INPUT
+    except click.exceptions.Exit as done:
+        return done.exit_code
+    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.OK
+    except BaseException as error:
+        if isinstance(error, (SystemExit, GeneratorExit)):
+            raise
+        return report(error, as_json="--json" in args)
+    return outcome if isinstance(outcome, int) else Exit.OK
+
+
+def main() -> None:
+    """Run the `arael` command and leave the process with its exit code."""
+    sys.exit(run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""`arael new`: a small model and data to start from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+MODEL = """\
+# A line through points some of which are wrong. Solve it with:
+#     arael solve {name}.arael {name}.json
+
+struct Point {{ x: real; y: real }}
+
+root {root} : f64 {{
+    param slope:  real
+    param offset: real
+    points: list of Point
+    sigma:  real = 0.1                      # how far a right point may be off
+
+    constraint line_prior {{
+        1e-3 * [slope, offset]
+    }}
+
+    fit points as p {{
+        starship((slope * p.x + offset - p.y) / sigma, starship_gamma(25))
+    }}
+}}
+"""
+
+DATA = """\
+{
+  "slope": 1.0,
+  "offset": 0.0,
+  "points": [
+    {"x": 0.0, "y": 1.02},
+    {"x": 1.0, "y": 2.95},
+    {"x": 2.0, "y": 5.01},
+    {"x": 3.0, "y": 19.0},
+    {"x": 4.0, "y": 9.03}
+  ]
+}
+"""
+
+
+@click.command("new", short_help="Write a small model and data to start from.")
+@click.argument("name")
+def command(name: str) -> None:
+    """Write NAME.arael and NAME.json here: a robust line fit, to be changed into your problem."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,60}", name):
+        raise click.BadParameter("expected letters, digits and _, beginning with a letter")
+    root = "".join(part.capitalize() for part in name.split("_"))
+    texts = {f"{name}.arael": MODEL.format(name=name, root=root), f"{name}.json": DATA}
+    for file in texts:
+        if Path(file).exists():
+            raise AraelError(
+                Diagnostic(
+                    "E0854", "the file is there already", origin=file, help=("name another",)
+                )
+            )
+    for file, text in texts.items():
+        _write(file, text)
+    click.echo(f"wrote {name}.arael and {name}.json; solve with")
+    click.echo(f"  arael solve {name}.arael {name}.json")
+
+
+def _write(file: str, text: str) -> None:
+    try:
+        with open(file, "x", encoding="utf-8") as out:
+            out.write(text)
+    except OSError as error:
+        raise AraelError(
+            Diagnostic("E0853", f"cannot write the file: {error.strerror}", origin=file)
+        ) from error

@@ -1,0 +1,56 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+SOLVERS = ("auto", "dense", "band", "sparse", "cholmod")
+
+
+def solver_option(function: F) -> F:
+    """Add ``--solver``."""
+    return click.option(
+        "--solver",
+        type=click.Choice(SOLVERS),
+        default="auto",
+        show_default=True,
+        help="Linear solver.",
+    )(function)
+
+
+def precision_option(function: F) -> F:
+    """Add ``--precision``."""
+    return click.option(
+        "--precision", type=click.Choice(["f32", "f64"]), help="Instead of what the root declares."
+    )(function)
+
+
+def threads_option(function: F) -> F:
+    """Add ``--threads``."""
+    return click.option(
+        "--threads",
+        type=click.IntRange(min=0),
+        default=1,
+        show_default=True,
+        help="Threads; 0: all cores.",
+    )(function)
+
+
+def json_option(function: F) -> F:
+    """Add ``--json``."""
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(function)
+
+
+def plot_option(function: F) -> F:
+    """Add ``--plot``."""
+    return click.option(
+        "--plot",
+        "plot",
+        type=click.Path(dir_okay=False),
+        help="Draw pictures into files named after this one (.png, .pdf, .svg).",
+    )(function)

@@ -1,0 +1,101 @@
+"""Trees of dataclasses as indented text: how `arael emit` shows the early stages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from arael.diagnostics.records import Span
+from arael.runtime.layout import Group, Layout, Use
+from arael.runtime.tape import Tape
+
+
+def outline(node: Any) -> str:
+    """Text of a tree of dataclasses, a line a node; spans are left out."""
+    return "\n".join(_lines(node, "", ""))
+
+
+def _lines(node: Any, label: str, indent: str) -> Iterator[str]:
+    head = f"{indent}{label}"
+    if _is_plain(node):
+        yield f"{head}{node!r}"
+    elif isinstance(node, (tuple, list)):
+        if not node:
+            yield f"{head}[]"
+        elif all(_is_plain(item) for item in node):
+            yield f"{head}[{', '.join(map(repr, node))}]"
+        else:
+            yield head.rstrip()
+            for item in node:
+                yield from _lines(item, "- ", indent + "  ")
+    elif isinstance(node, dict):
+        yield f"{head}{node!r}"
+    else:
+        names = _field_names(node)
+        values = {name: getattr(node, name) for name in names}
+        plain = {k: v for k, v in values.items() if _is_plain(v) and v not in ("", None)}
+        shown = " ".join(f"{name}={value!r}" for name, value in plain.items())
+        yield f"{head}{type(node).__name__} {shown}".rstrip()
+        for name, value in values.items():
+            if not _is_plain(value) and not isinstance(value, Span) and value != ():
+                yield from _lines(value, f"{name}: ", indent + "  ")
+
+
+def _is_plain(value: Any) -> bool:
+    return value is None or isinstance(value, (str, int, float, bool))
+
+
+def _field_names(node: Any) -> list[str]:
+    if is_dataclass(node):
+        return [f.name for f in fields(node) if f.name not in ("span", "name_span")]
+    return list(getattr(node, "__struct_fields__", ()))
+
+
+def programs(layout: Layout) -> str:
+    """Print the IR: every constraint as a straight-line program with its derivatives."""
+    parts = [f"model {layout.name}, root {layout.root}, {layout.precision}"]
+    parts += [_program(group, layout) for group in layout.groups]
+    return "\n\n".join(parts)
+
+
+def _program(group: Group, layout: Layout) -> str:
+    lines = [
+        f"constraint {group.label} at {group.table or 'root'}  ({group.where})",
+        f"  {group.residuals} residuals, {len(group.jacobian)} derivatives, "
+        f"{group.operations_before} operations before and {group.operations_after} after "
+        "common subexpressions",
+    ]
+    if group.guard_text:
+        lines.append(f"  when {group.guard_text}")
+    lines += [f"  {line}" for line in _tape(group.tape, _input_names(group, layout))]
+    outputs = group.tape.outputs
+    lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]
+    for node, (row, use, k) in zip(outputs[group.residuals :], group.jacobian, strict=True):
+        lines.append(f"  d r{row} / d {_tangent(group.uses[use], k, layout)} = t{node}")
+    return "\n".join(lines)
+
+
+def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
+    for number, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True)):
+        if op == "input":
+            yield f"t{number} = {names[args[0]] if args[0] < len(names) else f'input {args[0]}'}"
+        elif op == "const":
+            yield f"t{number} = {tape.constants[args[0]]!r}"
+        else:
+            yield f"t{number} = {op} {' '.join(f't{a}' for a in args)}"
+
+
+def _input_names(group: Group, layout: Layout) -> list[str]:
+    states = [f"{_owner(group.uses[use], layout)} state {offset}" for use, offset in group.states]
+    data = [f"data {i}" for i in range(group.data_count)]
+    return [*states, *data, *(f"uniform {i}" for i in range(group.uniform_count))]
+
+
+def _owner(use: Use, layout: Layout) -> str:
+    entity = layout.entities[use.entity]
+    return f"slot {use.slot} ({entity.struct})"
+
+
+def _tangent(use: Use, index: int, layout: Layout) -> str:
+    return f"{_owner(use, layout)}.{layout.entities[use.entity].tangent_names[index]}"

@@ -1,0 +1,162 @@
+"""`arael solve`: a model, a data file, a solution."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from arael.cli.exits import Exit
+from arael.cli.options import (
+    json_option,
+    plot_option,
+    precision_option,
+    solver_option,
+    threads_option,
+)
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Layout
+
+
+@click.command("solve", short_help="Solve a model on a data file.")
+@click.argument("model")
+@click.argument("data")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the solved data here.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
+@click.option("--pass", "passes", multiple=True, metavar="NAME", help="Run this pass only.")
+@solver_option
+@precision_option
+@threads_option
+@click.option("--max-iters", type=click.IntRange(min=1), help="Most attempts at a step per pass.")
+@click.option("--interpret", is_flag=True, help="Run on the NumPy interpreter, without a compiler.")
+@click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
+@click.option("--covariance", type=click.Path(dir_okay=False), help="Write marginals here (.npz).")
+@plot_option
+@json_option
+def command(
+    model: str,
+    data: str,
+    output: str | None,
+    settings: tuple[str, ...],
+    passes: tuple[str, ...],
+    solver: str,
+    precision: str | None,
+    threads: int,
+    max_iters: int | None,
+    interpret: bool,
+    verbose: bool,
+    covariance: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> int:
+    """Solve MODEL on DATA (JSON, NPZ, CSV, g2o) with the passes of the model.
+
+    MODEL is the name of a standard model or an .arael file. The exit code is 0 if every pass
+    converged, 1 if not, 2 if something about the input is wrong. Ctrl-C ends the solve; the best
+    state found is reported and written all the same.
+    """
+    import arael
+    from arael.cli import summary
+    from arael.cli.instances import apply_settings
+
+    for path in (output, covariance, plot):
+        require_writable(path)
+    loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
+    for warning in loaded.layout.warnings:
+        click.echo(warning, err=True)
+    instance = loaded()
+    arael.read(instance, data)
+    apply_settings(instance, loaded.layout, settings)
+
+    result = run(instance, solver, passes, threads, max_iters, verbose, as_json)
+    written = _write_all(instance, loaded.layout, result, output, covariance, plot)
+    if as_json:
+        found = {"model": model, "data": data, **summary.as_dict(result), "written": written}
+        click.echo(json.dumps(found))
+    else:
+        click.echo(str(result))
+        for path in written:
+            click.echo(f"wrote {path}")
+        if str(result.status) == "aborted":
+            click.echo("interrupted: this is the best state found until then", err=True)
+    return Exit.OK if summary.has_converged(result) else Exit.NOT_CONVERGED
+
+
+def run(
+    instance: Any,
+    solver: str,
+    passes: tuple[str, ...],
+    threads: int,
+    max_iters: int | None,
+    verbose: bool,
+    as_json: bool,
+) -> Any:
+    """Solve `instance`, with a line of progress where somebody watches."""
+    import arael
+    from arael.cli.progress import Progress, progress_wanted
+
+    progress = Progress() if progress_wanted(verbose, as_json) else None
+    options: dict[str, Any] = {"verbose": verbose, "num_threads": threads, "observer": progress}
+    if max_iters is not None:
+        options["max_iters"] = max_iters
+    try:
+        return instance.solve(
+            config=arael.LmConfig.of(**options), solver=solver, passes=list(passes) or None
+        )
+    finally:
+        if progress is not None:
+            progress.clear()
+
+
+def require_writable(path: str | None) -> None:
+    """Find out before a long solve that its result could not be written.
+
+    Raises
+    ------
+    AraelError
+        E0853
+    """
+    if path is None:
+        return
+    folder = Path(path).resolve().parent
+    if not folder.is_dir():
+        why, advice = "its folder does not exist", f"make it: mkdir -p '{folder}'"
+    elif Path(path).exists() and not os.access(path, os.W_OK):
+        why, advice = "the file is there and read-only", "choose another file"
+    elif not os.access(folder, os.W_OK):
+        why, advice = "its folder cannot be written", "choose another folder"
+    else:
+        return
+    raise AraelError(
+        Diagnostic("E0853", f"cannot write the result: {why}", origin=path, help=(advice,))
+    )
+
+
+def _write_all(
+    instance: Any,
+    layout: Layout,
+    result: Any,
+    output: str | None,
+    covariance: str | None,
+    plot: str | None,
+) -> list[str]:
+    """Write what was asked for; return the files written."""
+    import arael
+
+    written: list[str] = []
+    if output is not None:
+        arael.write(instance, output)
+        written.append(output)
+    if covariance is not None:
+        from arael.cli.marginals import write_marginals
+
+        write_marginals(instance, covariance)
+        written.append(covariance)
+    if plot is not None:
+        from arael.plot.problem import plot_solution
+
+        written.extend(plot_solution(instance, layout, result, Path(plot)))
+    return written

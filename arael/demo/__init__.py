@@ -1,0 +1,1 @@
+"""Demonstrations: problems made, solved and judged against the truth."""

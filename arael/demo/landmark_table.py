@@ -1,0 +1,66 @@
+"""Landmarks with their errors and uncertainties, a line each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.scenes.evaluate import Errors
+
+
+@dataclass(frozen=True)
+class LandmarkLine:
+    """One landmark.
+
+    Attributes
+    ----------
+    index : its number
+    error : its position error [m]
+    relative : the same relative to `distance`
+    distance : its distance from the closest pose [m]
+    sigma : one-sigma semi-axes relative to that pose, descending [m]
+    frines : how often it was observed
+    """
+
+    index: int
+    error: float
+    relative: float
+    distance: float
+    sigma: tuple[float, float, float]
+    frines: int
+
+    def __str__(self) -> str:
+        sigma = ",".join(f"{s:.3f}" for s in self.sigma)
+        return (
+            f"LM {self.index}: |d|={self.error:.3f}m rel={100 * self.relative:.2f}% "
+            f"dist={self.distance:.1f}m sigma=({sigma}) frines={self.frines}"
+        )
+
+
+def landmark_lines(
+    errors: Errors,
+    chosen: NDArray[np.int64],
+    axes: NDArray[np.float64],
+    frines: NDArray[np.int64],
+) -> list[LandmarkLine]:
+    """Lines on the landmarks `chosen` (k,) with ellipsoid `axes` (k, 3); `frines` (m,) of all."""
+    return [
+        LandmarkLine(
+            index=int(k),
+            error=float(errors.landmark[k]),
+            relative=float(errors.relative[k]),
+            distance=float(errors.distance[k]),
+            sigma=(float(row[0]), float(row[1]), float(row[2])),
+            frines=int(frines[k]),
+        )
+        for k, row in zip(chosen, axes, strict=True)
+    ]
+
+
+def spread(relative: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Choose `count` landmarks from the best to the worst, at even steps of their rank."""
+    order = np.argsort(relative, kind="stable")
+    ranks = np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(np.int64)
+    return order[ranks]

@@ -1,0 +1,80 @@
+"""Solving a synthetic scene, and judging the solution against the truth: what two demos share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+import arael
+from arael.runtime.layout import Layout
+from arael.scenes import Scene, SceneConfig, columns, fill, make_scene
+
+Array = NDArray[np.float64]
+
+ModelName = Literal["slam", "localization"]
+
+
+@dataclass(frozen=True)
+class SolveOptions:
+    """How a demo solves.
+
+    Attributes
+    ----------
+    solver : linear solver, as `Model.solve` takes it
+    precision : ``"f32"``, ``"f64"`` or None for what the model declares
+    threads : 0 for all
+    verbose : trace every step on stderr
+    """
+
+    solver: str = "auto"
+    precision: Literal["f32", "f64"] | None = None
+    threads: int = 1
+    verbose: bool = True
+
+
+@dataclass(frozen=True)
+class SceneRun:
+    """A scene, the model instance that holds its solution, and the result of the solve."""
+
+    scene: Scene
+    instance: Any
+    layout: Layout
+    result: Any
+
+    @cached_property
+    def poses(self) -> Array:
+        """Solved positions (n, 3) [m]."""
+        return np.array(self.instance.poses.pos.value, dtype=np.float64)
+
+    @cached_property
+    def hessian(self) -> Array:
+        """Gauss-Newton Hessian (p, p) at the solution, dense."""
+        return np.asarray(self.instance.hessian(), dtype=np.float64)
+
+    @property
+    def parameters(self) -> int:
+        """Number of scalars solved for."""
+        return sum(
+            entity.tangent * len(self.instance[entity.table]) for entity in self.layout.entities
+        )
+
+    @cached_property
+    def bearing_costs(self) -> Array:
+        """Robust cost (observations, 2) of every bearing residual at the solution."""
+        residuals: Array = np.asarray(self.instance.residuals("PointFrine.bearing"))
+        return residuals.reshape(-1, 2) ** 2
+
+
+def solve_scene(name: ModelName, config: SceneConfig, options: SolveOptions) -> SceneRun:
+    """Make the scene of `config`, solve it with the standard model `name`."""
+    scene = make_scene(config)
+    model: Any = arael.load(name, precision=options.precision)
+    instance = model()
+    fill(instance, model.layout, columns(scene, name))
+    settings = arael.LmConfig(verbose=options.verbose, num_threads=options.threads)
+    result = instance.solve(config=settings, solver=options.solver)
+    return SceneRun(scene, instance, model.layout, result)

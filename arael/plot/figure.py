@@ -1,0 +1,140 @@
+"""Figures in the house's style, saved without a display and without global state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+
+BLUE = "#1f5fa8"
+ORANGE = "#d9601a"
+GREEN = "#2a7f4f"
+GREY = "#8a8f98"
+INK = "#22262b"
+FAINT = "#d5d9df"
+
+_STYLE: Any = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titlelocation": "left",
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "svg.hashsalt": "arael",
+}
+
+FORMATS = (".png", ".pdf", ".svg")
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Make a function that draws a figure do so in the house's style.
+
+    Raises
+    ------
+    AraelError
+        E0860, when it is called, if matplotlib is not installed.
+    """
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        require_matplotlib()
+        import matplotlib
+
+        with matplotlib.rc_context(_STYLE):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def require_matplotlib() -> None:
+    """Raise AraelError (E0860) if matplotlib is not installed."""
+    from importlib.util import find_spec
+
+    if find_spec("matplotlib") is None:
+        raise AraelError(
+            Diagnostic(
+                "E0860",
+                "figures need matplotlib, which is not installed",
+                origin="--plot",
+                help=("pip install 'arael[plot]'",),
+            )
+        )
+
+
+def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
+    """Make a figure of `width` by `height` inches with axes side by side."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = [figure.add_subplot(1, columns, k + 1) for k in range(columns)]
+    for one in axes:
+        one.set_axisbelow(True)
+    return figure, axes
+
+
+def check_format(path: Path) -> None:
+    """Refuse a picture's file name, before anything is computed for it.
+
+    Raises
+    ------
+    AraelError
+        E0861 if its ending is no picture format.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise AraelError(
+            Diagnostic(
+                "E0861",
+                f"expected a picture file ({', '.join(FORMATS)}), found ending `{path.suffix}`",
+                origin=str(path),
+                help=(f"for instance {path.with_suffix('.png').name}",),
+            )
+        )
+
+
+def save(figure: Figure, path: Path) -> str:
+    """Write the figure; return the file's name.
+
+    Raises
+    ------
+    AraelError
+        E0853 if it cannot be written, E0861 if its ending is no picture format.
+    """
+    import matplotlib
+
+    check_format(path)
+    try:
+        with matplotlib.rc_context(_STYLE):
+            figure.savefig(path, dpi=150, metadata=_no_date(path))
+    except OSError as error:
+        raise AraelError(
+            Diagnostic("E0853", f"cannot write the picture: {error.strerror}", origin=str(path))
+        ) from error
+    return str(path)
+
+
+def beside(path: Path, what: str) -> Path:
+    """File name for a further picture: ``run.png`` gives ``run-hessian.png``."""
+    return path.with_name(f"{path.stem}-{what}{path.suffix}")
+
+
+def _no_date(path: Path) -> dict[str, None]:
+    """Leave the date out, so that the same figure is the same file."""
+    return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
