@@ -56,7 +56,7 @@ RECORD = np.dtype(
 # Seconds between looks at pending signals (Ctrl-C): each takes the GIL.
 cdef double SIGNAL_INTERVAL = 0.02
 # A driver that rejected so often in a row that its growth overflows has given up.
-cdef double GROWTH_LIMIT = 1e18
+cdef double GROWTH_LIMIT = 1e9
 
 
 cdef void* address(array) except? NULL:
@@ -440,7 +440,7 @@ cdef class Minimiser:
 
     cdef _show(self):
         try:
-            if self._watcher.stepped(self, self._record()) is False:
+            if not self._watcher.stepped(self, self._record()):
                 self._status = OBSERVER_TERMINATED
         except KeyboardInterrupt:
             self._status = ABORTED

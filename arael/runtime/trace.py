@@ -51,7 +51,8 @@ class Watcher:
         """Show one attempt; False ends the solve."""
         if self._write is not None:
             self._write(self._line(minimiser, record))
-        return self._observer is None or self._observer(record) is not False
+        answer = None if self._observer is None else self._observer(record)
+        return answer is None or bool(answer)
 
     def _line(self, minimiser: Any, record: Any) -> str:
         step = round(float(record["seconds"]) * 1e6)

@@ -150,6 +150,10 @@ def atan2(y, x):
     return y.graph.call("atan2", y, x)
 
 
+def where_at_most(x, bound, taken, otherwise):
+    return x.graph.call("select", x.graph.call("le", x, bound), taken, otherwise)
+
+
 RULES: dict[str, Callable] = {
     "add": lambda g, y, x, d: d[0] + d[1],
     "sub": lambda g, y, x, d: d[0] - d[1],
@@ -158,6 +162,8 @@ RULES: dict[str, Callable] = {
     "sqrt": lambda g, y, x, d: d[0] * 0.5 / y,
     "sin": lambda g, y, x, d: d[0] * cos(x[0]),
     "cos": lambda g, y, x, d: d[0] * -1.0 * sin(x[0]),
+    "select": lambda g, y, x, d: g.call("select", x[0], d[1], d[2]),
+    "le": lambda g, y, x, d: g.const(0.0),
     "exp": lambda g, y, x, d: d[0] * y,
     "atan2": lambda g, y, x, d: (d[0] * x[1] - x[0] * d[1]) / (x[0] * x[0] + x[1] * x[1]),
 }
