@@ -80,8 +80,7 @@ class GroupInterpreter:
 
     def cost(self, states: Sequence[Array]) -> float:
         """Sum of squared residuals, in f64."""
-        r = self.residuals(states).astype(np.float64).ravel()
-        return float(r @ r)
+        return _squares(self.residuals(states))
 
     def rows(self, states: Sequence[Array]) -> tuple[Array, Array]:
         """Residuals (n, residuals) and Jacobian entries (n, entries), as `Group.jacobian` lists."""
@@ -103,8 +102,7 @@ class GroupInterpreter:
                 for b in range(a + 1):
                     product = np.einsum("nri,nrj->nij", jacobians[a], jacobians[b])
                     self._add_block(a, b, product, values)
-            flat = r.astype(np.float64).ravel()
-            return float(flat @ flat)
+        return _squares(r)
 
     def _add_block(self, a: int, b: int, product: Array, values: Array) -> None:
         pair = a * (a + 1) // 2 + b
@@ -130,6 +128,12 @@ class GroupInterpreter:
         for k, node in enumerate(tape.outputs):
             found[:, k] = values[node]
         return found
+
+
+def _squares(residuals: Array) -> float:
+    flat = residuals.astype(np.float64).ravel()
+    with np.errstate(all="ignore"):
+        return float(flat @ flat)
 
 
 def refresh(entity: Entity, state: Array, step: Array, moved: Array) -> None:

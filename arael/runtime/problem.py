@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from arael.runtime.box import Box
 from arael.runtime.evaluation import Evaluation
 from arael.runtime.failures import SolveError
 from arael.runtime.instances import Instances, gather_instances
-from arael.runtime.layout import Layout
+from arael.runtime.layout import Layout, ParamUse
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.positions import (
     dense_matrix,
@@ -172,32 +173,31 @@ class Problem:
             )
         if not self.box.count:
             return
-        for number, (entity, blocks) in enumerate(
-            zip(self.layout.entities, system.blocks, strict=True)
-        ):
+        for number, entity in enumerate(self.layout.entities):
             for use in entity.params:
-                self._check_bounds(
-                    number, use.column, use.stored_start, blocks.free[:, use.tangent_start]
-                )
+                self._check_bounds(number, use)
 
-    def _check_bounds(self, number: int, column: str, start: int, free: Array) -> None:
+    def _check_bounds(self, number: int, use: ParamUse) -> None:
         entity = self.layout.entities[number]
-        param = self.layout.table(entity.table).column(column).param
-        assert param is not None
-        for k, (low, high) in enumerate(zip(param.low, param.high, strict=True)):
+        column = self.layout.table(entity.table).column(use.column)
+        assert column.param is not None
+        free = self.structure.system.blocks[number].free[:, use.tangent_start]
+        ends = zip_longest(column.param.low, column.param.high)
+        for k, (low, high) in enumerate(ends):
             low = -np.inf if low is None else low
             high = np.inf if high is None else high
-            values = self.states[number][: len(free), start + k]
+            values = self.states[number][: len(free), use.stored_start + k]
             outside = free & ~((values >= self.dtype.type(low)) & (values <= self.dtype.type(high)))
             if outside.any():
                 row = int(np.argmax(outside))
                 place = row_name(self.store, entity.table, row)
-                name = f"{place}.{column}" if place else column
+                name = entity.prefix + entity.tangent_names[use.tangent_start + k]
                 raise SolveError(
                     Diagnostic(
                         "E1007",
-                        f"`{name}` starts at {values[row]:g}, outside its bounds {low:g} .. {high:g}",
-                        origin=self.layout.table(entity.table).column(column).where,
+                        f"`{f'{place}.{name}' if place else name}` starts at {values[row]:g}, "
+                        f"outside its bounds {low:g} .. {high:g}",
+                        origin=column.where,
                         help=("start it inside, or widen the bounds in the model",),
                     )
                 )
