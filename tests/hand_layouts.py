@@ -156,3 +156,23 @@ def odds() -> Layout:
             data("count", "int"),
         ),
     )  # fmt: skip
+
+
+def pose_graph(n: int) -> Layout:
+    """The shape of pose_graph_2d (n = 2) or pose_graph_3d (n = 3)."""
+    if n == 2:
+        pose = (param("t", "vec2 [m]"), param("th", "angle"))
+        measured = (data("t", "vec2 [m]"), data("th", "real [rad]"))
+        u = data("u", "mat3")
+    else:
+        pose = (param("t", "vec3 [m]"), param("q", "quaternion"))
+        measured = (data("t", "vec3 [m]"), data("q", "quat"))
+        u = data("u", "mat<6,6>")
+    ends = [ref(name, "Pose", "poses", "root.poses") for name in ("a", "b")]
+    return layout(
+        f"pose_graph_{n}d", "PoseGraph",
+        table("", "PoseGraph", "root"),
+        table("poses", "Pose", "list", *pose, data("id", "int", (0,), role="skip")),
+        table("edges", "Edge", "list", *ends, *measured, u),
+        table("anchors", "Anchor", "list", ref("pose", "Pose", "poses", "root.poses"), *measured),
+    )  # fmt: skip

@@ -1,0 +1,159 @@
+"""g2o files into a model: poses, edges, and an anchor that holds the first pose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.io.g2o.chain import poses_along
+from arael.io.g2o.kinds import Kind, kind_of
+from arael.io.g2o.parse import Graph, parse
+from arael.io.report import Report
+from arael.runtime.store import Store
+
+Array = NDArray[Any]
+
+
+def read(store: Store, content: bytes, name: str) -> None:
+    """Replace the data of a pose graph model by that of a g2o file.
+
+    Poses keep the order of the file and their ids (where the model has ``skip id: int``). Without any
+    vertex the poses are composed along the edges, in order of their ids. Edges keep the upper Cholesky
+    factor ``u`` of their information (``u' u``). FIX fixes poses; without one, an anchor with unit weight holds
+    the first pose where the file put it.
+
+    Raises
+    ------
+    AraelError
+        With file and line, several at once: E0716 malformed, E0717 unknown tag, E0719 a vertex twice,
+        E0720 an unknown vertex, E0723 information that is not positive definite, E0705 not finite,
+        E0721 a zero quaternion; E0722 where model and file are of different shape.
+    """
+    kind = kind_of(store, name)
+    report = Report(name)
+    graph = parse(content, name, kind, report)
+    fresh = store.fresh()
+    report.run(lambda: _fill(fresh, graph, kind))
+    store.adopt(fresh)
+
+
+def _fill(store: Store, graph: Graph, kind: Kind) -> None:
+    report = graph.text.report
+    row_of = _rows_by_id(graph)
+    ends = _ends(graph, row_of)
+    fixed = _fixed(graph, row_of)
+    for records in (graph.vertices, graph.edges):
+        _refuse_zero_quaternions(graph, records.numbers, records.lines, kind)
+    factors = _factors(graph, kind)
+    if report.found:
+        return
+    measured = graph.edges.numbers[:, : kind.size] if ends else np.empty((0, kind.size))
+    if graph.vertices.lines:
+        start = graph.vertices.numbers
+    else:
+        start = poses_along(kind, len(row_of), ends, measured)
+    _put(store, kind, list(row_of), start, ends, measured, factors, fixed)
+
+
+def _rows_by_id(graph: Graph) -> dict[int, int]:
+    """Id -> row: vertices in order of the file; without any, the ids of the edges in order."""
+    if not graph.vertices.lines:
+        ids = sorted({i for pair in graph.edges.ids for i in pair})
+        return {id: row for row, id in enumerate(ids)}
+    rows: dict[int, int] = {}
+    for (id,), line in zip(graph.vertices.ids, graph.vertices.lines, strict=True):
+        if id in rows:
+            before = graph.vertices.lines[rows[id]] + 1
+            graph.text.add(
+                "E0719",
+                f"vertex {id} is given twice",
+                line,
+                notes=(f"first given in line {before}",),
+            )
+        else:
+            rows[id] = len(rows)
+    return rows
+
+
+def _ends(graph: Graph, row_of: dict[int, int]) -> list[tuple[int, int]]:
+    ends = []
+    for (a, b), line in zip(graph.edges.ids, graph.edges.lines, strict=True):
+        for id in (a, b):
+            if id not in row_of:
+                graph.text.add("E0720", f"vertex {id} is not in the file", line)
+        if a == b:
+            graph.text.add("E0716", f"the edge leads from vertex {a} to itself", line)
+        ends.append((row_of.get(a, 0), row_of.get(b, 0)))
+    return ends
+
+
+def _fixed(graph: Graph, row_of: dict[int, int]) -> NDArray[np.bool_]:
+    fixed = np.zeros(len(row_of), np.bool_)
+    for id, line in graph.fixed:
+        if id in row_of:
+            fixed[row_of[id]] = True
+        else:
+            graph.text.add("E0720", f"vertex {id} is not in the file", line)
+    return fixed
+
+
+def _refuse_zero_quaternions(graph: Graph, numbers: Array, lines: list[int], kind: Kind) -> None:
+    if kind.size != 7 or not lines:
+        return
+    norms = np.linalg.norm(numbers[:, 3:7], axis=1)
+    for i in np.flatnonzero(norms < 1e-6).tolist():
+        graph.text.add("E0721", "the quaternion is zero", lines[i])
+
+
+def _factors(graph: Graph, kind: Kind) -> Array:
+    """Upper Cholesky factors (m, n, n) of the information of every edge."""
+    n, edges = kind.tangent, graph.edges
+    if not edges.lines:
+        return np.empty((0, n, n))
+    information = np.zeros((len(edges.lines), n, n))
+    rows, columns = np.triu_indices(n)
+    triangle = edges.numbers[:, kind.size :]
+    information[:, rows, columns] = triangle
+    information[:, columns, rows] = triangle
+    try:
+        lower = np.linalg.cholesky(information)
+    except np.linalg.LinAlgError:
+        for i, matrix in enumerate(information):
+            try:
+                np.linalg.cholesky(matrix)
+            except np.linalg.LinAlgError:
+                least = float(np.linalg.eigvalsh(matrix)[0])
+                graph.text.add(
+                    "E0723",
+                    "the information matrix is not positive definite",
+                    edges.lines[i],
+                    notes=(f"its smallest eigenvalue is {least:.3g}",),
+                )
+        return information
+    return np.ascontiguousarray(lower.transpose(0, 2, 1))
+
+
+def _put(
+    store: Store,
+    kind: Kind,
+    ids: list[int],
+    start: Array,
+    ends: list[tuple[int, int]],
+    measured: Array,
+    factors: Array,
+    fixed: NDArray[np.bool_],
+) -> None:
+    poses, edges = store.tables["poses"], store.tables["edges"]
+    fields = kind.fields(start)
+    more: dict[str, Any] = {f"{name}.fixed": fixed for name in fields}
+    if "id" in poses.data:
+        more["id"] = np.array(ids, np.int64)
+    poses.extend(len(ids), **fields, **more)
+    pairs = np.array(ends, np.int64).reshape(-1, 2)
+    edges.extend(len(pairs), a=pairs[:, 0], b=pairs[:, 1], **kind.fields(measured), u=factors)
+    anchors = store.tables.get("anchors")
+    if anchors is not None and len(ids) and not fixed.any():
+        first = {name: values[:1] for name, values in fields.items()}
+        anchors.extend(1, pose=np.zeros(1, np.int64), **first)

@@ -1,0 +1,101 @@
+"""Pose graph models as g2o files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.io.g2o.kinds import Kind, kind_of
+from arael.io.json_writer import refuse_not_finite, shortest
+from arael.runtime.store import Store, Table
+from arael.runtime.store.messages import error
+
+Array = NDArray[Any]
+
+
+def dump(store: Store, name: str) -> bytes:
+    """The graph as g2o text; read back it has the same cost.
+
+    The pose that the anchor holds comes first, because that is the one a reader anchors.
+
+    Raises
+    ------
+    AraelError
+        E0722 for what g2o cannot say: a model of another shape, several anchors, half a pose fixed; E0705
+        not finite, E0709 a stale ref, E0719 an id twice.
+    """
+    kind = kind_of(store, name)
+    poses, edges = store.tables["poses"], store.tables["edges"]
+    for table in (poses, edges):
+        _refuse_not_finite(table)
+    ids = _ids(poses)
+    fixed = _fixed(poses, kind)
+    order = _order(store, poses.size, fixed)
+    values = kind.numbers(_columns(poses, kind))
+    lines = [_line(kind.vertex, [ids[i]], values[i]) for i in order]
+    lines += [f"FIX {ids[i]}" for i in np.flatnonzero(fixed).tolist()]
+    lines += _edges(edges, kind, ids)
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _edges(edges: Table, kind: Kind, ids: list[int]) -> Iterator[str]:
+    a, b = edges.target_rows("a").tolist(), edges.target_rows("b").tolist()
+    factors = edges.column("u").astype(np.float64)
+    information = factors.transpose(0, 2, 1) @ factors
+    rows, columns = np.triu_indices(kind.tangent)
+    numbers = np.column_stack([kind.numbers(_columns(edges, kind)), information[:, rows, columns]])
+    for i, row in enumerate(numbers):
+        yield _line(kind.edge, [ids[a[i]], ids[b[i]]], row)
+
+
+def _line(tag: str, ids: list[int], numbers: Array) -> str:
+    return " ".join((tag, *map(str, ids), *map(repr, numbers.tolist())))
+
+
+def _columns(table: Table, kind: Kind) -> dict[str, Array]:
+    return {name: shortest(table.column(name)) for name in ("t", kind.rotation_field)}
+
+
+def _refuse_not_finite(table: Table) -> None:
+    for leaf in table.fields.leaves():
+        if leaf.column.kind == "real" and leaf.column.role != "ref":
+            refuse_not_finite(table, leaf, table.column(leaf.path), table.present(leaf.path))
+
+
+def _ids(poses: Table) -> list[int]:
+    """Ids of the poses: those the model carries, or the row numbers where it carries none."""
+    if "id" not in poses.data or not poses.column("id").any():
+        return list(range(poses.size))
+    ids: list[int] = poses.column("id").tolist()
+    if len(set(ids)) < len(ids):
+        twice = next(i for i in ids if ids.count(i) > 1)
+        raise error("E0719", f"cannot write: two poses have the id {twice}", "poses.id")
+    return ids
+
+
+def _fixed(poses: Table, kind: Kind) -> NDArray[np.bool_]:
+    position, rotation = poses.fixed("t"), poses.fixed(kind.rotation_field)
+    half = np.flatnonzero(position != rotation)
+    if len(half):
+        raise _cannot("g2o fixes whole poses, not parts of one", poses.row_name(int(half[0])))
+    return position
+
+
+def _order(store: Store, count: int, fixed: NDArray[np.bool_]) -> list[int]:
+    order = list(range(count))
+    anchors = store.tables.get("anchors")
+    if anchors is None or not anchors.size or fixed.any():
+        return order
+    if anchors.size > 1:
+        raise _cannot(f"g2o files hold one anchor, the model has {anchors.size}", "anchors")
+    first = int(anchors.target_rows("pose")[0])
+    order.remove(first)
+    return [first, *order]
+
+
+def _cannot(message: str, origin: str) -> AraelError:
+    return error("E0722", f"cannot write g2o: {message}", origin, help="write JSON or NPZ instead")
