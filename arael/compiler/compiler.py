@@ -23,6 +23,9 @@ from arael.syntax.tree import File, Import
 # a few thousand.
 MAX_OPERATIONS = 60_000
 
+# Generated source of a SLAM model has 0.12 MB.
+MAX_SOURCE = 3 << 20
+
 
 @dataclass(frozen=True)
 class Program:
@@ -88,7 +91,7 @@ def derive(
 def emit(program: Program, source_hash: str) -> str:
     """IR to Cython source."""
     layout = program.layout
-    return emit_module(
+    text = emit_module(
         layout.name,
         Path(layout.source).name,
         source_hash,
@@ -96,3 +99,14 @@ def emit(program: Program, source_hash: str) -> str:
         layout.entities,
         program.kernels,
     )
+    if len(text) > MAX_SOURCE:
+        raise AraelError(
+            Diagnostic(
+                "E0620",
+                f"{len(program.kernels)} constraints make {len(text) >> 20} MB of source, "
+                f"more than {MAX_SOURCE >> 20}",
+                origin=layout.source,
+                help=("put what many constraints have in common into one, with data that differs",),
+            )
+        )
+    return text

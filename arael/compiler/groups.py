@@ -10,6 +10,7 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 from arael.check.typed import ConstraintSite, Typed
+from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
@@ -100,7 +101,7 @@ class _Uses:
 
 def compile_constraint(site: ConstraintSite, states: Sequence[StateModel]) -> Kernel:
     """Derive everything about one constraint at one place."""
-    graph = Graph()
+    graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
@@ -157,7 +158,7 @@ def _assemble(
     lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
     prepare = graph.tape([*lane_nodes, *uniform_nodes], inputs=raw_keys)
 
-    kernel = Graph()
+    kernel = BoundedGraph(site.label, site.span)
     known: dict[int, int] = {}
     input_keys: list[Hashable] = []
     for key in state_keys:
@@ -320,7 +321,7 @@ def _guard(
 ) -> tuple[Tape | None, tuple[Raw, ...]]:
     if guard is None:
         return None, ()
-    graph = Graph()
+    graph = BoundedGraph(site.label, site.span)
     (node,) = Scalariser(graph, _Uses(site, states)).nodes(guard)
     keys = [key for key in graph.inputs if isinstance(key, RawInput)]
     return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
