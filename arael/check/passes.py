@@ -107,7 +107,7 @@ class Passes:
             self._unknown(step.target, name)
             return
         place, field = found
-        if name in SETTINGS:
+        if str(step.target) in SETTINGS:
             self.report.error(
                 "E0202",
                 step.target.span,

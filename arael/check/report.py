@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from arael.diagnostics.records import Diagnostic, Findings, Label, Span
 
 MAX_ERRORS = 50
+MAX_WARNINGS = 50
 
 
 class Reporter:
@@ -50,7 +51,12 @@ class Reporter:
         notes: Sequence[str] = (),
         help: Sequence[str] = (),
     ) -> None:
-        """Report a warning at `span`."""
+        """Report a warning at `span`; the last one that fits says that there are more."""
+        count = len(self.findings.warnings)
+        if count >= MAX_WARNINGS:
+            return
+        if count == MAX_WARNINGS - 1:
+            notes = [*notes, "further warnings are not shown"]
         self._add(
             Diagnostic(
                 code, message, span, label, (), tuple(notes), tuple(help), severity="warning"
