@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Protocol
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Protocol
 
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
-from arael.runtime.layout import Layout
+from arael.runtime.layout import Layout, Pass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from arael.config import LmConfig
+    from arael.diagnose.cost_table import CostTable
+    from arael.diagnose.covariance import Covariance
+    from arael.diagnose.jacobian import Jacobian
+    from arael.result import Result
+    from arael.runtime.problem import Problem
 
 
 class Compiled(Protocol):
@@ -74,6 +86,66 @@ class Model(Fields):
         from arael import io
 
         io.write(self, path, format)
+
+    # --- solving -----------------------------------------------------------------------------
+
+    def solve(
+        self,
+        config: LmConfig | None = None,
+        solver: str = "auto",
+        passes: str | Pass | Iterable[str | Pass] | None = None,
+        **settings: Any,
+    ) -> Result:
+        """Minimise the cost and take the solution over; see `arael.solving.solve`."""
+        from arael import solving
+
+        return solving.solve(self, config, solver, passes, **settings)
+
+    def cost(self) -> float:
+        """Sum of squared residuals at the present values."""
+        return self._problem().cost()
+
+    def cost_table(self) -> CostTable:
+        """Cost of each constraint by label, 0 where none acts."""
+        from arael.diagnose.cost_table import cost_table
+
+        return cost_table(self._problem())
+
+    def gradient(self) -> NDArray[np.float64]:
+        """Gradient 2 J'r at the present values, one entry per scalar that moves."""
+        return self._problem().gradient()
+
+    def hessian(self) -> NDArray[np.float64]:
+        """Gauss-Newton Hessian 2 J'J at the present values, dense, over the scalars that move."""
+        return self._problem().hessian()
+
+    def jacobian(self) -> Jacobian:
+        """Jacobian at the present values, by rows."""
+        from arael.diagnose.jacobian import jacobian
+
+        return jacobian(self._problem())
+
+    def covariance(self) -> Covariance:
+        """Covariance of the solution, by a dense inverse.
+
+        Raises
+        ------
+        SolveError
+            E1008: the system is singular; the free directions are named.
+        """
+        from arael.diagnose.covariance import covariance
+
+        return covariance(self._problem())
+
+    def parameter_names(self) -> list[str]:
+        """Name of every scalar that moves (``poses[3].ea.z``), in order of the system."""
+        return self._problem().parameter_names()
+
+    def _problem(self) -> Problem:
+        from arael import solving
+
+        self._store.check_complete()
+        return solving.problem_of(self)
 
     def __repr__(self) -> str:
         layout = self._compiled.layout
