@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -34,9 +35,16 @@ def _ast(path: Path, precision: str | None) -> str:
 
 def _types(path: Path, precision: str | None) -> str:
     from arael.cli.outline import outline
-    from arael.loading import typed_model
+    from arael.compiler import compiler
+    from arael.diagnostics.records import Findings
+    from arael.syntax.files import read_source
+    from arael.syntax.tree import Import
 
-    return outline(typed_model(path))
+    def imported(item: Import) -> Any:
+        return compiler.syntax(read_source(path.parent / item.path.value))
+
+    tree = compiler.syntax(read_source(path))
+    return outline(compiler.types(tree, Findings(), None, imported))
 
 
 def _ir(path: Path, precision: str | None) -> str:

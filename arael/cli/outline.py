@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from arael.diagnostics.records import Span
+from arael.diagnostics.records import Source, Span
 from arael.runtime.layout import Group, Layout, Use
 from arael.runtime.tape import Tape
 
@@ -38,7 +38,7 @@ def _lines(node: Any, label: str, indent: str) -> Iterator[str]:
         shown = " ".join(f"{name}={value!r}" for name, value in plain.items())
         yield f"{head}{type(node).__name__} {shown}".rstrip()
         for name, value in values.items():
-            if not _is_plain(value) and not isinstance(value, Span) and value != ():
+            if not _is_plain(value) and not isinstance(value, (Span, Source)) and value != ():
                 yield from _lines(value, f"{name}: ", indent + "  ")
 
 
@@ -72,7 +72,7 @@ def _program(group: Group, layout: Layout) -> str:
     outputs = group.tape.outputs
     lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]
     for node, (row, use, k) in zip(outputs[group.residuals :], group.jacobian, strict=True):
-        lines.append(f"  d r{row} / d {_tangent(group.uses[use], k, layout)} = t{node}")
+        lines.append(f"  d r{row} / d {_tangent(group, group.uses[use], k, layout)} = t{node}")
     return "\n".join(lines)
 
 
@@ -87,15 +87,27 @@ def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
 
 
 def _input_names(group: Group, layout: Layout) -> list[str]:
-    states = [f"{_owner(group.uses[use], layout)} state {offset}" for use, offset in group.states]
+    states = [_state(group, group.uses[use], offset, layout) for use, offset in group.states]
     data = [f"data {i}" for i in range(group.data_count)]
     return [*states, *data, *(f"uniform {i}" for i in range(group.uniform_count))]
 
 
-def _owner(use: Use, layout: Layout) -> str:
+def _state(group: Group, use: Use, offset: int, layout: Layout) -> str:
+    """Name of a scalar of an entity's state: a stored parameter, or a value cached beside it."""
+    for param in layout.entities[use.entity].params:
+        index = offset - param.stored_start
+        if 0 <= index < param.stored:
+            component = f"[{index}]" if param.stored > 1 else ""
+            return f"{_way(group, use)}{param.column}{component}"
+    return f"{_way(group, use)}cached[{offset}]"
+
+
+def _tangent(group: Group, use: Use, index: int, layout: Layout) -> str:
     entity = layout.entities[use.entity]
-    return f"slot {use.slot} ({entity.struct})"
+    return f"{_way(group, use)}{entity.prefix}{entity.tangent_names[index]}"
 
 
-def _tangent(use: Use, index: int, layout: Layout) -> str:
-    return f"{_owner(use, layout)}.{layout.entities[use.entity].tangent_names[index]}"
+def _way(group: Group, use: Use) -> str:
+    """Text of the way to an entity, with a dot at its end: ``pose.``, ``parent.``, ``root.``."""
+    steps = group.slots[use.slot].steps
+    return "".join(f"{step.ref or step.kind}." for step in steps)

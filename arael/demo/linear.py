@@ -59,7 +59,7 @@ def run_linear(
     options = options or SolveOptions()
     x, y, wrong = make_points(count, wrong_share, seed)
     slope, offset = np.polyfit(x, y, 1)
-    model: Any = arael.load("linear", precision=options.precision)
+    model: Any = arael.load(options.model or "linear", precision=options.precision)
     line = model(a=float(slope), b=float(offset))
     line.data.extend(x=x, y=y)
     # Graduated: with a large sigma every point still pulls; then the wrong ones are let go.

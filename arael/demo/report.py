@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from arael.demo.scene_run import SceneRun
 from arael.scenes import Scene
@@ -32,13 +31,4 @@ def solve_lines(run: SceneRun) -> Iterator[str]:
             f"pass {one.name}: {one.status} after {one.iterations} iterations, "
             f"cost {one.start_cost:.6g} -> {one.end_cost:.6g}, {1e3 * one.seconds:.1f} ms"
         )
-    yield f"{run.parameters} parameters, linear solver: {plan_text(run.result.plan)}"
-
-
-def plan_text(plan: Any) -> str:
-    """A linear solver's plan in a few words."""
-    if isinstance(plan, dict):
-        name = plan.get("solver") or plan.get("chosen") or plan.get("name") or "?"
-        why = plan.get("why") or plan.get("reason") or ""
-        return f"{name} ({why})" if why else str(name)
-    return str(plan)
+    yield f"{run.parameters} parameters, linear solver: {run.result.plan}"

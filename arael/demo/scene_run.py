@@ -24,12 +24,14 @@ class SolveOptions:
 
     Attributes
     ----------
+    model : name or file of the model; None: the standard one
     solver : linear solver, as `Model.solve` takes it
     precision : ``"f32"``, ``"f64"`` or None for what the model declares
     threads : 0 for all
     verbose : trace every step on stderr
     """
 
+    model: str | None = None
     solver: str = "auto"
     precision: Literal["f32", "f64"] | None = None
     threads: int = 1
@@ -70,9 +72,9 @@ class SceneRun:
 
 
 def solve_scene(name: ModelName, config: SceneConfig, options: SolveOptions) -> SceneRun:
-    """Make the scene of `config`, solve it with the standard model `name`."""
+    """Make the scene of `config`, solve it with `name`, or the model of `options`."""
     scene = make_scene(config)
-    model: Any = arael.load(name, precision=options.precision)
+    model: Any = arael.load(options.model or name, precision=options.precision)
     instance = model()
     fill(instance, model.layout, columns(scene, name))
     settings = arael.LmConfig(verbose=options.verbose, num_threads=options.threads)
