@@ -6,15 +6,15 @@ is barely more than the half-bandwidth. So the dense kernels work on it as they 
 rows a vector may overshoot are kept zero behind each column.
 """
 
-import numpy as np
-
 from libc.string cimport memset
 
 from arael.runtime.linear cimport tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
+from arael.runtime.linear.blocks cimport address, put
 
 from arael.runtime.linear import bandwidth
+from arael.runtime.linear.blocks import block_table
 from arael.runtime.linear.memory import aligned
 
 # Entries above the diagonal that the kernels spoil; they lie at the far end of the column before.
@@ -47,12 +47,8 @@ cdef class BandSolver(LinearSolver):
     cdef Py_ssize_t _height         # rows of a column that may be non-zero, the diagonal included
     cdef Py_ssize_t _leading
     cdef Py_ssize_t _bytes
-    cdef Py_ssize_t _blocks
-    cdef const Py_ssize_t* _row     # first scalar row of each block
-    cdef const Py_ssize_t* _column
-    cdef const Py_ssize_t* _tall
-    cdef const Py_ssize_t* _wide
-    cdef const Py_ssize_t* _start
+    cdef Py_ssize_t _count
+    cdef const long long* _blocks
 
     def __init__(self, pattern, bint single=False, half_bandwidth=None, block_half_bandwidth=None):
         super().__init__(pattern, single)
@@ -65,30 +61,18 @@ cdef class BandSolver(LinearSolver):
         self._leading = kd + overshoot - 1 + SPOILT
         matrix = aligned((self.n + overshoot) * (self._leading + 1), self.dtype)
         inverse = aligned(self.n, self.dtype)
-        block_column = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-        parts = [
-            pattern.offsets[pattern.rows],
-            pattern.offsets[block_column],
-            pattern.sizes[pattern.rows],
-            pattern.sizes[block_column],
-            pattern.value_start,
-        ]
-        index = np.ascontiguousarray(np.stack(parts), dtype=np.intp)
-        cdef Py_ssize_t[:, ::1] view = index
-        cdef size_t address = matrix.ctypes.data, second = inverse.ctypes.data
-        self._keep = (index, matrix, inverse)
-        self._matrix, self._inverse = <void*>address, <void*>second
+        table = block_table(pattern, self._leading)
+        self._keep = (matrix, inverse, table)
+        self._matrix, self._inverse = address(matrix), address(inverse)
+        self._blocks = <const long long*>address(table)
         self._bytes = matrix.nbytes
-        self._blocks = index.shape[1]
-        if self._blocks:
-            self._row, self._column = &view[0, 0], &view[1, 0]
-            self._tall, self._wide, self._start = &view[2, 0], &view[3, 0], &view[4, 0]
+        self._count = len(table)
         self.plan = {
             "solver": "band",
             "n": self.n,
             "half_bandwidth": kd,
             "nnz_l": self.n * (kd + 1),
-            "flops": float(self.n) * (kd + 1) ** 2,
+            "flops": bandwidth.band_flops(self.n, kd),
         }
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -110,23 +94,10 @@ cdef class BandSolver(LinearSolver):
                            <double*>b)
 
     cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
-        cdef Py_ssize_t block, i, j, tall, wide, ld = self._leading
+        cdef Py_ssize_t i, ld = self._leading
         cdef real* matrix = <real*>self._matrix
-        cdef real* at
-        cdef const real* value
         memset(matrix, 0, self._bytes)
-        for block in range(self._blocks):
-            tall, wide = self._tall[block], self._wide[block]
-            value = values + self._start[block]
-            at = matrix + self._row[block] + self._column[block] * ld
-            if self._row[block] == self._column[block]:
-                for i in range(tall):
-                    for j in range(i):
-                        at[i + j * ld] = value[i * wide + j]
-            else:
-                for j in range(wide):
-                    for i in range(tall):
-                        at[i + j * ld] = value[i * wide + j]
+        put(self._blocks, 0, self._count, values, matrix)
         for i in range(self.n):
             matrix[i + i * ld] = diagonal[i]
         return tiles.potrf(self.n, self._height, ld - SPOILT, matrix, ld, <real*>self._inverse)

@@ -55,6 +55,12 @@ def half_bandwidth(
     return int(reach.max(initial=0))
 
 
+def band_flops(n: int, kd: int) -> float:
+    """Additions and multiplications of a banded Cholesky factorisation, the end of the band cut off."""
+    kd = min(kd, max(n - 1, 0))
+    return float(n - kd) * (kd + 1) ** 2 + kd * (kd + 1) * (2 * kd + 1) / 6
+
+
 def _off_band(
     pattern: BlockPattern, block: int, columns: np.ndarray, declared: str, enough: str
 ) -> None:

@@ -1,20 +1,22 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Dense Cholesky: own loops for a handful of unknowns, LAPACK beyond."""
+"""Dense Cholesky: own kernels up to a thousand unknowns and a half, LAPACK beyond."""
 
 import numpy as np
 
-from libc.math cimport isfinite, sqrt
+from libc.math cimport isfinite
 from libc.string cimport memset
 
-from arael.runtime.linear cimport blas
+from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
+from arael.runtime.linear.blocks cimport address, put
 
 from arael.runtime.linear.blas import load as load_blas
+from arael.runtime.linear.blocks import block_table
+from arael.runtime.linear.memory import aligned
 
-# Up to this size a call into LAPACK costs more than the factorisation.
-cdef enum:
-    SMALL = 16
+# Beyond this the own kernels, which do not pack their operands, fall out of the caches.
+cdef Py_ssize_t LARGE = 1536
 
 
 cdef class DenseSolver(LinearSolver):
@@ -28,41 +30,30 @@ cdef class DenseSolver(LinearSolver):
     """
 
     cdef object _keep
-    cdef void* _matrix              # (n, n) column-major, lower triangle
-    cdef Py_ssize_t _blocks
-    cdef const Py_ssize_t* _row       # first scalar row of each block
-    cdef const Py_ssize_t* _column
-    cdef const Py_ssize_t* _height
-    cdef const Py_ssize_t* _width
-    cdef const Py_ssize_t* _start
+    cdef void* _matrix              # column-major, lower triangle
+    cdef void* _inverse             # (n,) 1 / diagonal of the factor
+    cdef Py_ssize_t _leading
+    cdef Py_ssize_t _count
+    cdef const long long* _blocks
 
     def __init__(self, pattern, bint single=False):
         super().__init__(pattern, single)
-        if self.n > SMALL:
+        if self.n > LARGE:
             load_blas()
-        block_column = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-        parts = [
-            pattern.offsets[pattern.rows],
-            pattern.offsets[block_column],
-            pattern.sizes[pattern.rows],
-            pattern.sizes[block_column],
-            pattern.value_start,
-        ]
-        index = np.ascontiguousarray(np.stack(parts), dtype=np.intp)
-        matrix = np.zeros(max(self.n * self.n, 1), dtype=self.dtype)
-        cdef Py_ssize_t[:, ::1] view = index
-        cdef size_t address = matrix.ctypes.data
-        self._keep = (index, matrix)
-        self._matrix = <void*>address
-        self._blocks = index.shape[1]
-        if self._blocks:
-            self._row, self._column = &view[0, 0], &view[1, 0]
-            self._height, self._width, self._start = &view[2, 0], &view[3, 0], &view[4, 0]
+        pad = tiles.PAD_BYTES // self.dtype.itemsize
+        self._leading = -(-self.n // pad) * pad
+        matrix = aligned(self.n * self._leading, self.dtype)
+        inverse = aligned(self.n, self.dtype)
+        table = block_table(pattern, self._leading)
+        self._keep = (matrix, inverse, table)
+        self._matrix, self._inverse = address(matrix), address(inverse)
+        self._blocks = <const long long*>address(table)
+        self._count = len(table)
         self.plan = {
             "solver": "dense",
             "n": self.n,
             "nnz_l": self.n * (self.n + 1) // 2,
-            "flops": self.n**3 / 3,
+            "flops": float(self.n) ** 3 / 3,
         }
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -71,79 +62,32 @@ cdef class DenseSolver(LinearSolver):
         return self._factor(<const double*>values, <const double*>diagonal)
 
     cdef void solve(self, void* b) noexcept nogil:
-        if self.n > SMALL:
-            if self.single:
-                blas.potrs(<int>self.n, <float*>self._matrix, <int>self.n, <float*>b)
-            else:
-                blas.potrs(<int>self.n, <double*>self._matrix, <int>self.n, <double*>b)
-        elif self.single:
-            solve_small(self.n, <float*>self._matrix, <float*>b)
+        if self.single:
+            self._solve(<float*>b)
         else:
-            solve_small(self.n, <double*>self._matrix, <double*>b)
+            self._solve(<double*>b)
 
     cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
-        cdef Py_ssize_t n = self.n, block, i, j, height, width, status
+        cdef Py_ssize_t n = self.n, ld = self._leading, i, status
         cdef real* matrix = <real*>self._matrix
-        cdef real* at
-        cdef const real* value
         # The blocks need not cover the triangle, and what lies between them was overwritten.
-        memset(matrix, 0, n * n * sizeof(real))
-        for block in range(self._blocks):
-            height, width = self._height[block], self._width[block]
-            value = values + self._start[block]
-            at = matrix + self._row[block] + self._column[block] * n
-            if self._row[block] == self._column[block]:
-                for i in range(height):
-                    for j in range(i):
-                        at[i + j * n] = value[i * width + j]
-            else:
-                for i in range(height):
-                    for j in range(width):
-                        at[i + j * n] = value[i * width + j]
+        memset(matrix, 0, n * ld * sizeof(real))
+        put(self._blocks, 0, self._count, values, matrix)
         for i in range(n):
-            matrix[i + i * n] = diagonal[i]
-        if n <= SMALL:
-            return factor_small(n, matrix)
-        status = blas.potrf(<int>n, matrix, <int>n)
+            matrix[i + i * ld] = diagonal[i]
+        if n <= LARGE:
+            return tiles.potrf(n, n, ld * n, matrix, ld, <real*>self._inverse)
+        status = blas.potrf(<int>n, matrix, <int>ld)
         # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):
-            if not isfinite(<double>matrix[i + i * n]):
+            if not isfinite(<double>matrix[i + i * ld]):
                 return i + 1
         return status
 
-
-cdef Py_ssize_t factor_small(Py_ssize_t n, real* a) noexcept nogil:
-    """Right-looking Cholesky in place, column-major with leading dimension n."""
-    cdef Py_ssize_t i, j, k
-    cdef real pivot, scale
-    for k in range(n):
-        pivot = a[k + k * n]
-        # Written so that NaN fails too.
-        if not (pivot > 0 and isfinite(<double>pivot)):
-            return k + 1
-        pivot = <real>sqrt(<double>pivot)
-        a[k + k * n] = pivot
-        scale = 1 / pivot
-        for i in range(k + 1, n):
-            a[i + k * n] *= scale
-        for j in range(k + 1, n):
-            scale = a[j + k * n]
-            for i in range(j, n):
-                a[i + j * n] -= a[i + k * n] * scale
-    return 0
-
-
-cdef void solve_small(Py_ssize_t n, const real* a, real* b) noexcept nogil:
-    """Forward and backward substitution with the factor of `factor_small`."""
-    cdef Py_ssize_t i, k
-    cdef real x
-    for k in range(n):
-        x = b[k] / a[k + k * n]
-        b[k] = x
-        for i in range(k + 1, n):
-            b[i] -= a[i + k * n] * x
-    for k in range(n - 1, -1, -1):
-        x = b[k]
-        for i in range(k + 1, n):
-            x -= a[i + k * n] * b[i]
-        b[k] = x / a[k + k * n]
+    cdef void _solve(self, real* b) noexcept nogil:
+        cdef Py_ssize_t n = self.n, ld = self._leading
+        if n > LARGE:
+            blas.potrs(<int>n, <real*>self._matrix, <int>ld, b)
+            return
+        tiles.forward(n, n, <const real*>self._matrix, ld, <const real*>self._inverse, b)
+        tiles.backward(n, n, <const real*>self._matrix, ld, <const real*>self._inverse, b)

@@ -10,13 +10,16 @@ sparse matrix solution", SIAM Review 34 (1992).
 
 import numpy as np
 
+from libc.math cimport isfinite
 from libc.string cimport memset
 
-from arael.runtime.linear cimport tiles
+from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
+from arael.runtime.linear.blocks cimport address, put
 
 from arael.runtime.linear.analysis import analyse
+from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
 from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.scatter import place_blocks
@@ -75,6 +78,8 @@ cdef class SparseSolver(LinearSolver):
         nodes = analysis.supernodes
         fronts = plan_fronts(nodes, pattern.sizes, pad)
         block_start, blocks = place_blocks(pattern, nodes, fronts, pad)
+        if fronts.columns.max(initial=0) > LARGE:
+            load_blas()
         ns = len(nodes.parent)
         table = np.zeros((ns + 1, 14), dtype=np.int64)
         table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
@@ -99,16 +104,16 @@ cdef class SparseSolver(LinearSolver):
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
                       work, stacks)
         self._count = ns
-        self._fronts = <const Front*>_address(table)
-        self._blocks = <const long long*>_address(blocks)
-        self._children = <const long long*>_address(children)
-        self._runs = <const int*>_address(fronts.runs)
-        self._strips = <const int*>_address(fronts.strips)
-        self._scalar = <const long long*>_address(scalar)
-        self._factor_storage = _address(storage)
-        self._inverse = _address(inverse)
-        self._work = _address(work)
-        self._stack[0], self._stack[1] = _address(stacks[0]), _address(stacks[1])
+        self._fronts = <const Front*>address(table)
+        self._blocks = <const long long*>address(blocks)
+        self._children = <const long long*>address(children)
+        self._runs = <const int*>address(fronts.runs)
+        self._strips = <const int*>address(fronts.strips)
+        self._scalar = <const long long*>address(scalar)
+        self._factor_storage = address(storage)
+        self._inverse = address(inverse)
+        self._work = address(work)
+        self._stack[0], self._stack[1] = address(stacks[0]), address(stacks[1])
         self.plan = {
             "solver": "sparse",
             "n": self.n,
@@ -155,13 +160,11 @@ cdef class SparseSolver(LinearSolver):
                 of_child = <const real*>self._stack[c.parity] + c.update
                 tiles.extend_columns(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
                                      f.columns, of_child, c.low, triangle, f.tall, panel, f.low)
-            status = tiles.potrf(f.columns, f.columns, DENSE, triangle, f.tall, inverse + f.first)
+            status = eliminate(f, triangle, panel, update, inverse + f.first)
             if status:
                 return 1 + self._scalar[f.first + status - 1]
             if f.below == 0:
                 continue
-            tiles.trsm(f.below, f.columns, triangle, f.tall, inverse + f.first, panel, f.low)
-            tiles.syrk(f.below, f.columns, panel, f.low, update, f.low)
             for i in range((f - 1).children, f.children):
                 c = self._fronts + self._children[i] + 1
                 runs = self._runs + 3 * (c - 1).runs
@@ -216,35 +219,33 @@ cdef class SparseSolver(LinearSolver):
 
 
 # Every row of a dense triangle may be addressed from every column.
-cdef Py_ssize_t DENSE = 1 << 40
+cdef extern from *:
+    Py_ssize_t PY_SSIZE_T_MAX
+
+cdef Py_ssize_t DENSE = PY_SSIZE_T_MAX // 2
+
+# Fronts with more columns go to BLAS, whose packing then pays.
+cdef Py_ssize_t LARGE = 1536
 
 
-cdef void* _address(array):
-    cdef size_t address = array.ctypes.data
-    return <void*>address
-
-
-cdef void put(
-    const long long* blocks, Py_ssize_t begin, Py_ssize_t end, const real* values, real* storage
+cdef Py_ssize_t eliminate(
+    const Front* f, real* triangle, real* panel, real* update, real* inverse
 ) noexcept nogil:
-    """Copy row-major blocks of the matrix to their column-major places."""
-    cdef Py_ssize_t k, i, j, h, w, ld
-    cdef const long long* block
-    cdef const real* value
-    cdef real* at
-    for k in range(begin, end):
-        block = blocks + 6 * k
-        value, h, w = values + block[0], block[1], block[2]
-        at, ld = storage + block[3], block[4]
-        if block[5] == 0:
-            for j in range(w):
-                for i in range(h):
-                    at[i + j * ld] = value[i * w + j]
-        elif block[5] == 1:
-            for i in range(h):
-                for j in range(w):
-                    at[j + i * ld] = value[i * w + j]
-        else:
-            for i in range(h):
-                for j in range(i):
-                    at[i + j * ld] = value[i * w + j]
+    """Factor the columns of a front and form its update matrix; 0 or 1 + the failing column."""
+    cdef Py_ssize_t k = f.columns, r = f.below, i, status
+    if k <= LARGE:
+        status = tiles.potrf(k, k, DENSE, triangle, f.tall, inverse)
+        if status == 0 and r > 0:
+            tiles.trsm(r, k, triangle, f.tall, inverse, panel, f.low)
+            tiles.syrk(r, k, panel, f.low, update, f.low)
+        return status
+    status = blas.potrf(<int>k, triangle, <int>f.tall)
+    # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+    for i in range(k if status == 0 else status - 1):
+        if not isfinite(<double>triangle[i * (f.tall + 1)]):
+            return i + 1
+        inverse[i] = 1 / triangle[i * (f.tall + 1)]
+    if status == 0 and r > 0:
+        blas.trsm(<int>r, <int>k, triangle, <int>f.tall, panel, <int>f.low)
+        blas.syrk(<int>r, <int>k, panel, <int>f.low, <real>0, update, <int>f.low)
+    return status
