@@ -74,15 +74,17 @@ def _flatten(top: Place, paths: Paths, columns: list[Column], values: list[ByVal
         place, field = following
         within = place.optionals[-1] if place.optionals else ""
         path = place.column(field)
-        if field.optional:
-            columns.append(_present(field, path))
         if field.kind == "struct":
+            if field.optional:
+                columns.append(_present(field, path))
             values.append(ByValue(path, field.struct, field.optional, field.where, within))
             waiting.append(_fields(place.values[field.name]))
         elif field.kind in ("column", "ref", "constraint_index"):
             column = _column(place, field, path, path if field.optional else within, paths)
             if column is not None:
                 columns.append(column)
+            if field.optional:
+                columns.append(_present(field, path))  # after its values: `path` names those
 
 
 def _fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:

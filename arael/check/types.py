@@ -98,9 +98,7 @@ def type_text(node: tree.TypeExpr) -> str:
         dims = f"<{','.join(map(str, node.dims))}>" if node.dims else ""
         return node.name + dims + (f" [{node.unit.text}]" if node.unit else "")
     if isinstance(node, tree.OptionalType):
-        unit = f" [{node.inner.unit.text}]" if node.inner.unit else ""
-        dims = f"<{','.join(map(str, node.inner.dims))}>" if node.inner.dims else ""
-        return f"{node.inner.name}{dims}?{unit}"
+        return f"{type_text(node.inner)}?"
     if isinstance(node, tree.CollectionType):
         return f"{node.kind} of {type_text(node.element)}"
     if isinstance(node, tree.RefType):

@@ -4,7 +4,7 @@ Every value becomes a flat list of nodes: a vector its components, a matrix row 
 w, x, y, z. Reads become inputs of the graph, keyed by what they read:
 
 - `StateInput`: a scalar of the state of a used entity,
-- `RawInput`: data, or the stored value of a parameter.
+- `RawInput`: data, the stored value of a parameter, or (``path?``) whether an optional is there.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class Scalariser:
         if isinstance(e, Read):
             return self._read(e)
         if isinstance(e, Present):
-            return [g.input(RawInput(e.slot, e.column, 0))]
+            return [g.input(RawInput(e.slot, f"{e.column}?", 0))]
         if isinstance(e, Component):
             return [self.nodes(e.of)[e.index]]
         if isinstance(e, Pack):

@@ -102,8 +102,8 @@ def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw
     """
     path = slots[raw.slot].table
     table = store.tables[path]
-    if store.layout.table(path).column(raw.column).role == "present":
-        values = np.asarray(table.present(raw.column))
+    if raw.column.endswith("?"):
+        values = np.asarray(table.present(raw.column[:-1]))
     else:
         values = np.asarray(table.column(raw.column))
     flat = values.reshape(table.size, -1)

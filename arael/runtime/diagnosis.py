@@ -197,9 +197,9 @@ def _read(tape: Tape, node: int, values: Sequence[Array]) -> tuple[int, ...]:
 def _raw_name(problem: Problem, group: Group, rows: list[Array], instance: int, number: int) -> str:
     raw = group.raw[number]
     table = group.slots[raw.slot].table
-    column = problem.layout.table(table).column(raw.column)
+    column = problem.layout.table(table).column(raw.column.removesuffix("?"))
     place = row_name(problem.store, table, int(rows[raw.slot][instance]))
-    component = f"[{raw.component}]" if column.shape else ""
+    component = f"[{raw.component}]" if column.shape and raw.column[-1] != "?" else ""
     return f"{place}.{raw.column}{component}" if place else f"{raw.column}{component}"
 
 

@@ -174,7 +174,10 @@ class Use(msgspec.Struct, frozen=True):
 
 
 class Raw(msgspec.Struct, frozen=True):
-    """One scalar of a column reached through a slot: data, or the stored value of a parameter."""
+    """One scalar of a column reached through a slot: data, or the stored value of a parameter.
+
+    A `column` that ends with ``?`` is the presence of the optional at that path.
+    """
 
     slot: int
     column: str

@@ -185,8 +185,9 @@ def test_optional_scalars_have_presence_and_value() -> None:
         root R { ps: list of P }
         """
     )
+    assert model.tables[1].column("h").role == "data"
     roles = [(c.path, c.role, c.within) for c in model.tables[1].columns]
-    assert roles == [("x", "param", ""), ("h", "present", "h"), ("h", "data", "h")]
+    assert roles == [("x", "param", ""), ("h", "data", "h"), ("h", "present", "h")]
 
 
 def test_key_skip_and_constraint_index() -> None:
