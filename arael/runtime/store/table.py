@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,6 +17,7 @@ from arael.runtime.store.messages import error
 from arael.runtime.store.references import Handles
 from arael.runtime.store.schema import Group
 from arael.runtime.store.slots import NULL, Ints, Slots
+from arael.runtime.store.values import blank, default_value, dtype_of
 
 if TYPE_CHECKING:
     from arael.runtime.store.store import Store
@@ -112,6 +114,23 @@ class Table(Columns):
         origin = self._origin_of_new(count, owners, many)
         ready = self.prepare(given, count, many, origin)
         first = 0 if front else self.size
+        slots = self._place(count, owners, ready, front)
+        try:
+            for path in self._ref_order:
+                if given.get(path) is not None:
+                    self._put_refs(
+                        path, np.arange(first, first + count), given[path], f"{origin}.{path}"
+                    )
+        except AraelError:
+            self._take_back(slice(first, first + count))
+            raise
+        return self._slots.handles(slots)
+
+    def _place(
+        self, count: int, owners: Ints | None, ready: Mapping[str, NDArray[Any]], front: bool
+    ) -> Ints:
+        """Make room for new rows, fill them and return their slots."""
+        first = 0 if front else self.size
         moved = self.buffers.grow_front(count) if front else self.buffers.grow_back(count)
         rows = slice(first, first + count)
         slots = self._slots.take(count)
@@ -124,16 +143,28 @@ class Table(Columns):
         )
         self.fill(rows, ready)
         self._touch()
-        try:
-            for path in self._ref_order:
-                if given.get(path) is not None:
-                    self._put_refs(
-                        path, np.arange(first, first + count), given[path], f"{origin}.{path}"
-                    )
-        except AraelError:
-            self._take_back(rows)
-            raise
-        return self._slots.handles(slots)
+        return slots
+
+    def blank_column(self, path: str, count: int) -> NDArray[Any]:
+        """An array (count, *shape) of the default (or of harmless values), to be filled by a reader."""
+        column = self.data[path]
+        value = blank(column) if column.default is None else default_value(column)
+        array = np.empty((count, *column.shape), dtype_of(column, self.real))
+        array[:] = value
+        return array
+
+    def extend_trusted(
+        self, count: int, owners: Ints | None, columns: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Add rows of checked arrays by path; what is left out is blank, refs are null."""
+        ready: dict[str, NDArray[Any]] = {f"{p}?": np.asarray(False) for p in self.optionals}
+        for path, column in self.data.items():
+            value = blank(column) if column.default is None else default_value(column)
+            ready[path] = np.asarray(value, dtype_of(column, self.real))
+            if column.role == "param":
+                ready[f"{path}.fixed"] = np.asarray(False)
+                ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
+        self._place(count, owners, {**ready, **columns}, False)
 
     def _take_back(self, rows: slice) -> None:
         keep = np.ones(self.size, np.bool_)
@@ -165,6 +196,23 @@ class Table(Columns):
                 self.optimize(path)[0] = True
         for path in self.optionals:
             self.buffers.view(f"{path}?")[0] = False
+        self._touch()
+
+    def with_descendants(self) -> list[Table]:
+        """Return this table and those whose rows its rows hold, down to the last."""
+        found = [self]
+        for path in self.children if self.layout.path else ():
+            found += self.store.tables[path].with_descendants()
+        return found
+
+    def snapshot(self) -> Any:
+        """Return a copy of rows and handles, for `restore`."""
+        return copy.deepcopy((self.buffers, self._slots, self.missing))
+
+    def restore(self, state: Any) -> None:
+        """Go back to a `snapshot`; handles that were good then are good again."""
+        self.buffers, self._slots, self.missing = state
+        self._cache.clear()
         self._touch()
 
     def take_over(self, other: Table) -> None:

@@ -1,0 +1,44 @@
+"""Names of columns in files that hold one column a field (NPZ) or a scalar (CSV)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from arael.runtime.layout import Column
+from arael.runtime.store import Table
+from arael.runtime.store.values import is_unit_quaternion
+
+
+def full_path(table: Table, path: str) -> str:
+    """Path of a field from the root: ``poses.pos``, ``landmarks.frines.pose``."""
+    return f"{table.layout.path}.{path}" if table.layout.path else path
+
+
+def presence_name(table: Table, optional: str) -> str:
+    """Name of a presence mask: the path of a struct, ``path.present`` of a value."""
+    return f"{optional}.present" if optional in table.data else optional
+
+
+def offsets_name(table: Table) -> str:
+    """Name of the array that says which rows each parent holds."""
+    return f"{table.layout.path}.offsets"
+
+
+def scalar_names(column: Column) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Names and indices of a column's scalars: ``pos.x``; ``m[0][1]``; ``v[3]``."""
+    shape, path = column.shape, column.path
+    if not shape:
+        yield path, ()
+    elif len(shape) == 2:
+        for i in range(shape[0]):
+            for j in range(shape[1]):
+                yield f"{path}[{i}][{j}]", (i, j)
+    elif shape == (4,) and is_unit_quaternion(column):
+        for i, axis in enumerate("wxyz"):
+            yield f"{path}.{axis}", (i,)
+    elif shape[0] in (2, 3):
+        for i, axis in enumerate("xyz"[: shape[0]]):
+            yield f"{path}.{axis}", (i,)
+    else:
+        for i in range(shape[0]):
+            yield f"{path}[{i}]", (i,)

@@ -1,0 +1,61 @@
+"""CSV out: one collection, as `csv_reader` reads it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from arael.io.columns import scalar_names
+from arael.io.csv_reader import choose
+from arael.io.json_writer import refuse_not_finite, shortest
+from arael.io.refs import refs_as_data
+from arael.runtime.store import Store, Table
+from arael.runtime.store.schema import Leaf
+
+
+def dump(store: Store, name: str, collection: str | None) -> bytes:
+    """Return one collection of a store as CSV.
+
+    Raises
+    ------
+    AraelError
+        E0713 no such collection, E0705 where a number is NaN or infinite, E0709 for a stale ref.
+    """
+    table = choose(store, name, collection)
+    header, columns = [], []
+    for leaf in table.fields.leaves():
+        if leaf.column.role == "constraint_index":
+            continue
+        for title, cells in _cells(table, leaf):
+            header.append(title)
+            columns.append(cells)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(zip(*columns, strict=True))
+    return text.getvalue().encode()
+
+
+def _cells(table: Table, leaf: Leaf) -> Iterator[tuple[str, list[Any]]]:
+    """Titles and cells of one field: a column for each of its scalars, empty where absent."""
+    column, path = leaf.column, leaf.path
+    there = table.present(path).tolist()
+    if column.role == "ref":
+        values = refs_as_data(table, column)
+        yield path, ["" if v is None else v for v in values]
+        return
+    array = table.column(path)
+    if column.kind == "real":
+        refuse_not_finite(table, leaf, array, table.present(path))
+        array = shortest(array)
+    if column.kind == "bool":
+        array = np.where(array, "true", "false").astype(object)
+    for title, index in scalar_names(column):
+        part = array[(slice(None), *index)].tolist()
+        yield title, [v if t else "" for v, t in zip(part, there, strict=True)]
+    if column.role == "param" and table.fixed(path).any():
+        yield f"{path}.fixed", ["true" if f else "false" for f in table.fixed(path).tolist()]

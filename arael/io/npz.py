@@ -1,0 +1,386 @@
+"""NumPy archives: one array a column, named by path (LANGUAGE section 10).
+
+``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools where any is; ``poses.info.gps`` (N,) bools, the presence
+of an optional struct (``x.present`` of an optional value); ``landmarks.frines.offsets`` (parents + 1,): rows
+``offsets[p]:offsets[p + 1]`` belong to parent p; refs are indices as in JSON, -1 where absent. Root
+fields are arrays of one value. Nothing is pickled.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import zipfile
+import zlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError
+from arael.io.columns import full_path, offsets_name, presence_name
+from arael.io.files import too_large
+from arael.io.json_writer import refuse_not_finite
+from arael.io.report import Report
+from arael.runtime.layout import Column
+from arael.runtime.store import Store, Table
+from arael.runtime.store.messages import problem, shorten, suggestion
+from arael.runtime.store.slots import Ints
+from arael.runtime.store.values import convert
+
+Array = NDArray[Any]
+MOST_ARRAYS = 20_000
+
+
+def read(store: Store, content: bytes, name: str, limit: int) -> None:
+    """Replace the data of `store` by that of an archive.
+
+    Raises
+    ------
+    AraelError
+        E0711 not an archive, E0714 too large when unpacked, E0701 unknown array, E0702 missing, E0703
+        wrong type, E0704 wrong shape or length, E0705 not finite, E0706 does not fit, E0708 ref out of
+        range, E0721 not a rotation.
+    """
+    report = Report(name)
+    arrays = _unpack(content, name, limit)
+    fresh = store.fresh()
+    report.run(lambda: _Reader(fresh, arrays, report).read())
+    store.adopt(fresh)
+
+
+def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
+    """Arrays of the archive, none of them larger than the archive says, all of them within `limit`."""
+    arrays = {}
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = archive.infolist()
+            if sum(m.file_size for m in members) > limit or len(members) > MOST_ARRAYS:
+                raise too_large(name, limit)
+            for member in members:
+                with archive.open(member) as file:
+                    data = file.read(member.file_size + 1)
+                arrays[member.filename.removesuffix(".npy")] = _array(data, member.filename, name)
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, UnicodeError):
+        raise AraelError(problem("E0711", "not a NumPy archive, or a damaged one", name)) from None
+    return arrays
+
+
+HEAD = re.compile(
+    r"\{'descr': '([<>|=]?[a-zA-Z]\d{0,6})', 'fortran_order': (True|False), "
+    r"'shape': \(([\d, ]{0,60})\),? ?\}\s*"
+)
+
+
+def _array(data: bytes, member: str, name: str) -> Array:
+    """Return one array of NumPy's format; what its head announces must be what is there.
+
+    The head is matched, not evaluated. Format: NumPy enhancement proposal 1.
+    """
+    place = f"{name}: {shorten(member.removesuffix('.npy'))}"
+    wide = data[6:7] != b"\x01"  # from version 2 on the head's length takes four bytes
+    start = 12 if wide else 10
+    end = start + int.from_bytes(data[8:start], "little")
+    head = HEAD.fullmatch(data[start:end].decode("latin-1")) if end < 70_000 else None
+    if data[:6] != b"\x93NUMPY" or head is None:
+        raise AraelError(problem("E0711", "not an array of numbers, bools or strings", place))
+    if "O" in head[1]:
+        help = "store strings as `np.array(values, dtype=str)`"
+        message = "the array holds Python objects, which are not read"
+        raise AraelError(problem("E0703", message, place, help=help))
+    try:
+        dtype = np.dtype(head[1])
+        shape = tuple(int(n) for n in head[3].replace(" ", "").split(",") if n)
+    except (TypeError, ValueError):
+        raise AraelError(
+            problem("E0711", "not an array of numbers, bools or strings", place)
+        ) from None
+    if dtype.kind not in "biufU" or math.prod(shape) * dtype.itemsize != len(data) - end:
+        raise AraelError(problem("E0711", "the array is truncated or damaged", place))
+    flat = (
+        np.frombuffer(data, dtype, math.prod(shape), end)
+        if math.prod(shape)
+        else np.empty(0, dtype)
+    )
+    return flat.reshape(shape, order="F" if head[2] == "True" else "C")
+
+
+class _Reader:
+    def __init__(self, store: Store, arrays: dict[str, Array], report: Report) -> None:
+        self.store = store
+        self.arrays = arrays
+        self.report = report
+        self.used: set[str] = set()
+
+    def read(self) -> None:
+        self._refuse_unknown()
+        for table in self.store.tables.values():
+            self._table(table)
+            if self.report.found:
+                return
+        for table in self.store.tables.values():
+            self._refs(table)
+
+    def _take(self, name: str) -> Array | None:
+        return self.arrays.get(name)
+
+    def _refuse_unknown(self) -> None:
+        known = {name for table in self.store.tables.values() for name in _names(table)}
+        for name in self.arrays.keys() - known:
+            help = suggestion(name, sorted(known))
+            self.report.add("E0701", "no such column in the model", shorten(name), help=help)
+
+    # --- rows ----------------------------------------------------------------------------------
+
+    def _table(self, table: Table) -> None:
+        owners = self._owners(table)
+        count = self._count(table, owners)
+        if count is None or (owners is not None and self.report.found):
+            return
+        masks = self._presence(table, count)
+        if self.report.found:
+            return
+        columns: dict[str, Array] = {f"{p}?": mask for p, mask in masks.items()}
+        for path, column in table.data.items():
+            if column.role == "param":
+                fixed = self._flags(f"{full_path(table, path)}.fixed", count)
+                columns[f"{path}.fixed"] = np.zeros(count, np.bool_) if fixed is None else fixed
+            if column.role in ("ref", "constraint_index"):
+                continue
+            array = self._column(table, column, count, _there(masks, path, count))
+            if array is not None:
+                columns[path] = array
+        if self.report.found:
+            return
+        if table.layout.path:
+            table.extend_trusted(count, owners, columns)
+            return
+        for path, array in columns.items():
+            table.buffers.view(path)[:] = array
+        table.missing = {p for p in table.missing if table.data[p].role == "ref"}
+
+    def _owners(self, table: Table) -> Ints | None:
+        """Parent row of each row of a nested collection."""
+        if not table.layout.parent:
+            return None
+        name = offsets_name(table)
+        offsets = self._take(name)
+        parents = table.parent.size
+        if offsets is None:
+            if any(n in self.arrays for n in _names(table)):
+                self.report.add("E0702", "the offsets of a nested collection are missing", name)
+            return np.empty(0, np.int64)
+        if offsets.dtype.kind not in "iu" or offsets.shape != (parents + 1,):
+            self.report.add(
+                "E0704",
+                f"expected {parents + 1} integers, found shape {offsets.shape} of {offsets.dtype}",
+                name,
+            )
+            return np.empty(0, np.int64)
+        counts = np.diff(offsets.astype(np.int64))
+        if offsets[0] != 0 or (counts < 0).any():
+            self.report.add("E0704", "offsets must begin with 0 and never fall", name)
+            return np.empty(0, np.int64)
+        if int(counts.sum()) > sum(a.size for a in self.arrays.values()):
+            self.report.add("E0704", "the offsets announce more rows than the file holds", name)
+            return np.empty(0, np.int64)
+        return np.repeat(np.arange(parents), counts)
+
+    def _count(self, table: Table, owners: Ints | None) -> int | None:
+        if not table.layout.path:
+            return 1
+        if owners is not None:
+            return len(owners)
+        for path in table.data:
+            array = self._take(full_path(table, path))
+            if array is not None:
+                return len(array) if array.ndim else self._scalar(full_path(table, path))
+        for path in table.optionals:
+            array = self._take(full_path(table, presence_name(table, path)))
+            if array is not None and array.ndim:
+                return len(array)
+        count = self._take(f"{table.layout.path}.count")
+        if count is not None:
+            good = count.dtype.kind in "iu" and count.shape == () and 0 <= count <= 10**9
+            return int(count) if good else self._scalar(f"{table.layout.path}.count")
+        return 0
+
+    def _scalar(self, name: str) -> None:
+        self.report.add("E0704", "expected an array with one entry a row", name)
+
+    def _presence(self, table: Table, count: int) -> dict[str, Array]:
+        masks: dict[str, Array] = {}
+        for path in table.optionals:
+            column = table.data.get(path)
+            if column is not None and column.role == "ref":
+                masks[path] = np.zeros(count, np.bool_)
+                continue
+            said = self._flags(full_path(table, presence_name(table, path)), count)
+            if said is None:
+                given = any(
+                    f"{p}.".startswith(f"{path}.") and full_path(table, p) in self.arrays
+                    for p in table.data
+                )
+                said = np.full(count, given)
+            masks[path] = said
+        return masks
+
+    def _flags(self, name: str, count: int) -> Array | None:
+        flags = self._take(name)
+        if flags is None:
+            return None
+        if flags.dtype != np.bool_ or flags.shape not in ((count,), *([()] if count == 1 else [])):
+            found = f"shape {flags.shape} of {flags.dtype}"
+            self.report.add("E0704", f"expected {count} bools, found {found}", name)
+            return None
+        return flags.reshape(count)
+
+    def _column(self, table: Table, column: Column, count: int, there: Array) -> Array | None:
+        name = full_path(table, column.path)
+        array = self._take(name)
+        if array is None:
+            if column.default is None and there.any():
+                self.report.add("E0702", "the column is missing", name, column)
+            return None
+        if not table.layout.path and array.shape in (column.shape, (3, 3)):
+            array = array[None]
+        if array.shape[:1] != (count,):
+            self.report.add(
+                "E0704", f"expected {count} rows, found shape {array.shape}", name, column
+            )
+            return None
+        if column.kind == "string" and array.dtype.kind == "U":
+            array = array.astype(object)
+        blank = table.blank_column(column.path, count)
+        if not there.any():
+            return blank
+        rows = np.flatnonzero(there)
+
+        def place(i: int) -> str:
+            return self.report.at(f"{name} row {rows[i]}")
+
+        try:
+            blank[there] = convert(column, array[there], len(rows), table.real, place, True)
+        except AraelError as failure:
+            for diagnostic in failure.diagnostics:
+                self.report.take(diagnostic)
+            return None
+        return blank
+
+    def _refs(self, table: Table) -> None:
+        for path in table._ref_order:
+            if self.report.found:  # a chained ref cannot be better than those it goes through
+                return
+            column = table.data[path]
+            name = full_path(table, path)
+            given = self._take(name)
+            needed = table.present(path.rpartition(".")[0]) if "." in path else None
+            if given is None:
+                lacking = table.size and not table.ref_is_optional(column)
+                if lacking and (needed is None or needed.any()):
+                    self.report.add("E0702", "the column is missing", name, column)
+                continue
+            if given.dtype.kind not in "iu" or given.shape != (table.size,):
+                found = f"shape {given.shape} of {given.dtype}"
+                self.report.add(
+                    "E0704", f"expected {table.size} integers, found {found}", name, column
+                )
+                continue
+            try:
+                table.set_refs(path, np.arange(table.size), given, self.report.at(name))
+            except AraelError as failure:
+                for diagnostic in failure.diagnostics:
+                    self.report.take(diagnostic)
+
+
+def _there(masks: dict[str, Array], path: str, count: int) -> Array:
+    there = np.ones(count, np.bool_)
+    for optional, mask in masks.items():
+        if f"{path}.".startswith(f"{optional}."):
+            there = there & mask
+    return there
+
+
+def _names(table: Table) -> Iterator[str]:
+    """Every name that an array of this table may have."""
+    for path, column in table.data.items():
+        if column.role != "constraint_index":
+            yield full_path(table, path)
+        if column.role == "param":
+            yield f"{full_path(table, path)}.fixed"
+    for path in table.optionals:
+        if path not in table.data or table.data[path].role != "ref":
+            yield full_path(table, presence_name(table, path))
+    if table.layout.parent:
+        yield offsets_name(table)
+    if table.layout.path:
+        yield f"{table.layout.path}.count"
+
+
+def dump(store: Store) -> bytes:
+    """The data of a store as an archive; the same bytes for the same data.
+
+    Raises
+    ------
+    AraelError
+        E0705 where a number is NaN or infinite, E0709 for a stale ref, E0702 where the root lacks a
+        value.
+    """
+    store.check_complete()
+    memory = io.BytesIO()
+    orders: dict[str, Ints] = {}
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for table in store.tables.values():
+            for name, array in _arrays(table, orders):
+                entry = zipfile.ZipInfo(f"{name}.npy")
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                with archive.open(entry, "w") as file:
+                    np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+    return memory.getvalue()
+
+
+def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]]:
+    """Arrays of one table, its rows grouped by parent as the parent's own rows are written."""
+    root = not table.layout.path
+    order, offsets = table.grouped()
+    if table.layout.parent:
+        parents = orders[table.layout.parent]
+        counts = np.diff(offsets)[parents]
+        order = np.concatenate(
+            [order[offsets[p] : offsets[p + 1]] for p in parents.tolist()] or [order]
+        )
+        yield offsets_name(table), np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    orders[table.layout.path] = order
+    if table.layout.path and not table.layout.parent and not table.data and not table.optionals:
+        yield f"{table.layout.path}.count", np.array(table.size)
+    for leaf in table.fields.leaves():
+        column, name = leaf.column, full_path(table, leaf.path)
+        if column.role == "constraint_index":
+            continue
+        if column.role == "ref":
+            yield name, _ref_indices(table, column)[order]
+            continue
+        array = table.column(leaf.path)
+        if column.kind == "real":
+            refuse_not_finite(table, leaf, array, table.present(leaf.path))
+        if column.kind == "string":
+            array = array.astype(np.str_)
+        yield name, array[0] if root else array[order]
+        if column.role == "param" and table.fixed(leaf.path).any():
+            yield f"{name}.fixed", table.fixed(leaf.path)[order]
+    for path in table.optionals:
+        if path not in table.data or table.data[path].role != "ref":
+            name = full_path(table, presence_name(table, path))
+            yield name, table.column(f"{path}?")[order]
+
+
+def _ref_indices(table: Table, column: Column) -> Ints:
+    """Indices of refs within the collections they count in; -1 where absent."""
+    assert column.target is not None
+    target = table.store.tables[column.target.table]
+    rows = table.target_rows(column.path)
+    if not target.size:
+        return rows
+    return np.where(rows >= 0, target.index_in_parent()[np.maximum(rows, 0)], -1)
