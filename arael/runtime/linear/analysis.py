@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.linear.supernodes import find_supernodes, time_of_front
+from arael.runtime.linear.supernodes import Supernodes, find_supernodes, time_of_front
 
 Ints = NDArray[np.int64]
 
@@ -55,7 +54,7 @@ class Analysis:
     """
 
     ordering: str
-    supernodes: Any
+    supernodes: Supernodes
     nnz: int
     flops: float
     milliseconds: float

@@ -29,7 +29,9 @@ SOLVERS: dict[str, tuple[str, ...]] = {
 CANDIDATES = ("dense", "band", "sparse")
 
 
-def make_solver(name: str, pattern: BlockPattern, single: bool = False, **options: Any) -> LinearSolver:
+def make_solver(
+    name: str, pattern: BlockPattern, single: bool = False, **options: Any
+) -> LinearSolver:
     """Make the linear solver `name` for a pattern.
 
     Parameters
@@ -107,9 +109,7 @@ def _reason(asked: str, chosen: str, pattern: BlockPattern, costs: dict[str, Cos
     """Why this solver, in a sentence."""
     if asked != "auto":
         return f"{asked} was asked for"
-    rest = sorted(
-        (costs[name].milliseconds, name) for name in CANDIDATES if name != chosen
-    )
+    rest = sorted((costs[name].milliseconds, name) for name in CANDIDATES if name != chosen)
     mine = costs[chosen].milliseconds
     others = ", ".join(f"{name} {time:.3g} ms" for time, name in rest)
     what = {

@@ -36,7 +36,9 @@ def half_bandwidth(
         if width is not None and width < 0:
             raise AraelError(
                 Diagnostic(
-                    "E0842", f"{option} must not be negative, found {width}", origin="solver options"
+                    "E0842",
+                    f"{option} must not be negative, found {width}",
+                    origin="solver options",
                 )
             )
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
@@ -56,7 +58,7 @@ def half_bandwidth(
 
 
 def band_flops(n: int, kd: int) -> float:
-    """Additions and multiplications of a banded Cholesky factorisation, the end of the band cut off."""
+    """Count additions and multiplications of a banded Cholesky factorisation, its end cut off."""
     kd = min(kd, max(n - 1, 0))
     return float(n - kd) * (kd + 1) ** 2 + kd * (kd + 1) * (2 * kd + 1) / 6
 

@@ -84,7 +84,9 @@ def new_factor(matrix: Any) -> Factor:
         module = import_module("sksparse.cholmod")
     except ImportError as failure:
         raise AraelError(_missing(failure)) from None
-    return Factor05(module, matrix) if hasattr(module, "CholeskyFactor") else Factor04(module, matrix)
+    return (
+        Factor05(module, matrix) if hasattr(module, "CholeskyFactor") else Factor04(module, matrix)
+    )
 
 
 def _missing(failure: ImportError) -> Diagnostic:
@@ -95,8 +97,8 @@ def _missing(failure: ImportError) -> Diagnostic:
         + ("is not installed" if absent else "does not load"),
         origin="solver cholmod",
         notes=(
-            "scikit-sparse is built on your machine: it needs a C compiler and SuiteSparse with its "
-            "headers (Debian and Ubuntu: apt-get install libsuitesparse-dev; conda and Homebrew: "
+            "scikit-sparse is built on your machine: it needs a C compiler and SuiteSparse with "
+            "its headers (Debian and Ubuntu: apt-get install libsuitesparse-dev; conda and Homebrew: "
             "suitesparse)",
             "scikit-sparse 0.5 needs SuiteSparse 7.4 or newer; with an older one, "
             'pip install "scikit-sparse<0.5"',

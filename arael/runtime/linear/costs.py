@@ -38,7 +38,7 @@ class Cost:
     milliseconds: float
 
     def as_dict(self) -> dict[str, float]:
-        """The cost as it appears in a plan."""
+        """Put the cost in the form it has in a plan."""
         return {"flops": self.flops, "nnz_l": self.nnz, "predicted_ms": self.milliseconds}
 
 

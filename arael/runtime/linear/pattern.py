@@ -1,4 +1,4 @@
-"""The block pattern of a symmetric matrix: which pairs of entities are coupled, and where each block lives."""
+"""The block pattern of a symmetric matrix: what is coupled, and where each block lives."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Ints = NDArray[np.int64]
 class BlockPattern:
     """Lower triangle of a symmetric block matrix by block columns.
 
-    Block ``(i, j)`` with ``i >= j`` has ``sizes[i] x sizes[j]`` scalars, row-major and contiguous in
-    the array of values from ``value_start`` on. Of a diagonal block only the lower triangle
+    Block ``(i, j)`` with ``i >= j`` has ``sizes[i] x sizes[j]`` scalars, row-major and contiguous
+    in the array of values from ``value_start`` on. Of a diagonal block only the lower triangle
     (row >= column) is meaningful; the rest of its square must not be read.
 
     Attributes
@@ -24,13 +24,13 @@ class BlockPattern:
     sizes : (nb,) int64
         Scalars of each block row.
     column_start : (nb + 1,) int64
-        Blocks of column ``j`` are ``column_start[j]:column_start[j + 1]``; the first is the diagonal.
+        Blocks of column ``j`` are ``column_start[j]:column_start[j + 1]``, the diagonal first.
     rows : (nblocks,) int64
         Block row of each block, ascending within a column.
     value_start : (nblocks,) int64
         Offset of each block's first scalar in the array of values.
     name_of : callable
-        Name of scalar ``i`` of the system in the model's own words (``poses[3].ea.z``), for messages.
+        Name of scalar ``i`` in the model's own words (``poses[3].ea.z``), for messages.
     """
 
     sizes: Ints
@@ -68,14 +68,12 @@ class BlockPattern:
         columns: Ints,
         name_of: Callable[[int], str] | None = None,
     ) -> BlockPattern:
-        """Build from coupled pairs (any order, repeats welcome); diagonal blocks are always there."""
+        """Build from coupled pairs in any order; diagonal blocks are always there."""
         nb = len(sizes)
         low = np.minimum(rows, columns).astype(np.int64)
         high = np.maximum(rows, columns).astype(np.int64)
         diagonal = np.arange(nb, dtype=np.int64)
-        keys = np.unique(
-            np.concatenate((low, diagonal)) * nb + np.concatenate((high, diagonal))
-        )
+        keys = np.unique(np.concatenate((low, diagonal)) * nb + np.concatenate((high, diagonal)))
         column, row = keys // max(nb, 1), keys % max(nb, 1)
         column_start = np.searchsorted(column, np.arange(nb + 1)).astype(np.int64)
         lengths = sizes[row] * sizes[column]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.linear.fronts import Fronts
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.supernodes import Supernodes
 
 Ints = NDArray[np.int64]
 
 
-def place_blocks(pattern: BlockPattern, supernodes: Any, fronts: Any, pad: int) -> tuple[Ints, Ints]:
+def place_blocks(
+    pattern: BlockPattern, supernodes: Supernodes, fronts: Fronts, pad: int
+) -> tuple[Ints, Ints]:
     """Place the blocks of `pattern` in the fronts.
 
     Parameters

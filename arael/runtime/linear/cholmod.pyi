@@ -1,0 +1,4 @@
+from arael.runtime.linear.base import LinearSolver
+
+class CholmodSolver(LinearSolver):
+    failure: Exception | None

@@ -1,0 +1,3 @@
+from arael.runtime.linear.base import LinearSolver
+
+class DenseSolver(LinearSolver): ...

@@ -1,0 +1,28 @@
+from typing import Any
+
+from numpy import int64
+from numpy.typing import NDArray
+
+from arael.runtime.linear.supernodes import Supernodes
+
+Ints = NDArray[int64]
+
+class Fronts:
+    columns: Ints
+    below: Ints
+    first: Ints
+    triangle: Ints
+    panel: Ints
+    update: Ints
+    parity: NDArray[Any]
+    child_start: Ints
+    children: Ints
+    run_start: Ints
+    run_inside: Ints
+    runs: NDArray[Any]
+    strip_start: Ints
+    strips: NDArray[Any]
+    stacks: tuple[int, int]
+    storage: int
+
+def plan_fronts(supernodes: Supernodes, weights: Ints, pad: int) -> Fronts: ...

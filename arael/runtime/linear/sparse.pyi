@@ -1,0 +1,12 @@
+from arael.runtime.linear.analysis import Analysis
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.pattern import BlockPattern
+
+class SparseSolver(LinearSolver):
+    def __init__(
+        self,
+        pattern: BlockPattern,
+        single: bool = False,
+        ordering: str = "auto",
+        analysis: Analysis | None = None,
+    ) -> None: ...

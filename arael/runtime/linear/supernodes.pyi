@@ -1,0 +1,16 @@
+from typing import Any
+
+from numpy import int64
+from numpy.typing import NDArray
+
+Ints = NDArray[int64]
+
+class Supernodes:
+    order: Ints
+    start: Ints
+    parent: Ints
+    row_start: Ints
+    rows: Ints
+
+def time_of_front(columns: Any, rows: Any) -> Any: ...
+def find_supernodes(start: Ints, neighbours: Ints, weights: Ints, order: Ints) -> Supernodes: ...
