@@ -1,36 +1,26 @@
-"""Messages, as the Markdown files under ``cases/`` show them."""
+"""Messages, as the Markdown files in ``cases`` show them."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 
 from arael.diagnostics.render import render
 from tests.check.models import diagnostics
+from tests.mdtest import Case, check_case, find_cases
 
-CASES = Path(__file__).parent / "cases"
-CASE = re.compile(
-    r"^## (?P<title>[^\n]+)\n(?:(?!^## ).)*?^```arael\n(?P<model>.*?)^```\n\s*"
-    r"^```text\n(?P<expected>.*?)^```$",
-    re.MULTILINE | re.DOTALL,
-)
+CASES = find_cases(Path(__file__).parent / "cases")
 
 
-def cases() -> list[object]:
-    found: list[object] = []
-    for path in sorted(CASES.glob("*.md")):
-        text = path.read_text(encoding="utf-8")
-        matches = list(CASE.finditer(text))
-        assert len(matches) == text.count("\n## "), f"{path}: a case is malformed"
-        found += [
-            pytest.param(m["model"], m["expected"], id=f"{path.stem}: {m['title']}")
-            for m in matches
-        ]
-    return found
+def messages(name: str, text: str) -> str:
+    return render(diagnostics(text))
 
 
-@pytest.mark.parametrize(("model", "expected"), cases())
-def test_case(model: str, expected: str) -> None:
-    assert render(diagnostics(model)).rstrip() == expected.rstrip()
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_message(case: Case, update: bool) -> None:
+    check_case(case, messages, update)
+
+
+def test_there_are_cases() -> None:
+    assert len(CASES) > 50
