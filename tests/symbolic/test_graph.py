@@ -139,6 +139,22 @@ def test_copies_keep_keys_places_and_prescribed_derivatives() -> None:
     assert h.value(h.args[copied][2]) == 5.0
 
 
+def test_rollback_forgets_everything_made_since() -> None:
+    g = Graph()
+    x = g.input("x")
+    node = g.op("sin", x)
+    before = (list(g.ops), list(g.args), list(g.constants), list(g.inputs))
+    mark = len(g)
+    y = g.input("y")
+    g.custom(g.op("mul", g.op("cos", y), g.const(7.5)), [(y, g.const(math.nan))])
+    g.rollback(mark)
+    assert (g.ops, g.args, g.constants, g.inputs) == before
+    assert g.op("sin", x) == node
+    assert g.value(g.const(7.5)) == 7.5
+    assert math.isnan(g.value(g.const(math.nan)) or 0.0)
+    assert g.key(g.input("y")) == "y"
+
+
 def test_unknown_operation_and_wrong_arity() -> None:
     g = Graph()
     x = g.input("x")
