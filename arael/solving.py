@@ -17,6 +17,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.result import ENDING, Plan, Result, joined
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, Pass
+from arael.runtime.linear import blas
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise
@@ -91,18 +92,18 @@ def solve(
         if pass_config.time_limit is not None:
             left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
             pass_config = replace(pass_config, time_limit=left)
-        with blas_threads(pass_config.num_threads):
-            problem = problem_of(model, frozen, kept[0] if kept else None)
-            problem.check_start()
-            linear, seconds = _linear_solver(problem, solver, solver_options or {}, kept)
-            kept = (problem.structure, linear)
-            try:
+        problem = problem_of(model, frozen, kept[0] if kept else None)
+        problem.check_start()
+        linear, seconds = _linear_solver(problem, solver, solver_options or {}, kept)
+        kept = (problem.structure, linear)
+        try:
+            with blas_threads(pass_config.num_threads):
                 outcome = minimise(problem, pass_config, linear, trace, seconds)
-            except SolveError as error:
-                if error.best is not None:
-                    done = [*results, _result(error.best, one.name)]
-                    error.best = joined(done, layout.name)
-                raise
+        except SolveError as error:
+            if error.best is not None:
+                done = [*results, _result(error.best, one.name)]
+                error.best = joined(done, layout.name)
+            raise
         problem.write_back()
         results.append(_result(outcome, one.name))
         if outcome.status in ENDING:
@@ -164,8 +165,9 @@ def check_paths(layout: Layout, paths: Iterable[str]) -> None:
 
 @contextmanager
 def blas_threads(count: int) -> Iterator[None]:
-    """Limit the threads of BLAS; 0: as many as it likes."""
-    if count == 0:
+    """Limit the threads of BLAS, if a solver has loaded it; 0: as many as it likes."""
+    # Not imported for this alone: most problems are solved without BLAS, and it loads slowly.
+    if count == 0 or not blas.is_loaded():
         yield
         return
     with _threadpools().limit(limits=count, user_api="blas"):
@@ -174,7 +176,6 @@ def blas_threads(count: int) -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _threadpools() -> Any:
-    import scipy.linalg.cython_blas  # noqa: F401  (its library must be loaded to be found)
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()

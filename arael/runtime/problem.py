@@ -115,7 +115,9 @@ class Problem:
     @property
     def free(self) -> Ints:
         """Scalars of the system that move, ascending; those held in partly fixed entities are not."""
-        return np.setdiff1d(np.arange(self.size), self.structure.system.held)
+        moves = np.ones(self.size, dtype=bool)
+        moves[self.structure.system.held] = False
+        return np.flatnonzero(moves)
 
     def parameter_names(self) -> list[str]:
         """Name of every scalar that moves, in order."""

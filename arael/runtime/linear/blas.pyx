@@ -18,6 +18,11 @@ from cpython.pycapsule cimport PyCapsule_GetName, PyCapsule_GetPointer
 cdef bint loaded = False
 
 
+def is_loaded():
+    """Whether a solver has asked for BLAS in this process."""
+    return bool(loaded)
+
+
 def _extension(name):
     """Module `scipy.linalg.<name>`, loaded without its package where that is possible."""
     full = f"scipy.linalg.{name}"
