@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
+from arael.face.ref import Ref, Refs
 from arael.runtime.layout import Layout, Pass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
+
+__all__ = ["Compiled", "Model", "Ref", "Refs"]
 
 if TYPE_CHECKING:
     import numpy as np

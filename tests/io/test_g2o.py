@@ -134,6 +134,22 @@ def test_fix_takes_the_place_of_the_anchor_and_is_written(tmp_path: Path) -> Non
         io.write(store, tmp_path / "b.g2o")
 
 
+@pytest.mark.parametrize("n", [2, 3])
+def test_an_anchor_that_its_pose_has_left_is_written_as_a_prior(tmp_path: Path, n: int) -> None:
+    store = load(n, public(f"pose_graph_{n}d/{'intel' if n == 2 else 'tinyGrid3D'}.g2o"))
+    store.tables["poses"].column("t")[:] += 0.25
+    before = cost(store)
+    io.write(store, tmp_path / "b.g2o")
+    again = load(n, tmp_path / "b.g2o")
+    assert cost(again) == pytest.approx(before, rel=1e-12)
+    anchors = again.tables["anchors"].column("t")
+    assert anchors.tolist() == store.tables["anchors"].column("t").tolist()
+    again.tables["anchors"].append(pose=2, **{
+        p: again.tables["poses"].column(p)[1] for p in ("t", "th" if n == 2 else "q")})  # fmt: skip
+    io.write(again, tmp_path / "c.g2o")
+    assert load(n, tmp_path / "c.g2o").tables["anchors"].target_rows("pose").tolist() == [0, 2]
+
+
 def test_a_graph_without_vertices_starts_along_its_edges(tmp_path: Path) -> None:
     path = tmp_path / "a.g2o"
     edges = ["EDGE_SE2 2 0 9 9 9", "EDGE_SE2 0 1 1 0 1.5707963267948966", "EDGE_SE2 1 2 2 0 0"]
@@ -173,6 +189,8 @@ def test_a_spatial_chain_closes_its_own_edges(tmp_path: Path) -> None:
         (VERTICES2 + "VERTEX_SE2 7 0 0 0", "E0719", "a.g2o:3:1: error[E0719]: vertex 7 is given twice"),
         (VERTICES2 + EDGE2 + "EGDE_SE2 7 3", "E0717", "a.g2o:4:1: error[E0717]: unknown tag `EGDE_SE2`"),
         (VERTICES2 + "EDGE_SE3:QUAT 7 3", "E0722", "of an SE3 graph"),
+        (VERTICES2 + "EDGE_PRIOR_SE2 7 0 0 0 1 0 0 1 0 2", "E0722", "unit weight"),
+        (VERTICES2 + "EDGE_PRIOR_SE2 8 0 0 0 1 0 0 1 0 1", "E0720", "vertex 8"),
         (VERTICES2 + "FIX 12", "E0720", "vertex 12"),
         (VERTICES2 + "FIX", "E0716", "FIX names no vertex"),
         ("VERTEX_SE2 9223372036854775808 0 0 0", "E0716", "found `9223372036854775808`"),

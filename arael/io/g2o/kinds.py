@@ -36,6 +36,8 @@ class Kind:
     position, rotation : shapes of the model's ``t`` and of its ``th`` or ``q``
     rotation_field : ``th`` or ``q``
     model : the standard model of this shape
+    prior : tag of a prior on one vertex
+    offset : tag of the sensor offset that a prior names after its vertex; "" if it names none
     """
 
     name: str
@@ -49,6 +51,19 @@ class Kind:
     rotation: tuple[int, ...]
     rotation_field: str
     model: str
+    prior: str
+    offset: str
+
+    @property
+    def identity(self) -> list[float]:
+        """The identity pose as the file has it."""
+        return [0.0] * self.size if self.size == 3 else [0.0] * 6 + [1.0]
+
+    @property
+    def unit_information(self) -> list[float]:
+        """The upper triangle of a unit matrix."""
+        n = self.tangent
+        return [float(i == j) for i in range(n) for j in range(i, n)]
 
     @property
     def information(self) -> int:
@@ -81,6 +96,8 @@ SE2 = Kind(
     (),
     "th",
     "pose_graph_2d",
+    "EDGE_PRIOR_SE2",
+    "",
 )
 SE3 = Kind(
     "SE3",
@@ -94,6 +111,8 @@ SE3 = Kind(
     (4,),
     "q",
     "pose_graph_3d",
+    "EDGE_SE3_PRIOR",
+    "PARAMS_SE3OFFSET",
 )
 
 

@@ -36,6 +36,7 @@ class Graph:
     text: Text
     vertices: Records
     edges: Records
+    priors: Records
     fixed: list[tuple[int, int]]  # (id, line)
 
 
@@ -71,7 +72,7 @@ def parse(content: bytes, name: str, kind: Kind, report: Report) -> Graph:
     tags of the other kind of graph.
     """
     text = Text(name, content, report)
-    graph = Graph(text, Records(), Records(), [])
+    graph = Graph(text, Records(), Records(), Records(), [])
 
     def run() -> None:
         _Parser(text, kind, graph).run()
@@ -111,8 +112,36 @@ class _Parser:
         elif tag in kind.edges:
             count = kind.size + kind.information
             self._records(self.graph.edges, words, lines, 2, count, kind.edges[tag])
+        elif tag == kind.prior:
+            self._priors(words, lines)
+        elif tag == kind.offset:
+            self._offsets(words, lines)
         else:
             self._unknown(tag, lines)
+
+    def _priors(self, words: list[list[str]], lines: list[int]) -> None:
+        """Priors hold a pose with unit weight, as the model's anchors do; others cannot be kept."""
+        kind, priors = self.kind, self.graph.priors
+        numbers = kind.size + kind.information
+        self._records(priors, words, lines, 2 if kind.offset else 1, numbers, None)
+        unit = np.array(kind.unit_information)
+        for row, line in zip(priors.numbers, priors.lines, strict=True):
+            if not np.array_equal(row[kind.size :], unit):
+                self.text.add(
+                    "E0722",
+                    "the model's anchors have unit weight, this prior has another",
+                    line,
+                    help="the information of a prior must be the unit matrix",
+                )
+
+    def _offsets(self, words: list[list[str]], lines: list[int]) -> None:
+        offsets = Records()
+        self._records(offsets, words, lines, 1, self.kind.size, None)
+        for row, line in zip(offsets.numbers, offsets.lines, strict=True):
+            if row.tolist() != self.kind.identity:
+                self.text.add(
+                    "E0722", "the model has no sensor offsets, this one is not zero", line
+                )
 
     def _fix(self, words: list[list[str]], lines: list[int]) -> None:
         for row, line in zip(words, lines, strict=True):
@@ -155,7 +184,7 @@ class _Parser:
                         "E0716",
                         f"expected {width - 1} values after `{row[0]}`, found {len(row) - 1}",
                         line,
-                        notes=(self._form(ids),),
+                        notes=self._form(row[0]),
                     )
             return
         found_ids = self._convert([row[1 : 1 + ids] for row in words], lines, int)
@@ -174,14 +203,16 @@ class _Parser:
         records.ids += [found_ids[i : i + ids] for i in range(0, len(found_ids), ids)]
         records.lines += lines
 
-    def _form(self, ids: int) -> str:
+    def _form(self, tag: str) -> tuple[str, ...]:
         pose = "x y theta" if self.kind is SE2 else "x y z qx qy qz qw"
-        if ids == 1:
-            return f"a vertex is `{self.kind.vertex} id {pose}`"
-        return (
-            f"an edge is `{self.kind.edge} id id {pose}` and the upper triangle of its information "
-            f"matrix, {self.kind.information} numbers"
-        )
+        if tag in self.kind.vertices:
+            return (f"a vertex is `{tag} id {pose}`",)
+        if tag in self.kind.edges:
+            return (
+                f"an edge is `{tag} id id {pose}` and the upper triangle of its information matrix, "
+                f"{self.kind.information} numbers",
+            )
+        return ()
 
     def _convert(
         self, rows: list[list[str]], lines: list[int], to: Callable[[str], Any]
@@ -220,11 +251,3 @@ def _is_number(word: str, to: Callable[[str], Any]) -> bool:
     except ValueError:
         return False
     return to is float or -ID_LIMIT <= value < ID_LIMIT
-
-
-def first_lines(records: Records) -> dict[int, int]:
-    """Id -> index of the first vertex of that id."""
-    found: dict[int, int] = {}
-    for i, (id,) in enumerate(records.ids):
-        found.setdefault(id, i)
-    return found

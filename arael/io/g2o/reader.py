@@ -21,8 +21,8 @@ def read(store: Store, content: bytes, name: str) -> None:
 
     Poses keep the order of the file and their ids (where the model has ``skip id: int``). Without any
     vertex the poses are composed along the edges, in order of their ids. Edges keep the upper Cholesky
-    factor ``u`` of their information (``u' u``). FIX fixes poses; without one, an anchor with unit weight holds
-    the first pose where the file put it.
+    factor ``u`` of their information (``u' u``). FIX fixes poses, a prior with unit information becomes an
+    anchor; without either, an anchor holds the first pose where the file put it.
 
     Raises
     ------
@@ -44,7 +44,8 @@ def _fill(store: Store, graph: Graph, kind: Kind) -> None:
     row_of = _rows_by_id(graph)
     ends = _ends(graph, row_of)
     fixed = _fixed(graph, row_of)
-    for records in (graph.vertices, graph.edges):
+    anchored = _anchored(graph, row_of)
+    for records in (graph.vertices, graph.edges, graph.priors):
         _refuse_zero_quaternions(graph, records.numbers, records.lines, kind)
     factors = _factors(graph, kind)
     if report.found:
@@ -55,6 +56,13 @@ def _fill(store: Store, graph: Graph, kind: Kind) -> None:
     else:
         start = poses_along(kind, len(row_of), ends, measured)
     _put(store, kind, list(row_of), start, ends, measured, factors, fixed)
+    if "anchors" not in store.tables:
+        return
+    held = graph.priors.numbers[:, : kind.size] if anchored else start[:0]
+    if not anchored and len(row_of) and not fixed.any():
+        anchored, held = [0], start[:1]
+    fields = kind.fields(held.reshape(-1, kind.size))
+    store.tables["anchors"].extend(len(anchored), pose=np.array(anchored, np.int64), **fields)
 
 
 def _rows_by_id(graph: Graph) -> dict[int, int]:
@@ -97,6 +105,14 @@ def _fixed(graph: Graph, row_of: dict[int, int]) -> NDArray[np.bool_]:
         else:
             graph.text.add("E0720", f"vertex {id} is not in the file", line)
     return fixed
+
+
+def _anchored(graph: Graph, row_of: dict[int, int]) -> list[int]:
+    """Rows of the poses that priors hold."""
+    for ids, line in zip(graph.priors.ids, graph.priors.lines, strict=True):
+        if ids[0] not in row_of:
+            graph.text.add("E0720", f"vertex {ids[0]} is not in the file", line)
+    return [row_of.get(ids[0], 0) for ids in graph.priors.ids]
 
 
 def _refuse_zero_quaternions(graph: Graph, numbers: Array, lines: list[int], kind: Kind) -> None:
@@ -153,7 +169,3 @@ def _put(
     poses.extend(len(ids), **fields, **more)
     pairs = np.array(ends, np.int64).reshape(-1, 2)
     edges.extend(len(pairs), a=pairs[:, 0], b=pairs[:, 1], **kind.fields(measured), u=factors)
-    anchors = store.tables.get("anchors")
-    if anchors is not None and len(ids) and not fixed.any():
-        first = {name: values[:1] for name, values in fields.items()}
-        anchors.extend(1, pose=np.zeros(1, np.int64), **first)

@@ -20,13 +20,13 @@ Array = NDArray[Any]
 def dump(store: Store, name: str) -> bytes:
     """The graph as g2o text; read back it has the same cost.
 
-    The pose that the anchor holds comes first, because that is the one a reader anchors.
+    An anchor that is where a reader would put it (on the first pose, at its value) is not written; any
+    other is, as a prior with unit information.
 
     Raises
     ------
     AraelError
-        E0722 for what g2o cannot say: a model of another shape, several anchors, half a pose fixed; E0705
-        not finite, E0709 a stale ref, E0719 an id twice.
+        E0722 for what g2o cannot say: a model of another shape, half a pose fixed; E0705 not finite, E0709 a stale ref, E0719 an id twice.
     """
     kind = kind_of(store, name)
     poses, edges = store.tables["poses"], store.tables["edges"]
@@ -34,10 +34,10 @@ def dump(store: Store, name: str) -> bytes:
         _refuse_not_finite(table)
     ids = _ids(poses)
     fixed = _fixed(poses, kind)
-    order = _order(store, poses.size, fixed)
     values = kind.numbers(_columns(poses, kind))
-    lines = [_line(kind.vertex, [ids[i]], values[i]) for i in order]
+    lines = [_line(kind.vertex, [i], row) for i, row in zip(ids, values, strict=True)]
     lines += [f"FIX {ids[i]}" for i in np.flatnonzero(fixed).tolist()]
+    lines += _priors(store, kind, ids, values, fixed)
     lines += _edges(edges, kind, ids)
     return ("\n".join(lines) + "\n").encode()
 
@@ -85,16 +85,23 @@ def _fixed(poses: Table, kind: Kind) -> NDArray[np.bool_]:
     return position
 
 
-def _order(store: Store, count: int, fixed: NDArray[np.bool_]) -> list[int]:
-    order = list(range(count))
+def _priors(
+    store: Store, kind: Kind, ids: list[int], values: Array, fixed: NDArray[np.bool_]
+) -> list[str]:
     anchors = store.tables.get("anchors")
-    if anchors is None or not anchors.size or fixed.any():
-        return order
-    if anchors.size > 1:
-        raise _cannot(f"g2o files hold one anchor, the model has {anchors.size}", "anchors")
-    first = int(anchors.target_rows("pose")[0])
-    order.remove(first)
-    return [first, *order]
+    if anchors is None or not anchors.size:
+        return []
+    _refuse_not_finite(anchors)
+    rows = anchors.target_rows("pose").tolist()
+    held = kind.numbers(_columns(anchors, kind))
+    if rows == [0] and np.array_equal(held[0], values[0]) and not fixed.any():
+        return []
+    unit = kind.unit_information
+    lines = [_line(kind.offset, [0], np.array(kind.identity))] if kind.offset else []
+    for row, pose in zip(rows, held, strict=True):
+        names = [ids[row], 0] if kind.offset else [ids[row]]
+        lines.append(_line(kind.prior, names, np.concatenate((pose, unit))))
+    return lines
 
 
 def _cannot(message: str, origin: str) -> AraelError:
