@@ -180,12 +180,12 @@ class Bodies:
 def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:
     """A name for each `fit`: its collection, numbered where that is not enough."""
     names = []
+    numbers: dict[str, int] = {}
     for fit in fits:
-        base = "_".join(p.id for p in fit.collection.parts)
-        name, n = base, 1
+        base = name = "_".join(p.id for p in fit.collection.parts if p.id != "root")
         while name in taken:
-            n += 1
-            name = f"{base}_{n}"
+            numbers[base] = numbers.get(base, 1) + 1
+            name = f"{base}_{numbers[base]}"
         taken.add(name)
         names.append(name)
     return names

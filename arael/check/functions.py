@@ -19,8 +19,10 @@ from arael.syntax import tree
 
 def check_functions(declarations: Declarations, report: Reporter) -> None:
     """Check all functions; those in error are marked, so that calls of them stay silent."""
+    visible = {*declarations.consts, *CONSTANTS, *IDENTITIES, *declarations.broken}
+    callable_ = {*declarations.functions, *FUNCTIONS, *IDENTITIES, *declarations.broken}
     for name, function in declarations.functions.items():
-        if not (_supported(function, report) and _names(function, declarations, report)):
+        if not (_supported(function, report) and _names(function, visible, callable_, report)):
             declarations.broken.add(name)
     _recursion(declarations, report)
 
@@ -50,7 +52,9 @@ def _supported(function: tree.Function, report: Reporter) -> bool:
     return True
 
 
-def _names(function: tree.Function, declarations: Declarations, report: Reporter) -> bool:
+def _names(
+    function: tree.Function, visible: set[str], callable_: set[str], report: Reporter
+) -> bool:
     assert function.body is not None
     good = True
     parameters: dict[str, tree.Ident] = {}
@@ -65,16 +69,16 @@ def _names(function: tree.Function, declarations: Declarations, report: Reporter
             )
         parameters[parameter.id] = parameter
     called = {id(n.func) for n in subtrees(function.body) if isinstance(n, tree.Call)}
-    visible = {*parameters, *declarations.consts, *CONSTANTS, *IDENTITIES, *declarations.broken}
-    callable_ = {*declarations.functions, *FUNCTIONS, *IDENTITIES, *declarations.broken}
     for node in subtrees(function.body):
         if not isinstance(node, tree.Name):
             continue
         known = callable_ if id(node) in called else visible
-        if node.id in known:
+        if node.id in known or (known is visible and node.id in parameters):
             continue
         good = False
-        near = nearest(node.id, known)
+        near = nearest(
+            node.id, sorted(known) if known is callable_ else [*parameters, *sorted(known)]
+        )
         if id(node) in called:
             report.error(
                 "E0205",

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from arael.check.binding import BROKEN, Broken, Collection, Entity
 from arael.check.declared import FieldDecl
+from arael.check.limits import MAX_REFS
 from arael.check.places import Place, Sites
 from arael.check.report import Reporter
 from arael.check.suggest import nearest
@@ -14,7 +15,6 @@ from arael.runtime.layout import Step, Target
 from arael.syntax import tree
 
 ROOT_STEPS = (Step("root"),)
-MAX_CHAIN = 20  # refs that a ref is resolved through
 
 
 class Paths:
@@ -24,6 +24,7 @@ class Paths:
         self.sites = sites
         self.report = report
         self.open: list[tuple[Place, FieldDecl]] = []
+        self.taken = 0  # refs that the one being resolved has needed so far
         self.bad: set[tuple[Place, str]] = set()
 
     @property
@@ -72,8 +73,8 @@ class Paths:
         key = (entity.place, field.name)
         if key in self.bad:
             return BROKEN
-        trail = [(p, f) for p, f in self.open]
-        if (entity.place, field) in trail or len(trail) >= MAX_CHAIN:
+        self.taken = self.taken + 1 if self.open else 0
+        if (entity.place, field) in self.open or self.taken > MAX_REFS:
             self._circle(field)
             self.bad.add(key)
             return BROKEN
@@ -217,8 +218,17 @@ class Paths:
         return BROKEN
 
     def _circle(self, field: FieldDecl) -> None:
+        if self.taken > MAX_REFS:
+            self.report.error(
+                "E0406",
+                self.open[0][1].span,
+                f"ref is resolved through more than {MAX_REFS} others",
+                label="the way is too long",
+                help=["start the path at `root` or `parent`"],
+            )
+            return
         names = [f.name for _, f in self.open]
-        start = names.index(field.name) if field.name in names else 0
+        start = names.index(field.name)
         circle = " -> ".join([*names[start:], field.name])
         self.report.error(
             "E0406",

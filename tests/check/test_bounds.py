@@ -108,3 +108,12 @@ def test_mutated_models_never_crash(data: st.DataObject) -> None:
         tokens[at] = data.draw(st.sampled_from(WORDS.split())) if data.draw(st.booleans()) else ""
     with contextlib.suppress(AraelError):
         diagnostics(" ".join(tokens))
+
+
+def test_refs_that_double_at_each_step_are_refused() -> None:
+    text = (
+        "struct T {\nparam x: real\nq0: ref T in root.ts\n"
+        + chain("q{i}: ref T in q{j}.q{j}.parent.ts", 40)
+        + "\nconstraint c { x } }\nroot R { ts: list of T }"
+    )
+    assert set(codes(text)) == {"E0406"}

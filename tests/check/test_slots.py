@@ -181,3 +181,20 @@ def test_refs_to_refs(name: str) -> None:
     )
     steps = constraint(model, f"Probe.{name}").slots[1].steps
     assert steps == (ref("n"), ref("next"), ref("next"))[: "abc".index(name) + 1]
+
+
+def test_fits_are_named_after_their_collections() -> None:
+    model = checked(
+        """
+        struct D { x: real; more: list of D2 }
+        struct D2 { x: real }
+        root F {
+            param a: real
+            data: list of D
+            constraint data { a }
+            fit data as e { a - e.x }
+            fit root.data as e { a * e.x }
+        }
+        """
+    )
+    assert [c.label for c in model.constraints] == ["F.data", "F.data_2", "F.data_3"]
