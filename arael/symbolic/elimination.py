@@ -73,6 +73,8 @@ class _Linearised:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.place = graph.place
+        self.units = frozenset({graph.const(1.0), graph.const(-1.0)})
+        self.zero = graph.const(0.0)
         self.below: dict[_Vertex, dict[_Vertex, Weight]] = {}
         self.above: dict[_Vertex, dict[_Vertex, None]] = {}
 
@@ -99,7 +101,7 @@ class _Linearised:
 
     def add_edge(self, upper: _Vertex, lower: _Vertex, weight: Weight) -> None:
         """Add `weight` to an edge; zero weights are no edges."""
-        weight = {g: n for g, n in weight.items() if self.graph.value(n) != 0}
+        weight = {guards: node for guards, node in weight.items() if node != self.zero}
         if not weight or (lower.kind == _NODE and lower not in self.below):
             return
         edges = self.below.setdefault(upper, {})
@@ -147,14 +149,16 @@ class _Linearised:
         return cost
 
     def _is_unit(self, weight: Weight) -> bool:
-        return all(self.graph.value(node) in (1.0, -1.0) for node in weight.values())
+        return self.units.issuperset(weight.values())
 
     def _product(self, outer: Weight, inner: Weight) -> Weight:
         result: Weight = {}
         for guards, first in outer.items():
             for others, second in inner.items():
-                joined = tuple(sorted({*guards, *others}))
-                if any((condition, not holds) in joined for condition, holds in joined):
+                joined = (
+                    tuple(sorted({*guards, *others})) if guards and others else guards or others
+                )
+                if joined and any((condition, not holds) in joined for condition, holds in joined):
                     continue  # two guards that exclude each other
                 product = self.graph.op("mul", first, second)
                 result = self._sum(result, {joined: product})
@@ -172,7 +176,7 @@ class _Linearised:
         known = weight.pop(guards, None)
         if known is not None:
             node = g.op("add", known, node)
-        if g.value(node) == 0:
+        if node == self.zero:
             return
         for i, (condition, holds) in enumerate(guards):
             opposite = tuple(sorted((*guards[:i], (condition, not holds), *guards[i + 1 :])))
@@ -186,8 +190,7 @@ class _Linearised:
     def plain(self, weight: Weight) -> int:
         """Resolve the guards of a finished derivative into selects."""
         g = self.graph
-        zero = g.const(0.0)
-        result = zero
+        result = zero = self.zero
         for guards, node in weight.items():
             for condition, holds in guards:
                 arms = (node, zero) if holds else (zero, node)

@@ -57,7 +57,7 @@ FUNCTIONS = (
         "pow",
         2,
         "y x^(y - 1); x^y ln(x)",
-        "x^0 = 1, also at 0; at x = 0 and y > 0 the derivative by y is 0; "
+        "x^0 = 1, also at 0, with derivative NaN by x there; at x = 0 the derivative by y is 0; "
         "NaN for x < 0 unless y is an integer",
         "x^y",
     ),
