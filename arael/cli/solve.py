@@ -33,7 +33,9 @@ from arael.runtime.layout import Layout
 @click.option("--max-iters", type=click.IntRange(min=1), help="Most attempts at a step per pass.")
 @click.option("--interpret", is_flag=True, help="Run on the NumPy interpreter, without a compiler.")
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
-@click.option("--covariance", type=click.Path(dir_okay=False), help="Write marginals here (.npz).")
+@click.option(
+    "--covariance", type=click.Path(dir_okay=False), help="Write sigmas here (.npz, .json)."
+)
 @plot_option
 @json_option
 def command(
@@ -62,8 +64,7 @@ def command(
     from arael.cli import summary
     from arael.cli.instances import apply_settings
 
-    for path in (output, covariance, plot):
-        require_writable(path)
+    _check_targets(output, covariance, plot)
     loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
     for warning in loaded.layout.warnings:
         click.echo(warning, err=True)
@@ -135,6 +136,21 @@ def require_writable(path: str | None) -> None:
     )
 
 
+def _check_targets(output: str | None, covariance: str | None, plot: str | None) -> None:
+    """Refuse files that could not be written, before a long solve."""
+    if covariance is not None:
+        from arael.cli.marginals import check_ending
+
+        check_ending(covariance)
+    if plot is not None:
+        from arael.plot.figure import check_format, require_matplotlib
+
+        require_matplotlib()
+        check_format(Path(plot))
+    for path in (output, covariance, plot):
+        require_writable(path)
+
+
 def _write_all(
     instance: Any,
     layout: Layout,
@@ -153,7 +169,7 @@ def _write_all(
     if covariance is not None:
         from arael.cli.marginals import write_marginals
 
-        write_marginals(instance, covariance)
+        write_marginals(instance, len(result.x), covariance)
         written.append(covariance)
     if plot is not None:
         from arael.plot.problem import plot_solution

@@ -77,7 +77,7 @@ def report(run: LinearRun) -> Iterator[str]:
     yield f"  true line       {TRUE_SLOPE:.4f} x {TRUE_OFFSET:+.4f}"
     for name, line in (("least squares", run.least_squares), ("robust fit", run.robust)):
         rms = _rms(run, line)
-        yield f"  {name:<15} {line[0]:.4f} x {line[1]:+.4f}, RMS error at right points {rms:.4f}"
+        yield f"  {name:<15} {line[0]:.4f} x {line[1]:+.4f}, RMS error at right points {rms:.5f}"
 
 
 def _rms(run: LinearRun, line: tuple[float, float]) -> float:

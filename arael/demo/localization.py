@@ -38,9 +38,10 @@ class LocalizationRun(SceneRun):
 
     @property
     def half_bandwidth(self) -> int:
-        """Farthest entry of the Hessian from its diagonal."""
+        """How far the blocks of the Hessian, one a pair of poses, reach from its diagonal."""
         rows, columns = np.nonzero(self.hessian)
-        return int(np.abs(rows - columns).max())
+        size = self.parameters // len(self.poses)
+        return int(size * (np.abs(rows // size - columns // size).max() + 1) - 1)
 
 
 def run_localization(config: SceneConfig, options: SolveOptions | None = None) -> LocalizationRun:

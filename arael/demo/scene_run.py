@@ -67,8 +67,10 @@ class SceneRun:
     @cached_property
     def bearing_costs(self) -> Array:
         """Robust cost (observations, 2) of every bearing residual at the solution."""
-        residuals: Array = np.asarray(self.instance.residuals("PointFrine.bearing"))
-        return residuals.reshape(-1, 2) ** 2
+        jacobian = self.instance.jacobian()
+        mine = jacobian.label_of == jacobian.labels.index("PointFrine.bearing")
+        costs: Array = jacobian.residuals[mine].reshape(-1, 2) ** 2
+        return costs
 
 
 def solve_scene(name: ModelName, config: SceneConfig, options: SolveOptions) -> SceneRun:

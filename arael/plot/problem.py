@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arael.plot.figure import BLUE, GREY, INK, ORANGE, beside, new_figure, save, styled
 from arael.plot.history import history_figure
 from arael.plot.sparsity import sparsity_figure
-from arael.runtime.layout import Layout
+from arael.runtime.layout import Column, Layout
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,13 +61,18 @@ def links(instance: Any, layout: Layout) -> list[tuple[str, NDArray[np.int64]]]:
     """Pairs of rows that a table of two refs into one table ties together, by that table."""
     found = []
     for table in layout.tables:
-        refs = [c for c in table.columns if c.role == "ref" and c.target and not c.target.base]
+        refs = [c for c in table.columns if c.role == "ref" and _is_of_root(c)]
         targets = {c.target.table for c in refs if c.target}
         if len(refs) == 2 and len(targets) == 1 and len(instance[table.path]):
             rows = instance[table.path]
             pairs = np.column_stack([np.asarray(rows[c.path].rows) for c in refs])
             found.append((targets.pop(), pairs))
     return found
+
+
+def _is_of_root(column: Column) -> bool:
+    """Whether a ref points into a collection of the root."""
+    return column.target is not None and all(s.kind == "root" for s in column.target.base)
 
 
 @styled
