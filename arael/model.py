@@ -79,7 +79,7 @@ class Model(Fields):
         return super()._get(member)
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
-        """Replace the data by that of a file (see `arael.io.read`); every earlier ref is stale then."""
+        """Replace the data by that of a file (see `arael.io.read`); earlier refs are stale then."""
         from arael import io
 
         io.read(self, path, format)

@@ -24,8 +24,9 @@ Ints = NDArray[np.int64]
 class Collection(Fields):
     """All rows of a table, those that one row holds, or a choice of them.
 
-    ``poses.pos.value`` is the column of all rows, ``poses[3]`` a row (`Ref`), ``poses[2:5]`` a choice.
-    ``landmarks[5].frines`` are the frines of one landmark, ``landmarks.frines`` those of all.
+    ``poses.pos.value`` is the column of all rows, ``poses[3]`` a row (`Ref`), ``poses[2:5]`` a
+    choice. ``landmarks[5].frines`` are the frines of one landmark, ``landmarks.frines`` those of
+    all.
     """
 
     def __init__(
@@ -112,7 +113,8 @@ class Collection(Fields):
         ----------
         n : number of rows, where no array tells
         parent : in a nested collection the rows that hold the new ones: `Refs` or dense rows (n,)
-        **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also as
+        **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
+        as
             dicts of arrays; the presence of an optional struct as an array of bools under its name
 
         Raises AraelError as `append`; nothing is added then.
@@ -152,7 +154,7 @@ class Collection(Fields):
         return rows
 
     def _count(self, flat: Mapping[str, Any], owners: Ints | None) -> int:
-        """Number of rows that the given arrays mean."""
+        """Return number of rows that the given arrays mean."""
         for path, value in flat.items():
             column = self._table.data.get(path)
             shape = value.values.shape if isinstance(value, Handles) else np.shape(value)
@@ -233,7 +235,7 @@ class Collection(Fields):
         return Refs(self._table, self._table.handles(self._rows()))
 
     def __getitem__(self, index: Any) -> Any:
-        """A row by number or `Ref`, a choice by slice, mask, numbers or `Refs`; a field by path."""
+        """Return a row (by number, `Ref`), some (slice, mask, numbers, `Refs`) or a field."""
         table = self._table
         if isinstance(index, str):
             return super().__getitem__(index)
@@ -278,12 +280,12 @@ def fill(collection: Collection, items: Any, origin: str) -> None:
 
 
 def _rank(column: Column | None) -> int:
-    """Number of axes of one value; flags and presence are scalars."""
+    """Return number of axes of one value; flags and presence are scalars."""
     return len(column.shape) if column is not None and column.role != "ref" else 0
 
 
 def _together(rows: Ints) -> Rows:
-    """The rows as a slice if they lie together in memory."""
+    """Return the rows as a slice if they lie together in memory."""
     if not len(rows):
         return slice(0, 0)
     first, last = int(rows[0]), int(rows[-1])

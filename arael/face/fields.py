@@ -32,7 +32,7 @@ class Fields:
         return False
 
     def _owner(self) -> Any:
-        """The row, if one row is meant; else None."""
+        """Return the row, if one row is meant; else None."""
         return None
 
     # --- names -------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ class Fields:
         self._set(self._member(name), value)
 
     def __getitem__(self, path: str) -> Any:
-        """The field at a dotted path; also fields that are named like a method."""
+        """Return the field at a dotted path; also fields that are named like a method."""
         return self._get(self._member(path))
 
     def __setitem__(self, path: str, value: Any) -> None:
@@ -200,8 +200,8 @@ class Part(Fields):
 
 
 def summary(fields: Fields, limit: int = 6) -> str:
-    """The first few fields with their values, for a repr."""
-    texts = []
+    """Return the first few fields with their values, for a repr."""
+    texts: list[str] = []
     for name, member in fields._group.members.items():
         if len(texts) == limit:
             texts.append("...")

@@ -47,8 +47,8 @@ class Parameter:
     def value(self) -> Any:
         """What the parameter holds: (N, ...) or (...) as a live view; a number for one scalar.
 
-        Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z). Valid until
-        rows are added or removed. Writing into the view is not checked; assigning is.
+        Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z). Valid
+        until rows are added or removed. Writing into the view is not checked; assigning is.
         """
         part = taken(self._table.column(self._path), self._rows())
         return part if isinstance(part, np.ndarray) else part.item()
@@ -100,7 +100,7 @@ class Parameter:
 
     @property
     def matrix(self) -> Array:
-        """Rotation matrices (..., 3, 3), body to world; (..., 2, 2) of an angle. A copy; assignable."""
+        """Rotation matrices (..., 3, 3), body to world; of an angle (..., 2, 2). Assignable."""
         value = np.asarray(self.value)
         if self._kind == "euler":
             return rotations.matrix_from_euler(value)
@@ -115,7 +115,7 @@ class Parameter:
 
     @property
     def quaternion(self) -> Array:
-        """Unit quaternions (..., 4): w, x, y, z. A copy; assignable."""
+        """Unit quaternions (..., 4): w, x, y, z. Assignable."""
         value = np.asarray(self.value)
         if self._kind == "euler":
             return rotations.quaternion_from_euler(value)
@@ -127,7 +127,7 @@ class Parameter:
 
     @property
     def euler(self) -> Array:
-        """Roll, pitch, yaw (..., 3) [rad]: ``R = Rz(yaw) Ry(pitch) Rx(roll)``. A copy; assignable."""
+        """Roll, pitch, yaw (..., 3) [rad]: ``R = Rz(yaw) Ry(pitch) Rx(roll)``. Assignable."""
         value = np.asarray(self.value)
         if self._kind == "euler":
             return value.copy()

@@ -1,7 +1,8 @@
 """CSV: the rows of one collection, a field a column (LANGUAGE section 10).
 
-The first line names the columns: ``x``, ``pos.x`` or ``pos[0]``, ``m[0][1]``, ``q.w``, ``info.tilt_roll``,
-``pos.fixed``; refs are indices or keys. An empty cell is an absent optional, or the default.
+The first line names the columns: ``x``, ``pos.x`` or ``pos[0]``, ``m[0][1]``, ``q.w``,
+``info.tilt_roll``, ``pos.fixed``; refs are indices or keys. An empty cell is an absent optional,
+or the default.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ def read(store: Store, content: bytes, name: str, collection: str | None) -> Non
     ------
     AraelError
         With file, line and column, several at once: E0713 no such collection, E0711 not CSV, E0701
-        unknown column, E0702 missing, E0703 wrong type, E0704 wrong number of cells, E0705 not finite,
-        E0706 does not fit, E0708 ref out of range, E0718 a column twice. The store is as it was then.
+        unknown column, E0702 missing, E0703 wrong type, E0704 wrong number of cells, E0705 not
+        finite, E0706 does not fit, E0708 ref out of range, E0718 a column twice. The store is as
+        it was then.
     """
     table = choose(store, name, collection)
     report = Report(name)
@@ -53,7 +55,7 @@ def read(store: Store, content: bytes, name: str, collection: str | None) -> Non
 
 
 def choose(store: Store, name: str, collection: str | None) -> Table:
-    """Return the table that a CSV file holds: the one named, else by the file's name, else the only one."""
+    """Return the table that a CSV file holds: named, or as the file is, or the only one."""
     tables = {
         t.layout.path: t for t in store.tables.values() if t.layout.path and not t.layout.parent
     }
@@ -186,7 +188,7 @@ class _Reader:
         table, count, path = self.table, len(self.rows), column.path
         empty = np.array([[not c.strip() for c in part] for part in parts], np.bool_)
         empty = empty.reshape(len(parts), count)
-        there = ~empty.all(axis=0)
+        there: NDArray[np.bool_] = np.asarray(~empty.all(axis=0))
         if column.kind == "string" and path not in table.optionals:
             there[:] = True
         absent_ok = column.default is not None or any(
@@ -307,10 +309,10 @@ def _value(kind: str, cell: str) -> Any:
         if text.lower() not in TRUTH:
             raise ValueError(text)
         return TRUTH[text.lower()]
-    if "_" in text and kind != "ref" or not text.isascii() and kind != "ref":
-        raise ValueError(text)
     if kind == "ref":
         return int(text) if text.lstrip("-").isdecimal() and text.isascii() else cell
+    if "_" in text or not text.isascii():  # Python would take 1_000 and other digits
+        raise ValueError(text)
     if kind == "int":
         return int(text)
     return float(text)

@@ -55,7 +55,10 @@ def _cells(table: Table, leaf: Leaf) -> Iterator[tuple[str, list[Any]]]:
     if column.kind == "bool":
         array = np.where(array, "true", "false").astype(object)
     for title, index in scalar_names(column):
-        part = array[(slice(None), *index)].tolist()
+        scalars: Any = array
+        for axis in index:
+            scalars = scalars[:, axis]
+        part = scalars.tolist()
         yield title, [v if t else "" for v, t in zip(part, there, strict=True)]
     if column.role == "param" and table.fixed(path).any():
         yield f"{path}.fixed", ["true" if f else "false" for f in table.fixed(path).tolist()]

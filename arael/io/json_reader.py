@@ -33,8 +33,9 @@ def read(store: Store, content: bytes, name: str) -> None:
     ------
     AraelError
         Everything that is wrong (the first 20), by key path; the store is as it was then. E0711 not
-        JSON, E0701 unknown key, E0702 missing, E0703 wrong type, E0704 wrong length, E0705 not finite,
-        E0706 does not fit, E0707 null, E0708 ref out of range, E0718 a key twice, E0721 not a rotation.
+        JSON, E0701 unknown key, E0702 missing, E0703 wrong type, E0704 wrong length, E0705 not
+        finite, E0706 does not fit, E0707 null, E0708 ref out of range, E0718 a key twice, E0721
+        not a rotation.
     """
     report = Report(name)
     scene = _decode(content, name)
@@ -159,7 +160,7 @@ class _Reader:
                     help=f"`{name}: {group.struct}` is declared at {group.where}",
                 )
             return
-        inner = [o.get(name, None if group.optional else {}) for o in objects]
+        inner: list[Any] = [o.get(name, None if group.optional else {}) for o in objects]
         there = np.fromiter((v is not None for v in inner), np.bool_, len(inner))
         if group.optional:
             rows.mask(f"{group.path}?")[index] = there
@@ -198,9 +199,7 @@ class _Reader:
             values = [objects[i][name] for i in given]
             index, place = index[given], _through(place, given)
 
-        def at(i: int) -> str:
-            return _join(place(i), name)
-
+        at = _below(place, name)
         if leaf.optional and None in values:
             given = [i for i, v in enumerate(values) if v is not None]
             values = [values[i] for i in given]
@@ -255,7 +254,7 @@ class _Reader:
     def _convert(
         self, table: Table, leaf: Leaf, values: list[Any], place: Place
     ) -> NDArray[Any] | None:
-        """The column at once where it is as it should be; else value by value, to say what is wrong."""
+        """Return the column at once if all is right; else go value by value to say what is not."""
         column = leaf.column
         array = fast_array(column, values)
         if array is not None:
@@ -270,8 +269,8 @@ class _Reader:
             if len(self.report.found) > before:
                 continue
             try:
-                where = self.report.at(place(i))
-                result.append(convert(column, value, 1, table.real, lambda _, w=where: w, False))
+                where = _constant(self.report.at(place(i)))
+                result.append(convert(column, value, 1, table.real, where, False))
             except AraelError as failure:
                 for diagnostic in failure.diagnostics:
                     self.report.take(diagnostic)
@@ -343,6 +342,14 @@ def _needed(leaf: Leaf) -> bool:
 
 def _join(place: str, name: str) -> str:
     return f"{place}.{name}" if place else name
+
+
+def _below(place: Place, name: str) -> Place:
+    return lambda i: _join(place(i), name)
+
+
+def _constant(where: str) -> Place:
+    return lambda _: where
 
 
 def _through(place: Place, given: list[int]) -> Place:

@@ -79,7 +79,6 @@ def path_at(content: bytes, offset: int) -> str:
     if offset > 50_000_000:
         return ""
     stack: list[Any] = []
-    key = ""
     last = b""
     for token in TOKEN.finditer(content, 0, offset):
         text = token[0]
@@ -87,16 +86,14 @@ def path_at(content: bytes, offset: int) -> str:
             stack.append("")
         elif text == b"[":
             stack.append(0)
+        elif not stack:
+            pass
         elif text in (b"}", b"]"):
-            if stack:
-                stack.pop()
-        elif text == b":":
-            if stack and isinstance(stack[-1], str):
-                key = last[1:-1].decode("utf-8", "replace")
-                stack[-1] = shorten(key)
+            stack.pop()
+        elif text == b":" and isinstance(stack[-1], str):
+            stack[-1] = shorten(last[1:-1].decode("utf-8", "replace"))
         elif text == b",":
-            if stack:
-                stack[-1] = stack[-1] + 1 if isinstance(stack[-1], int) else ""
+            stack[-1] = stack[-1] + 1 if isinstance(stack[-1], int) else ""
         last = text
     parts = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in stack if p != "")
     return parts.lstrip(".")

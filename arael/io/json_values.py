@@ -68,7 +68,7 @@ def _is_flat(column: Column, shape: tuple[int, ...]) -> bool:
 
 
 def explain(column: Column, value: Any, place: str, report: Report) -> Any:
-    """Say what is wrong with the form of a value, element by element; the value ready to convert."""
+    """Say what is wrong with the form of a value; return it ready to convert."""
     if value is None:
         report.add("E0707", "null where a value is needed", place, column)
         return value

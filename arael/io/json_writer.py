@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -17,7 +18,7 @@ encode = msgspec.json.encode
 
 
 def dump(store: Store) -> bytes:
-    """The data of a store as JSON.
+    """Return the data of a store as JSON.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def _objects(table: Table, group: Group) -> list[dict[str, Any]]:
             order, offsets = child.grouped()
             ordered = [held[i] for i in order.tolist()]
             bounds = offsets.tolist()
-            values = [ordered[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+            values = [ordered[a:b] for a, b in pairwise(bounds)]
         for item, value in zip(objects, values, strict=True):
             item[name] = value
     return objects

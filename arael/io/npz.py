@@ -1,9 +1,10 @@
 """NumPy archives: one array a column, named by path (LANGUAGE section 10).
 
-``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools where any is; ``poses.info.gps`` (N,) bools, the presence
-of an optional struct (``x.present`` of an optional value); ``landmarks.frines.offsets`` (parents + 1,): rows
-``offsets[p]:offsets[p + 1]`` belong to parent p; refs are indices as in JSON, -1 where absent. Root
-fields are arrays of one value. Nothing is pickled.
+``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools where any is; ``poses.info.gps`` (N,) bools,
+the presence of an optional struct (``x.present`` of an optional value);
+``landmarks.frines.offsets`` (parents + 1,): rows ``offsets[p]:offsets[p + 1]`` belong to parent p;
+refs are indices as in JSON, -1 where absent. Root fields are arrays of one value. Nothing is
+pickled.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ def read(store: Store, content: bytes, name: str, limit: int) -> None:
     Raises
     ------
     AraelError
-        E0711 not an archive, E0714 too large when unpacked, E0701 unknown array, E0702 missing, E0703
-        wrong type, E0704 wrong shape or length, E0705 not finite, E0706 does not fit, E0708 ref out of
-        range, E0721 not a rotation.
+        E0711 not an archive, E0714 too large when unpacked, E0701 unknown array, E0702 missing,
+        E0703 wrong type, E0704 wrong shape or length, E0705 not finite, E0706 does not fit, E0708
+        ref out of range, E0721 not a rotation.
     """
     report = Report(name)
     arrays = _unpack(content, name, limit)
@@ -52,7 +53,7 @@ def read(store: Store, content: bytes, name: str, limit: int) -> None:
 
 
 def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
-    """Arrays of the archive, none of them larger than the archive says, all of them within `limit`."""
+    """Return the arrays of the archive, if all of them together are within `limit`."""
     arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -179,7 +180,7 @@ class _Reader:
                 name,
             )
             return np.empty(0, np.int64)
-        counts = np.diff(offsets.astype(np.int64))
+        counts = np.asarray(offsets[1:] - offsets[:-1], np.int64)
         if offsets[0] != 0 or (counts < 0).any():
             self.report.add("E0704", "offsets must begin with 0 and never fall", name)
             return np.empty(0, np.int64)
@@ -196,7 +197,9 @@ class _Reader:
         for path in table.data:
             array = self._take(full_path(table, path))
             if array is not None:
-                return len(array) if array.ndim else self._scalar(full_path(table, path))
+                if array.ndim:
+                    return len(array)
+                return self._not_rows(full_path(table, path))
         for path in table.optionals:
             array = self._take(full_path(table, presence_name(table, path)))
             if array is not None and array.ndim:
@@ -204,11 +207,12 @@ class _Reader:
         count = self._take(f"{table.layout.path}.count")
         if count is not None:
             good = count.dtype.kind in "iu" and count.shape == () and 0 <= count <= 10**9
-            return int(count) if good else self._scalar(f"{table.layout.path}.count")
+            return int(count) if good else self._not_rows(f"{table.layout.path}.count")
         return 0
 
-    def _scalar(self, name: str) -> None:
+    def _not_rows(self, name: str) -> int | None:
         self.report.add("E0704", "expected an array with one entry a row", name)
+        return None
 
     def _presence(self, table: Table, count: int) -> dict[str, Array]:
         masks: dict[str, Array] = {}
@@ -320,7 +324,7 @@ def _names(table: Table) -> Iterator[str]:
 
 
 def dump(store: Store) -> bytes:
-    """The data of a store as an archive; the same bytes for the same data.
+    """Return the data of a store as an archive; the same bytes for the same data.
 
     Raises
     ------
@@ -377,7 +381,7 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
 
 
 def _ref_indices(table: Table, column: Column) -> Ints:
-    """Indices of refs within the collections they count in; -1 where absent."""
+    """Return indices of refs within the collections they count in; -1 where absent."""
     assert column.target is not None
     target = table.store.tables[column.target.table]
     rows = table.target_rows(column.path)

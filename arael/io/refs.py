@@ -11,7 +11,7 @@ from arael.diagnostics.records import AraelError
 from arael.io.report import Report
 from arael.runtime.layout import Column, Step
 from arael.runtime.store import Store, Table, references
-from arael.runtime.store.messages import describe, shorten, suggestion
+from arael.runtime.store.messages import describe, error, shorten, suggestion
 from arael.runtime.store.slots import Ints
 
 Place = Callable[[int], str]
@@ -62,9 +62,10 @@ class PendingRefs:
         target = self.store.tables[column.target.table]
         kinds = set(map(type, values))
         if str in kinds and target.layout.key:
-            values = self._from_keys(table, column, target, values, rows, place)
-            if values is None:
+            found = self._from_keys(table, column, target, values, rows, place)
+            if found is None:
                 return
+            values = found
         elif kinds != {int}:
             for i, value in enumerate(values):
                 if type(value) is not int:
@@ -112,7 +113,7 @@ class PendingRefs:
         rows: Ints,
         place: Place,
     ) -> list[int] | None:
-        """Indices for values some of which are keys."""
+        """Return indices for values some of which are keys."""
         assert column.target is not None
         keys = self._keys_of(target)
         _, owners = references.walk(table, column.target.base, rows)
@@ -183,7 +184,7 @@ def refs_as_data(table: Table, column: Column) -> list[Any]:
     owners = target.parent_rows().tolist()
     if len(set(zip(owners, names, strict=True))) < len(names):
         raise AraelError(
-            references.error(
+            error(
                 "E0718",
                 "two rows have the same key",
                 f"{target.label}.{key}",

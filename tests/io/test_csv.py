@@ -1,4 +1,5 @@
 """CSV: one collection, a row a line."""
+# ruff: noqa: E501 - a case, or a column, is one line
 
 from pathlib import Path
 

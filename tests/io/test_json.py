@@ -1,4 +1,5 @@
 """JSON in and out: what is right survives, what is wrong is named with its type and its place."""
+# ruff: noqa: E501 - a case, or a column, is one line
 
 import gzip
 import json

@@ -20,8 +20,8 @@ def poses_along(kind: Kind, count: int, edges: Sequence[tuple[int, int]], measur
     """Poses (count, size) as the file would have them, the first at the origin.
 
     A spanning tree from the first pose takes edges from a pose to the next one (odometry) first, in
-    file order, and others only where those do not lead on. Each part of a graph that is not connected
-    starts at the origin.
+    file order, and others only where those do not lead on. Each part of a graph that is not
+    connected starts at the origin.
 
     Parameters
     ----------

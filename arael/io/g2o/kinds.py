@@ -1,7 +1,7 @@
 """What differs between planar and spatial pose graphs: tags, numbers per line, fields of the model.
 
-A pose is a row of numbers in the file: ``x y theta`` or ``x y z qx qy qz qw``. The information matrix
-of an edge is its upper triangle, row by row.
+A pose is a row of numbers in the file: ``x y theta`` or ``x y z qx qy qz qw``. The information
+matrix of an edge is its upper triangle, row by row.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Kind:
         """Numbers of an information matrix in the file."""
         return self.tangent * (self.tangent + 1) // 2
 
-    def fields(self, poses: Array) -> dict[str, Array]:
+    def fields(self, poses: Array) -> dict[str, Any]:
         """Columns of the model from poses as the file has them."""
         if self.name == "SE2":
             return {"t": poses[:, :2], "th": poses[:, 2]}
@@ -125,7 +125,7 @@ def kind_of(store: Store, name: str) -> Kind:
     raise AraelError(
         error(
             "E0722",
-            f"`{store.layout.root}` of {store.layout.source} is not a pose graph as g2o files hold it",
+            f"`{store.layout.root}` of {store.layout.source} is not a pose graph of g2o's kinds",
             name,
             help=f"g2o files fill models with the collections and fields of {shapes}",
         ).diagnostics

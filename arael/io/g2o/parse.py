@@ -68,8 +68,8 @@ class Text:
 def parse(content: bytes, name: str, kind: Kind, report: Report) -> Graph:
     """Read the lines of a file.
 
-    Raises AraelError, with file and line: E0716 malformed, E0717 unknown tag, E0705 not finite, E0722
-    tags of the other kind of graph.
+    Raises AraelError, with file and line: E0716 malformed, E0717 unknown tag, E0705 not finite,
+    E0722 tags of the other kind of graph.
     """
     text = Text(name, content, report)
     graph = Graph(text, Records(), Records(), Records(), [])
@@ -157,7 +157,7 @@ class _Parser:
         if tag in other.vertices or tag in other.edges:
             self.text.add(
                 "E0722",
-                f"`{tag}` is of an {other.name} graph{count}, the model holds {self.kind.name} poses",
+                f"`{tag}` is of an {other.name} graph{count}, the model holds {self.kind.name}",
                 lines[0],
                 help=f"solve it with `{other.model}`",
             )
@@ -209,8 +209,8 @@ class _Parser:
             return (f"a vertex is `{tag} id {pose}`",)
         if tag in self.kind.edges:
             return (
-                f"an edge is `{tag} id id {pose}` and the upper triangle of its information matrix, "
-                f"{self.kind.information} numbers",
+                f"an edge is `{tag} id id {pose}` and the upper triangle of its information "
+                f"matrix, {self.kind.information} numbers",
             )
         return ()
 

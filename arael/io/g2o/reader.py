@@ -19,17 +19,18 @@ Array = NDArray[Any]
 def read(store: Store, content: bytes, name: str) -> None:
     """Replace the data of a pose graph model by that of a g2o file.
 
-    Poses keep the order of the file and their ids (where the model has ``skip id: int``). Without any
-    vertex the poses are composed along the edges, in order of their ids. Edges keep the upper Cholesky
-    factor ``u`` of their information (``u' u``). FIX fixes poses, a prior with unit information becomes an
-    anchor; without either, an anchor holds the first pose where the file put it.
+    Poses keep the order of the file and their ids (where the model has ``skip id: int``). Without
+    any vertex the poses are composed along the edges, in order of their ids. Edges keep the upper
+    Cholesky factor ``u`` of their information (``u' u``). FIX fixes poses, a prior with unit
+    information becomes an anchor; without either, an anchor holds the first pose where the file
+    put it.
 
     Raises
     ------
     AraelError
-        With file and line, several at once: E0716 malformed, E0717 unknown tag, E0719 a vertex twice,
-        E0720 an unknown vertex, E0723 information that is not positive definite, E0705 not finite,
-        E0721 a zero quaternion; E0722 where model and file are of different shape.
+        With file and line, several at once: E0716 malformed, E0717 unknown tag, E0719 a vertex
+        twice, E0720 an unknown vertex, E0723 information that is not positive definite, E0705 not
+        finite, E0721 a zero quaternion; E0722 where model and file are of different shape.
     """
     kind = kind_of(store, name)
     report = Report(name)

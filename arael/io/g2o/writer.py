@@ -18,15 +18,16 @@ Array = NDArray[Any]
 
 
 def dump(store: Store, name: str) -> bytes:
-    """The graph as g2o text; read back it has the same cost.
+    """Return the graph as g2o text; read back it has the same cost.
 
-    An anchor that is where a reader would put it (on the first pose, at its value) is not written; any
-    other is, as a prior with unit information.
+    An anchor that is where a reader would put it (on the first pose, at its value) is not written;
+    any other is, as a prior with unit information.
 
     Raises
     ------
     AraelError
-        E0722 for what g2o cannot say: a model of another shape, half a pose fixed; E0705 not finite, E0709 a stale ref, E0719 an id twice.
+        E0722 for what g2o cannot say: a model of another shape, half a pose fixed; E0705 not
+        finite, E0709 a stale ref, E0719 an id twice.
     """
     kind = kind_of(store, name)
     poses, edges = store.tables["poses"], store.tables["edges"]

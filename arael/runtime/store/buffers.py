@@ -1,7 +1,7 @@
 """Arrays that grow together: the memory of a table.
 
-Rows live in a window ``start : start + size`` of every array, so that a deque can let go of its front
-without moving anything. A view is valid until rows are added or removed.
+Rows live in a window ``start : start + size`` of every array, so that a deque can let go of its
+front without moving anything. A view is valid until rows are added or removed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Buffers:
         return moved
 
     def _make_room(self, front: int, back: int) -> bool:
-        """Reallocate if there is no room; capacity at least doubles, so that appends are amortised."""
+        """Reallocate if there is no room; capacity doubles, so that appends are amortised."""
         if self.start >= front and self.start + self.size + back <= self._capacity:
             return False
         needed = front + self.size + back

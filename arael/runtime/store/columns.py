@@ -1,4 +1,4 @@
-"""The values of a table: one array per field, and beside it presence, `fixed` and `optimize` flags."""
+"""The values of a table: an array per field; presence, `fixed` and `optimize` flags beside it."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Columns:
         )
 
     def present(self, path: str) -> Bools:
-        """Whether each row has what is at `path`: every optional around and at it is there (size,)."""
+        """Whether each row has what is at `path` and every optional around it (size,)."""
         found = np.ones(self.size, np.bool_)
         for optional in self._ancestors.get(path, ()):
             found &= self.buffers.view(f"{optional}?")
@@ -102,7 +102,7 @@ class Columns:
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
 
     def leaf(self, path: str, origin: str) -> Leaf:
-        """The field at `path`; E0701 if there is none."""
+        """Return the field at `path`; E0701 if there is none."""
         member = self.fields.find(path)
         if isinstance(member, Leaf):
             return member
@@ -117,9 +117,9 @@ class Columns:
     ) -> dict[str, Array]:
         """Arrays for every data column of `count` new rows, refs left out.
 
-        `given` maps paths to values: arrays with a leading axis of `count`, or one value for all. What
-        is left out takes its default; what has none and is not within an absent optional is E0702.
-        Only fields under the path `below` are considered (all for "").
+        `given` maps paths to values: arrays with a leading axis of `count`, or one value for all.
+        What is left out takes its default; what has none and is not within an absent optional is
+        E0702. Only fields under the path `below` are considered (all for "").
         """
 
         def name_of(path: str) -> Any:

@@ -30,7 +30,7 @@ def problem(
 def error(
     code: str, message: str, origin: str, column: Column | None = None, help: str = ""
 ) -> AraelError:
-    """The same as an exception."""
+    """Return the same as an exception."""
     return AraelError(problem(code, message, origin, column, help))
 
 
@@ -41,7 +41,7 @@ class UnknownFieldError(AraelError, AttributeError):
 def unknown_field(
     name: str, known: Iterable[str], struct: str, where: str, origin: str
 ) -> Diagnostic:
-    """A key or field that the model does not declare."""
+    """Return a key or field that the model does not declare."""
     known = list(known)
     return Diagnostic(
         "E0701",
@@ -75,7 +75,7 @@ def shorten(value: Any, limit: int = 40) -> str:
 
 
 def describe(value: Any) -> str:
-    """What a value is, in the words of a data file."""
+    """Return what a value is, in the words of a data file."""
     match value:
         case None:
             return "null"
@@ -103,7 +103,7 @@ SCALAR_WORDS = {
 
 
 def expected(column: Column) -> str:
-    """What a column wants, in words: ``vec3 (3 numbers)``."""
+    """Return what a column wants, in words: ``vec3 (3 numbers)``."""
     if column.role == "ref":
         return f"a `{column.type}`"
     if not column.shape:

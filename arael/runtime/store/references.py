@@ -48,7 +48,7 @@ def walk(table: Table, steps: tuple[Step, ...], rows: Ints) -> tuple[Table, Ints
 
 
 def target_of(table: Table, path: str) -> Target:
-    """What the ref column at `path` points into."""
+    """Return what the ref column at `path` points into."""
     target = table.data[path].target
     assert target is not None, path
     return target
@@ -89,10 +89,10 @@ def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
 
 
 def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: str) -> Ints:
-    """Handles for `rows` of a ref column from `Handles` or from indices as data files count them.
+    """Return handles for `rows` of a ref column from `Handles` or indices as in data files.
 
-    Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range or not in
-    the collection meant, E0709 stale, E0710 of another table or model.
+    Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range or not
+    in the collection meant, E0709 stale, E0710 of another table or model.
     """
     assert column.target is not None
     target = table.store.tables[column.target.table]
@@ -137,7 +137,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: str
 
 
 def ref_words(column: Column) -> str:
-    """What a ref column takes, in words."""
+    """Return what a ref column takes, in words."""
     assert column.target is not None
     return f"a ref or the index of a `{column.target.struct}` in `{column.target.text}`"
 

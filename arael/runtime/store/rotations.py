@@ -1,7 +1,7 @@
 """Rotations in the forms in which data gives them, as columns.
 
-Frames and signs: ``R = Rz(yaw) Ry(pitch) Rx(roll)`` maps body to world; quaternions are unit, scalar
-first (w, x, y, z). Formulas: J. Diebel, "Representing Attitude" (2006), sections 5.6 and 6.
+Frames and signs: ``R = Rz(yaw) Ry(pitch) Rx(roll)`` maps body to world; quaternions are unit,
+scalar first (w, x, y, z). Formulas: J. Diebel, "Representing Attitude" (2006), sections 5.6 and 6.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def quaternion_from_matrix(m: Array) -> Array:
     largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
     q = np.take_along_axis(products, largest[..., None, None], axis=-1)[..., 0]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return np.where(q[..., :1] < 0, -q, q)
+    return np.asarray(np.where(q[..., :1] < 0, -q, q))
 
 
 def quaternion_from_euler(euler: Array) -> Array:
@@ -108,7 +108,7 @@ def is_unit(q: Array) -> NDArray[np.bool_]:
 
 
 def normalised(q: Array) -> Array:
-    """Unit quaternions; those that are unit to the last bits already are not touched."""
+    """Return unit quaternions; those that are unit to the last bits already are not touched."""
     square = (q * q).sum(axis=-1, keepdims=True)
     eps = np.finfo(q.dtype).eps
     return np.where(np.abs(square - 1) <= 4 * eps, q, q / np.sqrt(square))

@@ -48,7 +48,7 @@ class Group:
                 yield from member.leaves()
 
     def find(self, path: str) -> Leaf | Nested | Group | None:
-        """The member at a dotted path below this group, if there is one."""
+        """Return the member at a dotted path below this group, if there is one."""
         member: Leaf | Nested | Group | None = self
         for name in path.split("."):
             if not isinstance(member, Group):
@@ -58,7 +58,7 @@ class Group:
 
 
 def fields_of(model: layout.Layout, table: layout.Table) -> Group:
-    """The tree of fields of one table's rows, in order of declaration where the layout keeps it."""
+    """Return the tree of fields of one table's rows."""
     root = Group("", table.struct, False, table.where)
     groups = {"": root}
     for value in sorted(table.values, key=lambda v: v.path.count(".")):

@@ -1,8 +1,8 @@
 """Stable handles for rows that move.
 
 A handle packs a slot and its generation into one int64. A slot stays with its row while rows around
-it come and go; when the row is removed the slot's generation rises, so that handles kept from before
-are found out at once.
+it come and go; when the row is removed the slot's generation rises, so that handles kept from
+before are found out at once.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Slots:
         self._positions[slots] = positions
 
     def handles(self, slots: Ints) -> Ints:
-        """Handles of live slots."""
+        """Return handles of live slots."""
         return (self._generations[slots] << GENERATION_SHIFT) | slots
 
     def positions_of_slots(self, slots: Ints) -> Ints:

@@ -33,7 +33,7 @@ class Store:
         self._make_root()
 
     def _make_root(self) -> None:
-        """The root's one row: defaults, and a note of what has none."""
+        """Return the root's one row: defaults, and a note of what has none."""
         root = self.tables[""]
         values, missing = {}, set()
         for path, column in root.data.items():
@@ -61,7 +61,7 @@ class Store:
         return self.structure_version
 
     def walk(self, table: str, steps: tuple[Step, ...]) -> tuple[Table, Ints]:
-        """Where `steps` lead from each row of a table: the table reached and dense rows, -1 for null."""
+        """Follow `steps` from each row: the table reached and dense rows, -1 for null."""
         start = self.tables[table]
         return references.walk(start, steps, np.arange(start.size))
 
@@ -78,7 +78,7 @@ class Store:
             )
 
     def fresh(self) -> Store:
-        """An empty store of the same model to be filled and adopted."""
+        """Return an empty store of the same model to be filled and adopted."""
         store = Store(
             self.layout,
             first_generations={p: t.next_generation for p, t in self.tables.items()},

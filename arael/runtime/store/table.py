@@ -93,8 +93,8 @@ class Table(Columns):
         Raises
         ------
         AraelError
-            E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs. The
-            table is unchanged then.
+            E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs.
+            The table is unchanged then.
         """
         owners = None
         if parent_rows is not None:
@@ -146,7 +146,7 @@ class Table(Columns):
         return slots
 
     def blank_column(self, path: str, count: int) -> NDArray[Any]:
-        """An array (count, *shape) of the default (or of harmless values), to be filled by a reader."""
+        """Return an array (count, *shape) of the default or else of harmless values."""
         column = self.data[path]
         value = blank(column) if column.default is None else default_value(column)
         array = np.empty((count, *column.shape), dtype_of(column, self.real))
@@ -183,7 +183,7 @@ class Table(Columns):
         return self.layout.path if many else f"{self.layout.path}[{self.size}]"
 
     def make_single_row(self, values: Mapping[str, Any]) -> None:
-        """The root's row with trusted values."""
+        """Return the root's row with trusted values."""
         self.buffers.grow_back(1)
         slots = self._slots.take(1)
         self._slots.move(slots, 0)
@@ -271,7 +271,7 @@ class Table(Columns):
     # --- handles -----------------------------------------------------------------------------
 
     def handles(self, rows: Rows) -> Ints:
-        """Handles of dense rows."""
+        """Return handles of dense rows."""
         return self._slots.handles(np.atleast_1d(self.buffers.view(SLOT)[rows]))
 
     def rows_of(self, handles: NDArray[Any]) -> Ints:
@@ -320,13 +320,13 @@ class Table(Columns):
         return np.argsort(parents, kind="stable").astype(np.int64), offsets
 
     def child_counts(self) -> Ints:
-        """Number of rows that each row of the parent table holds."""
+        """Return number of rows that each row of the parent table holds."""
         return np.diff(self.grouped()[1])
 
     def child_rows(self, owners: Ints, index: Ints) -> Ints:
         """Dense rows of the `index`-th rows held by `owners` (both in range)."""
         order, offsets = self.grouped()
-        return order[offsets[owners] + index]
+        return np.asarray(order[offsets[owners] + index])
 
     def index_in_parent(self) -> Ints:
         """Place of each row within the collection that holds it (size,)."""
@@ -389,8 +389,8 @@ class Table(Columns):
     def set_group(self, group: Group, row: int, values: Mapping[str, Any], origin: str) -> None:
         """Write fields of a struct held by value in one row, by path.
 
-        If the struct was absent the values must make it whole; else what is left out keeps its value.
-        Nothing is written if a value is wrong.
+        If the struct was absent the values must make it whole; else what is left out keeps its
+        value. Nothing is written if a value is wrong.
         """
         below = f"{group.path}."
         full = dict(values)
@@ -427,7 +427,7 @@ class Table(Columns):
         return column.path in self.optionals
 
     def _cached(self, name: str, build: Callable[[], T], other: Table | Store) -> T:
-        """A derived array, as long as neither this table nor `other` has changed its structure."""
+        """Return a derived array, kept until this table or `other` changes its structure."""
         version = (self.structure_version, other.structure_version)
         known = self._cache.get(name)
         if known is not None and known[0] == version:

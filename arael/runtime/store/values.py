@@ -26,8 +26,14 @@ def dtype_of(column: Column, real: np.dtype[Any]) -> np.dtype[Any]:
         return np.dtype(np.bool_)
     if column.role in ("ref", "constraint_index"):
         return np.dtype(np.int64)
-    kinds = {"real": real, "int": np.int64, "bool": np.bool_, "string": np.object_}
-    return np.dtype(kinds[column.kind])
+    if column.kind == "real":
+        return real
+    kinds: dict[str, np.dtype[Any]] = {
+        "int": np.dtype(np.int64),
+        "bool": np.dtype(np.bool_),
+        "string": np.dtype(np.object_),
+    }
+    return kinds[column.kind]
 
 
 def is_unit_quaternion(column: Column) -> bool:
@@ -38,7 +44,7 @@ def is_unit_quaternion(column: Column) -> bool:
 
 
 def blank(column: Column) -> Any:
-    """What rows hold where the field is absent: harmless in arithmetic, never shown."""
+    """Return what rows hold where the field is absent: harmless in arithmetic, never shown."""
     if column.role in ("ref", "constraint_index"):
         return -1
     if column.kind == "string":
@@ -49,7 +55,7 @@ def blank(column: Column) -> Any:
 
 
 def default_value(column: Column) -> Any:
-    """The declared default as a value of the column's shape; only where there is one."""
+    """Return the declared default as a value of the column's shape; only where there is one."""
     if isinstance(column.default, str):
         return column.default
     value = np.asarray(column.default)
@@ -105,9 +111,8 @@ def _as_array(column: Column, values: Any, name_of: NameOf) -> Array:
     except OverflowError:
         raise error("E0706", "the number does not fit", name_of(0), column) from None
     allowed = {"real": "fiu", "int": "iuf", "bool": "b"}[column.kind]
-    if array.dtype == object and column.kind != "bool" and array.size:
-        if all(isinstance(v, int) and not isinstance(v, bool) for v in array.ravel().tolist()):
-            raise error("E0706", "the number does not fit 64 bits", name_of(0), column)
+    if array.dtype == object and array.size and set(map(type, array.ravel().tolist())) == {int}:
+        raise error("E0706", "the number does not fit 64 bits", name_of(0), column)
     if array.size == 0 and array.dtype.kind == "f":
         return array
     if array.dtype.kind not in allowed or (
@@ -158,7 +163,7 @@ def _as_rotation(column: Column, array: Array, count: int, name_of: NameOf, many
         _require(rotations.is_unit(array), array, "a unit quaternion", column, name_of)
         unit = rotations.normalised(array.astype(np.float64))
         return rotations.euler_from_matrix(rotations.matrix_from_quaternion(unit))
-    _require(np.isfinite(array).all(axis=-1), array, "finite", column, name_of)
+    _require(np.asarray(np.isfinite(array).all(axis=-1)), array, "finite", column, name_of)
     return rotations.quaternion_from_euler(array.astype(np.float64))
 
 

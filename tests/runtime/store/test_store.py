@@ -1,4 +1,7 @@
 """The store: columns, handles, owners, refs; removal and growth against a plain Python model of them."""
+# ruff: noqa: E501 - a case, or a column, is one line
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -293,6 +296,4 @@ def test_rows_follow_a_plain_model_through_any_changes(steps: list[tuple[str, in
         assert not any(table.is_valid(h) for h in gone)
         order, offsets = features.grouped()
         held = features.column("pixel")[order, 0].tolist()
-        assert [held[a:b] for a, b in zip(offsets, offsets[1:], strict=False)] == [
-            c for _, _, c in model
-        ]
+        assert [held[a:b] for a, b in pairwise(offsets)] == [c for _, _, c in model]
