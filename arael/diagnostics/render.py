@@ -58,7 +58,8 @@ def _render_one(d: Diagnostic, color: bool, width: int) -> str:
         lines += draw_window(source, marks, gutter, style, color, width)
     if windows and (d.notes or d.help):
         lines.append(" " * gutter + paint(" |", "frame", color))
-    for word, texts in (("note", d.notes), ("help", d.help)):
+    remarks: tuple[tuple[Style, tuple[str, ...]], ...] = (("note", d.notes), ("help", d.help))
+    for word, texts in remarks:
         for text in texts:
             lines += _remark(word, text, gutter, bool(windows), color, width)
     return "\n".join(line.rstrip() for line in lines) + "\n"

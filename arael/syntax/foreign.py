@@ -176,8 +176,8 @@ def _spell(char: str) -> str:
         letter = name.split(" LETTER ")[1].split()[0].lower()
         letter = "lambda_" if letter == "lamda" else letter
         return letter.capitalize() if "CAPITAL" in name else letter
-    plain = unicodedata.normalize("NFKD", char)[0]
-    return plain if plain.isascii() else "_"
+    plain = unicodedata.normalize("NFKD", char.casefold() if char == "\u00df" else char)
+    return "".join(c for c in plain if c.isascii()) or "_"
 
 
 def check_comment(comment: str, at: int, log: ErrorLog) -> None:

@@ -216,7 +216,8 @@ class Trouble:
     def swap(self, type: str) -> None:
         """Read the token as one of `type`."""
         t = self.token
-        self.tokens[self.index] = Token(type, t.text, t.start, t.end)
+        text = tables.load().spelling(type) or t.text
+        self.tokens[self.index] = Token(type, text, t.start, t.end)
 
     def insert(self, *types: str) -> None:
         """Read on as if tokens of `types` stood before this one."""

@@ -18,8 +18,8 @@ def check_body(parts: list[Any], span: Span, log: ErrorLog) -> tree.Body:
     if not results and not opening.damaged:
         _report_no_residual(lets, span, log)
     if results and not opening.damaged:
-        _report_order(statements, results, log)
-        _report_continuation(statements, log)
+        continued = _report_continuation(statements, log)
+        _report_order(statements, results, continued, log)
     zero = tree.Number(span=span, text="0")
     return tree.Body(span=span, lets=tuple(lets), result=results[-1] if results else zero)
 
@@ -49,9 +49,13 @@ def _report_no_residual(lets: list[tree.Let], span: Span, log: ErrorLog) -> None
         )
 
 
-def _report_order(statements: list[Any], results: list[Any], log: ErrorLog) -> None:
+def _report_order(
+    statements: list[Any], results: list[Any], continued: set[int], log: ErrorLog
+) -> None:
     last = results[-1]
     for other in results[:-1]:
+        if other.span.start in continued:
+            continue
         log.error(
             "E0132",
             "a constraint has one residual",
@@ -74,12 +78,13 @@ def _report_order(statements: list[Any], results: list[Any], log: ErrorLog) -> N
         )
 
 
-def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
+def _report_continuation(statements: list[Any], log: ErrorLog) -> set[int]:
     """Find a sign at the start of a line that the writer meant as an operator of the line above.
 
     ``let d = a`` on one line and ``- b`` on the next, indented further, would otherwise read as a
-    finished ``let`` and a residual ``-b``.
+    finished ``let`` and a residual ``-b``. Returns where such lines begin.
     """
+    found: set[int] = set()
     position = log.source.position
     for above, below in itertools.pairwise(statements):
         if isinstance(below, tree.Let) or not _leading_sign(below, log):
@@ -88,6 +93,7 @@ def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
         line, column = position(below.span.start)
         if line > line_above and column > column_above:
             start = below.span.start
+            found.add(start)
             log.error(
                 "E0133",
                 "a line does not go on with an operator",
@@ -100,6 +106,7 @@ def _report_continuation(statements: list[Any], log: ErrorLog) -> None:
                     "around it all",
                 ),
             )
+    return found
 
 
 def _leading_sign(expr: Any, log: ErrorLog) -> bool:

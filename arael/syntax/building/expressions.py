@@ -100,4 +100,9 @@ class ExpressionBuilder(Builder):
         return self._measured(tree.ListExpr(span=span, items=items), *items)
 
     def _make_parens(self, parts: list[Any], span: Span) -> tree.Expr:
-        return parts[0]
+        inner: tree.Expr = parts[0]
+        return inner
+
+    def _make_lambda_(self, parts: list[Any], span: Span) -> tree.Lambda:
+        *params, body = parts
+        return self._measured(tree.Lambda(span=span, params=tuple(params), body=body), body)

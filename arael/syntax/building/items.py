@@ -44,7 +44,7 @@ class ItemBuilder(Builder):
         return tuple(parts)
 
     def _make_expression(self, parts: list[Any], span: Span) -> tree.Expr:
-        (expr,) = parts
+        expr: tree.Expr = parts[0]
         return expr
 
     def _make_import_(self, parts: list[Any], span: Span) -> tree.Import:

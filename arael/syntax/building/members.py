@@ -113,10 +113,6 @@ class MemberBuilder(Builder):
     def _make_into(self, parts: list[Any], span: Span) -> tuple[str, Any, Span]:
         return "into", tuple(parts[1:]), span
 
-    def _make_lambda_(self, parts: list[Any], span: Span) -> tree.Lambda:
-        *params, body = parts
-        return self._measured(tree.Lambda(span=span, params=tuple(params), body=body), body)
-
     def _make_body(self, parts: list[Any], span: Span) -> tree.Body:
         return check_body(parts, span, self._log)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from arael.diagnostics.suggest import closest
 from arael.syntax.tokens import NEWLINE, Token
-from arael.syntax.trouble import ITEM_WORDS, Trouble
+from arael.syntax.trouble import ITEM_WORDS, MEMBER_WORDS, Trouble
 
 _ITEM_WORDS = ("import", "const", "fn", "extern", "struct", "root", "component")
 _OTHER_ITEMS = {
@@ -116,7 +116,8 @@ def header(t: Trouble) -> bool:
         )
         t.skip_to("LBRACE")
         return True
-    if any(x.type == "LBRACE" for x in t.line_tokens()[1:]) or token.type == "LPAR":
+    braces_follow = any(x.type == "LBRACE" for x in t.line_tokens()[1:])
+    if (braces_follow and not t.begins_line) or token.type == "LPAR":
         t.log.error(
             "E0129",
             f"expected `{{` after the header of this {construct.text}",
@@ -138,10 +139,12 @@ def _missing_brace(t: Trouble, construct: Token) -> bool:
         before.end,
         "expected `{` after this",
     )
-    item = t.token.type in ITEM_WORDS or (t.token.type == "ROOT" and t.is_name(t.ahead()))
-    if t.begins_line and item:
+    elsewhere = t.token.type in ITEM_WORDS | MEMBER_WORDS | {"RBRACE"}
+    elsewhere = elsewhere or (t.is_name(t.token) and t.ahead().type == "COLON")
+    elsewhere = elsewhere or (t.token.type == "ROOT" and t.is_name(t.ahead()))
+    if t.begins_line and elsewhere:
         t.insert("LBRACE", "RBRACE", "_NEWLINE")
-    elif t.begins_line and t.token.type != "RBRACE":
+    elif t.begins_line:
         t.insert("LBRACE")
     else:
         t.panic()

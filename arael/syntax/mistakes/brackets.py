@@ -37,7 +37,6 @@ def wrong_kind(t: Trouble) -> bool:
             token.start,
             token.end,
             "closes nothing",
-            labels=[_opened(opener)],
             help="delete it, or open its partner before",
         )
         t.skip()

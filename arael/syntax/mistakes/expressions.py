@@ -106,6 +106,7 @@ def quoted(t: Trouble) -> bool:
             "a transpose follows its matrix: `M'`",
         )
         t.skip()
+        t.panic()
         return True
     text = t.log.source.text[line[1].start : line[closing - 1].end] if closing > 1 else ""
     t.log.error(
@@ -170,7 +171,11 @@ def missing_operand(t: Trouble) -> bool:
             before.end,
             "expected a value after this",
         )
-    t.insert("NUMBER")
+    opener = t.opener()
+    if t.begins_line and (opener is None or opener.type == "LBRACE"):
+        t.insert("NUMBER", NEWLINE)
+    else:
+        t.insert("NUMBER")
     return True
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arael.syntax.trouble import NAMES, STARTERS, Trouble
+from arael.syntax.trouble import NAMES, Trouble
 
 # What a name names, by the word before it.
 _NAMED = {
@@ -22,7 +22,9 @@ def reserved(t: Trouble) -> bool:
     word = t.token
     if "NAME" not in t.expected or not word.text.isidentifier() or word.type in NAMES:
         return False
-    if t.wants_operand and (t.begins_line or word.type in STARTERS | {"THEN", "ELSE", "OF", "AS"}):
+    if t.before is not None and t.before.type in ("COLON", "OF"):
+        return False
+    if t.wants_operand and (t.begins_line or word.type in ("THEN", "ELSE", "OF", "AS")):
         return False
     if t.automaton.accepts("_NEWLINE") and t.ahead().type != "COLON":
         return False
