@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any, Protocol
 
 import numpy as np
@@ -106,7 +107,7 @@ def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw
         values = np.asarray(table.present(raw.column[:-1]))
     else:
         values = np.asarray(table.column(raw.column))
-    flat = values.reshape(table.size, -1)
+    flat = values.reshape(table.size, prod(values.shape[1:]))
     if path == "":
         return np.asarray(flat[0, raw.component], dtype=np.float64)
     at = rows[raw.slot]

@@ -17,7 +17,7 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
     table = store.tables[entity.table]
     found = np.zeros((table.size, entity.stored), dtype=dtype)
     for use in entity.params:
-        values = np.asarray(table.column(use.column)).reshape(table.size, -1)
+        values = np.asarray(table.column(use.column)).reshape(table.size, use.stored)
         found[:, use.stored_start : use.stored_start + use.stored] = values
     return found
 

@@ -1,0 +1,315 @@
+"""The public solving face on hand-built layouts: passes, freezing, results, covariance."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from arael.config import LmConfig
+from arael.diagnose.cost_table import cost_table
+from arael.diagnose.covariance import covariance
+from arael.diagnose.jacobian import jacobian
+from arael.diagnostics.records import AraelError
+from arael.result import CONVERGED, Plan
+from arael.runtime.failures import SolveError
+from arael.runtime.layout import Pass, PassSetting
+from arael.runtime.store import Store
+from arael.solving import cost, problem_of, solve
+from tests.runtime import toy, toys
+
+
+def model_of(layout, store):
+    return SimpleNamespace(_compiled=SimpleNamespace(layout=layout, kernels=None), _store=store)
+
+
+def line(passes=()):
+    layout = toys.line(passes=passes)
+    return model_of(layout, toys.line_store(layout))
+
+
+def chain(n: int = 12, **settings):
+    layout = toys.chain(**settings)
+    return model_of(layout, toys.chain_store(layout, n))
+
+
+COARSE = Pass("coarse", (PassSetting("sigma", (10.0,)),), {"max_iters": 50})
+FINE = Pass("fine", (PassSetting("sigma", (0.1,)),), {"rel_precision": 1e-9})
+PASSES = (COARSE, FINE)
+
+
+def code_of(caught) -> str:
+    return caught.value.diagnostics[0].code
+
+
+# --- passes ----------------------------------------------------------------------------------
+
+
+def test_plain_solve_writes_the_solution_back():
+    model = line()
+    result = solve(model, solver="dense")
+    root = model._store.tables[""]
+    np.testing.assert_array_equal(result.x, [root.column("a")[0], root.column("b")[0]])
+    assert result.converged and result.cost == pytest.approx(cost(model), rel=1e-12)
+    assert [one.name for one in result.passes] == ["solve"]
+
+
+def test_passes_run_in_order_and_their_root_data_stays():
+    model = line(PASSES)
+    result = solve(model, solver="dense")
+    assert [one.name for one in result.passes] == ["coarse", "fine"]
+    assert model._store.tables[""].column("sigma")[0] == 0.1
+    first, second = result.passes
+    assert second.start_cost == pytest.approx(first.end_cost * 1e4, rel=1e-9)
+    assert result.start_cost == first.start_cost and result.end_cost == second.end_cost
+    assert result.iterations == first.iterations + second.iterations == len(result.history)
+    assert result.timing["total"] == pytest.approx(first.seconds + second.seconds)
+
+
+def test_chosen_passes_run_alone_and_an_empty_list_is_one_plain_solve():
+    model = line(PASSES)
+    assert [one.name for one in solve(model, passes="fine").passes] == ["fine"]
+    assert model._store.tables[""].column("sigma")[0] == 0.1
+    assert [one.name for one in solve(model, passes=["fine", "coarse"]).passes] == ["fine", "coarse"]
+    assert [one.name for one in solve(model, passes=[]).passes] == ["solve"]
+    mine = Pass("mine", (PassSetting("sigma", (2.0,)),))
+    assert solve(model, passes=mine).passes[0].name == "mine"
+    assert model._store.tables[""].column("sigma")[0] == 2.0
+
+
+def test_settings_of_the_call_go_over_those_of_a_pass():
+    model = line(PASSES)
+    result = solve(model, config=LmConfig(max_iters=7), max_iters=1)
+    assert [one.status for one in result.passes] == ["max_iterations"] * 2
+    assert solve(line(PASSES), config=LmConfig(max_iters=1)).passes[0].status == "converged"
+
+
+def test_interrupted_pass_ends_the_schedule_with_its_best_state():
+    model = line(PASSES)
+
+    def observer(record):
+        raise KeyboardInterrupt
+
+    result = solve(model, observer=observer)
+    assert result.status == "aborted" and len(result.passes) == 1
+    assert cost(model) == pytest.approx(result.end_cost, rel=1e-12)
+
+
+def test_time_limit_is_for_all_passes_together():
+    result = solve(line(PASSES), time_limit=0.0)
+    assert result.status == "time_limit" and len(result.passes) == 1
+
+
+def test_stored_values_are_those_of_the_start_of_each_pass():
+    """`x.value` of a drift residual follows the passes: each starts with no drift."""
+    layout = toys.chain()
+    for _ in range(2):
+        layout = toy.layout(layout.tables, layout.entities, layout.groups, passes=(Pass("a"), Pass("b")))
+    model = model_of(layout, toys.chain_store(layout))
+    result = solve(model)
+    assert result.passes[1].start_cost < result.passes[0].end_cost
+    table = cost_table(problem_of(model))
+    assert table["Poses.drift"] == 0
+
+
+# --- freezing --------------------------------------------------------------------------------
+
+
+def test_frozen_parameters_stay_and_are_free_again_afterwards():
+    model = chain()
+    before = model._store.tables["poses"].column("heading").copy()
+    solve(model, freeze="poses.heading")
+    poses = model._store.tables["poses"]
+    np.testing.assert_array_equal(poses.column("heading"), before)
+    solve(model)
+    assert (poses.column("heading") != before).all()
+
+
+def test_passes_freeze_until_a_later_one_frees():
+    layout = toys.chain()
+    passes = (Pass("a", freeze=("poses.heading",)), Pass("b"), Pass("c", free=("poses.heading",)))
+    layout = toy.layout(layout.tables, layout.entities, layout.groups, passes=passes)
+    model = model_of(layout, toys.chain_store(layout))
+    result = solve(model, solver="dense")
+    assert [len(one.x) for one in result.passes] == [36] * 3
+    held = [one.plan for one in result.passes]
+    assert held[0]["n"] == held[2]["n"]
+    seen = []
+    model = model_of(layout, toys.chain_store(layout))
+    heading = model._store.tables["poses"].column("heading")
+    for chosen in ("a", ["a", "b"], ["a", "b", "c"]):
+        before = heading.copy()
+        solve(model, passes=chosen)
+        seen.append(bool((heading != before).any()))
+    assert seen == [False, False, True]
+
+
+# --- refusals --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "settings, code, message, help_text",
+    [
+        ({"passes": "corse"}, "E1011", "there is no pass `corse`", "did you mean `coarse`?"),
+        ({"freeze": "aa"}, "E1012", "there is no parameter `aa`", "did you mean `a`?"),
+        ({"max_iter": 3}, "E1010", "there is no solver setting `max_iter`", "did you mean `max_iters`?"),
+        ({"max_iters": 0}, "E1010", "`max_iters` is 0", "it must be a whole number from 1 on"),
+        ({"rel_precision": -1.0}, "E1010", "`rel_precision` is -1.0", "it must be a number, zero or more"),
+        ({"abs_precision": float("nan")}, "E1010", "`abs_precision` is nan", "it must be a number, zero or more"),
+        ({"damping": "newton"}, "E1010", "`damping` is 'newton'", 'it must be "ladder", "nielsen" or a callable'),
+        ({"lambda_ceiling": 1e-9}, "E1010", "`lambda_ceiling` is 1e-09", "it must be above initial_lambda (0.0001)"),
+        ({"time_limit": -1}, "E1010", "`time_limit` is -1", "it must be None or a number, zero or more"),
+        ({"verbose": 1}, "E1010", "`verbose` is 1", "it must be true or false"),
+    ],
+)
+def test_bad_requests_are_refused_by_name(settings, code, message, help_text):
+    model = line(PASSES)
+    with pytest.raises(AraelError) as caught:
+        solve(model, **settings)
+    error = caught.value.diagnostics[0]
+    assert (error.code, error.message, error.help) == (code, message, (help_text,))
+    assert model._store.tables[""].column("a")[0] == 0
+
+
+def test_missing_root_data_is_refused_before_anything_runs():
+    root = toy.table("", toy.param("a"), toy.data("sigma"))
+    e = toy.entity(root)
+    only = toy.group("Toy.a", "", [toys.SELF], [(0, 0)], [e], lambda s, d, u: [s[0][0] - d[0]],
+                     raw=[toy.Raw(0, "sigma")])
+    layout = toy.layout([root], [e], [only])
+    with pytest.raises(AraelError) as caught:
+        solve(model_of(layout, Store(layout)))
+    assert code_of(caught) == "E0702"
+
+
+def test_failure_leaves_the_model_as_the_passes_before_left_it():
+    broken = Pass("broken", (PassSetting("sigma", (0.0,)),))
+    model = line((COARSE, broken))
+    with pytest.raises(SolveError) as caught:
+        solve(model)
+    best = caught.value.best
+    assert code_of(caught) == "E1001"
+    assert [one.name for one in best.passes] == ["coarse", "broken"]
+    root = model._store.tables[""]
+    np.testing.assert_allclose(best.passes[0].x, [root.column("a")[0], root.column("b")[0]])
+
+
+def test_presets_are_valid_and_take_settings():
+    for preset in (LmConfig.well_conditioned, LmConfig.ill_conditioned, LmConfig.conservative):
+        assert preset(max_iters=17).max_iters == 17
+        assert preset() != LmConfig()
+        assert solve(line(), config=preset()).converged
+
+
+# --- results ---------------------------------------------------------------------------------
+
+
+def test_result_reads_as_json_and_as_text():
+    result = solve(line(PASSES), solver="dense")
+    plain = json.loads(json.dumps(result.to_dict()))
+    assert plain["status"] == "converged" and plain["plan"]["solver"] == "dense"
+    assert [one["name"] for one in plain["passes"]] == ["coarse", "fine"]
+    assert set(plain) >= {"start_cost", "end_cost", "iterations", "accepted_iterations", "timing"}
+    assert repr(result).startswith("<Result converged: cost ")
+    lines = str(result).splitlines()
+    assert lines[0].startswith("converged: cost ")
+    assert lines[1].startswith("  coarse  converged: cost ")
+    assert lines[3].startswith("  solver dense (n 2")
+
+
+def test_statuses_that_count_as_solved():
+    assert {
+        "converged", "cost_threshold", "gradient_tolerance", "parameter_tolerance",
+        "predicted_reduction",
+    } == CONVERGED
+
+
+def test_plan_reads_as_one_line():
+    plan = Plan({"solver": "sparse", "n": 12, "nnz_l": 30_500, "why": "few couplings"})
+    assert str(plan) == "sparse (n 12, nnz(L) 3.05e4): few couplings"
+
+
+# --- diagnosis -------------------------------------------------------------------------------
+
+
+def test_cost_table_lists_every_constraint():
+    model = chain()
+    table = cost_table(problem_of(model))
+    assert list(table) == ["Pairs.odometry", "Poses.drift"]
+    assert table["Poses.drift"] == 0 and table.instances == {"Pairs.odometry": 12, "Poses.drift": 12}
+    assert table.total == pytest.approx(cost(model), rel=1e-12)
+    empty = toys.chain()
+    assert cost_table(problem_of(model_of(empty, Store(empty)))) == {
+        "Pairs.odometry": 0, "Poses.drift": 0,
+    }
+    assert str(table).splitlines()[0].split() == ["constraint", "cost", "instances"]
+
+
+def test_jacobian_counts_degrees_of_freedom():
+    layout = toys.chain()
+    layout = toy.layout(layout.tables, layout.entities, layout.groups[:1])
+    found = jacobian(problem_of(model_of(layout, toys.chain_store(layout))))
+    s = found.singular_values()
+    assert found.shape == (36, 36)
+    assert (s[:-3] > 1e-3).all() and (s[-3:] < 1e-12).all()
+    u, s, v = found.svd()
+    np.testing.assert_allclose((u * s) @ v.T, found.dense(), atol=1e-12)
+    # The free directions move all poses alike.
+    assert np.abs(found.dense() @ v[:, -3:]).max() < 1e-12
+    row = found[4]
+    assert (row.label, row.constraint) == ("Pairs.odometry", 1)
+    assert [c for c, _ in row.entries] == sorted(c for c, _ in row.entries)
+    assert found.names[3] == "poses[1].pos.x"
+    with pytest.raises(IndexError):
+        found[36]
+
+
+def test_covariance_of_a_line_is_the_textbook_one():
+    model = line()
+    solve(model)
+    x = np.asarray(model._store.tables["data"].column("x"))
+    design = np.stack([x, np.ones_like(x)], axis=1)
+    expected = np.linalg.inv(design.T @ design)
+    found = covariance(problem_of(model))
+    np.testing.assert_allclose(found.matrix, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.marginal("a"), expected[:1, :1], rtol=1e-9)
+    np.testing.assert_allclose(found.cross("a", "b"), expected[:1, 1:], rtol=1e-9)
+    np.testing.assert_allclose(found.marginal(("", 0)), expected, rtol=1e-9)
+
+
+def test_relative_covariance_is_that_of_the_difference():
+    model = chain()
+    solve(model)
+    found = covariance(problem_of(model))
+    a, b = ("poses", 2), ("poses", 7)
+    select = np.zeros((3, 36))
+    select[:, 6:9], select[:, 21:24] = np.eye(3), -np.eye(3)
+    expected = select @ found.matrix @ select.T
+    np.testing.assert_allclose(found.relative(a, b), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.relative("poses[2].pos", "poses[7].pos"), expected[:2, :2], rtol=1e-9
+    )
+
+
+def test_singular_system_names_free_directions():
+    layout = toys.chain()
+    layout = toy.layout(layout.tables, layout.entities, layout.groups[:1])
+    with pytest.raises(SolveError) as caught:
+        covariance(problem_of(model_of(layout, toys.chain_store(layout))))
+    error = caught.value.diagnostics[0]
+    assert error.code == "E1008"
+    assert error.message == "the system is singular: 3 of 36 directions are free"
+    assert all("poses[" in note for note in error.notes)
+
+
+def test_covariance_of_what_is_fixed_is_refused():
+    model = chain()
+    poses = model._store.tables["poses"]
+    poses.fixed("pos")[0] = poses.fixed("heading")[0] = True
+    found = covariance(problem_of(model))
+    assert found.matrix.shape == (33, 33)
+    with pytest.raises(AraelError, match=r"`poses\[0\]` is not solved for") as caught:
+        found.marginal(("poses", 0))
+    assert code_of(caught) == "E1009"
