@@ -1,0 +1,85 @@
+"""The dense kernels in every build this processor can run, through the solvers that stand on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from block_matrices import arrow, build, chain, dense, grid, positive, slam
+
+from arael.runtime.linear import tiles
+from arael.runtime.linear.auto import make_solver
+
+PATTERNS = [
+    chain(30, 1),
+    chain(20, 5),
+    arrow(20, 3),
+    grid(7, 11, 3),
+    grid(8, 6, 6),
+    slam(12, 40),
+    build([20, 13, 1, 9, 17], [(0, 1), (1, 2), (2, 3), (3, 4), (0, 4)]),
+]
+
+
+@pytest.fixture(params=tiles.available())
+def instructions(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Use one instruction set, then go back to the best."""
+    tiles.use(request.param)
+    yield str(request.param)
+    tiles.use(tiles.available()[-1])
+
+
+@pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
+@pytest.mark.parametrize("name", ["dense", "band", "sparse"])
+@pytest.mark.parametrize("index", range(len(PATTERNS)))
+def test_residual(index: int, name: str, single: bool, instructions: str) -> None:
+    pattern = PATTERNS[index]
+    values, diagonal = positive(pattern, index, np.float32 if single else np.float64)
+    solver = make_solver(name, pattern, single)
+    assert solver.factorise(values, diagonal) == 0
+    b = np.random.default_rng(index).standard_normal(pattern.size)
+    residual = dense(pattern, values, diagonal) @ solver.solved(b) - b
+    assert np.abs(residual).max() < (2e-5 if single else 1e-13)
+
+
+@pytest.mark.parametrize("size", [*range(1, 30), 47, 48, 49, 100])
+def test_every_remainder(size: int, instructions: str) -> None:
+    """Sizes around the multiples of a tile's rows and columns."""
+    pattern = build([size], [])
+    values, diagonal = positive(pattern, size)
+    solver = make_solver("dense", pattern)
+    assert solver.factorise(values, diagonal) == 0
+    matrix = dense(pattern, values, diagonal)
+    assert np.abs(matrix @ solver.solved(matrix.sum(axis=1)) - matrix.sum(axis=1)).max() < 1e-12
+
+
+@pytest.mark.parametrize("size", [1537, 1600])
+@pytest.mark.parametrize("name", ["dense", "sparse"])
+def test_beyond_the_own_kernels(size: int, name: str) -> None:
+    """Matrices so large that LAPACK takes over; NaN is still found."""
+    pattern = build([size - 20, 20], [(0, 1)])
+    values, diagonal = positive(pattern, 0)
+    solver = make_solver(name, pattern)
+    assert solver.factorise(values, diagonal) == 0
+    b = np.random.default_rng(0).standard_normal(size)
+    assert np.abs(dense(pattern, values, diagonal) @ solver.solved(b) - b).max() < 1e-11
+    for bad in (np.nan, np.inf, -1.0):
+        spoilt = diagonal.copy()
+        spoilt[900] = bad
+        assert solver.factorise(values, spoilt) == 1 + 900
+
+
+def test_large_fronts_with_rows_below() -> None:
+    pattern = build([1540, 1540, 10], [(0, 2), (1, 2)])
+    values, diagonal = positive(pattern, 0)
+    solver = make_solver("sparse", pattern)
+    assert solver.plan["supernodes"] > 1
+    assert solver.factorise(values, diagonal) == 0
+    b = np.random.default_rng(0).standard_normal(pattern.size)
+    assert np.abs(dense(pattern, values, diagonal) @ solver.solved(b) - b).max() < 1e-11
+
+
+def test_unknown_instruction_set() -> None:
+    with pytest.raises(ValueError, match="instruction set 'mmx'"):
+        tiles.use("mmx")
