@@ -20,7 +20,7 @@ from arael.runtime.layout import Layout, Pass
 from arael.runtime.linear import blas
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.problem import Problem
-from arael.runtime.solve import Outcome, minimise
+from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.runtime.structure import Structure
 
 
@@ -88,6 +88,8 @@ def solve(
     kept: tuple[Structure, LinearSolver] | None = None
     for one, pass_config in zip(schedule, configs, strict=True):
         _set_root(model, one)
+        if len(schedule) > 1 and (trace is not None or pass_config.verbose):
+            (trace or to_stderr)(f"pass {one.name}")
         frozen = (frozen | set(one.freeze)) - set(one.free)
         if pass_config.time_limit is not None:
             left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))

@@ -49,7 +49,10 @@ def _column(root: Table, name: str, setting: str) -> Column:
     from arael.diagnostics.suggest import closest
 
     near = closest(name, settable)
-    advice = f"did you mean `{near[0]}`?" if near else "fields: " + ", ".join(settable)
+    if near:
+        advice = f"did you mean `{near[0]}`?"
+    else:
+        advice = f"it has {', '.join(settable)}" if settable else "it has none at all"
     raise _bad(setting, f"`{root.struct}` has no field `{name}` to set", advice)
 
 

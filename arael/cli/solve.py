@@ -71,18 +71,20 @@ def command(
     instance = loaded()
     arael.read(instance, data)
     apply_settings(instance, loaded.layout, settings)
+    _rehearse_writing(instance, output)
 
     result = run(instance, solver, passes, threads, max_iters, verbose, as_json)
+    if not as_json:
+        click.echo(str(result))
+        if result.status == "aborted":
+            click.echo("interrupted: this is the best state found until then", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
     if as_json:
         found = {"model": model, "data": data, **summary.as_dict(result), "written": written}
         click.echo(json.dumps(found))
     else:
-        click.echo(str(result))
         for path in written:
             click.echo(f"wrote {path}")
-        if str(result.status) == "aborted":
-            click.echo("interrupted: this is the best state found until then", err=True)
     return Exit.OK if summary.has_converged(result) else Exit.NOT_CONVERGED
 
 
@@ -96,7 +98,6 @@ def run(
     as_json: bool,
 ) -> Any:
     """Solve `instance`, with a line of progress where somebody watches."""
-    import arael
     from arael.cli.progress import Progress, progress_wanted
 
     progress = Progress() if progress_wanted(verbose, as_json) else None
@@ -104,9 +105,8 @@ def run(
     if max_iters is not None:
         options["max_iters"] = max_iters
     try:
-        return instance.solve(
-            config=arael.LmConfig.of(**options), solver=solver, passes=list(passes) or None
-        )
+        # As single settings they go over what the model's passes set.
+        return instance.solve(solver=solver, passes=list(passes) or None, **options)
     finally:
         if progress is not None:
             progress.clear()
@@ -149,6 +149,18 @@ def _check_targets(output: str | None, covariance: str | None, plot: str | None)
         check_format(Path(plot))
     for path in (output, covariance, plot):
         require_writable(path)
+
+
+def _rehearse_writing(instance: Any, output: str | None) -> None:
+    """Find out before a long solve that the output's format cannot hold the model's data."""
+    if output is None or Path(output).name.endswith((".json", ".npz")):
+        return
+    import tempfile
+
+    import arael
+
+    with tempfile.TemporaryDirectory(prefix="arael-") as folder:
+        arael.write(instance, Path(folder) / Path(output).name)
 
 
 def _write_all(

@@ -59,7 +59,7 @@ def minimise(
         E1001-E1007, with the outcome so far in ``best``. What observers and drivers raise passes.
     """
     if write is None and config.verbose:
-        write = _to_stderr
+        write = to_stderr
     began = time.perf_counter()
     problem.check_start()
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
@@ -93,5 +93,6 @@ def minimise(
     return outcome(status)
 
 
-def _to_stderr(line: str) -> None:
+def to_stderr(line: str) -> None:
+    """Print a line of the trace on stderr."""
     print(line, file=sys.stderr, flush=True)
