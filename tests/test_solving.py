@@ -72,7 +72,10 @@ def test_chosen_passes_run_alone_and_an_empty_list_is_one_plain_solve():
     model = line(PASSES)
     assert [one.name for one in solve(model, passes="fine").passes] == ["fine"]
     assert model._store.tables[""].column("sigma")[0] == 0.1
-    assert [one.name for one in solve(model, passes=["fine", "coarse"]).passes] == ["fine", "coarse"]
+    assert [one.name for one in solve(model, passes=["fine", "coarse"]).passes] == [
+        "fine",
+        "coarse",
+    ]
     assert [one.name for one in solve(model, passes=[]).passes] == ["solve"]
     mine = Pass("mine", (PassSetting("sigma", (2.0,)),))
     assert solve(model, passes=mine).passes[0].name == "mine"
@@ -106,7 +109,9 @@ def test_stored_values_are_those_of_the_start_of_each_pass():
     """`x.value` of a drift residual follows the passes: each starts with no drift."""
     layout = toys.chain()
     for _ in range(2):
-        layout = toy.layout(layout.tables, layout.entities, layout.groups, passes=(Pass("a"), Pass("b")))
+        layout = toy.layout(
+            layout.tables, layout.entities, layout.groups, passes=(Pass("a"), Pass("b"))
+        )
     model = model_of(layout, toys.chain_store(layout))
     result = solve(model)
     assert result.passes[1].start_cost < result.passes[0].end_cost
@@ -154,13 +159,43 @@ def test_passes_freeze_until_a_later_one_frees():
     [
         ({"passes": "corse"}, "E1011", "there is no pass `corse`", "did you mean `coarse`?"),
         ({"freeze": "aa"}, "E1012", "there is no parameter `aa`", "did you mean `a`?"),
-        ({"max_iter": 3}, "E1010", "there is no solver setting `max_iter`", "did you mean `max_iters`?"),
+        (
+            {"max_iter": 3},
+            "E1010",
+            "there is no solver setting `max_iter`",
+            "did you mean `max_iters`?",
+        ),
         ({"max_iters": 0}, "E1010", "`max_iters` is 0", "it must be a whole number from 1 on"),
-        ({"rel_precision": -1.0}, "E1010", "`rel_precision` is -1.0", "it must be a number, zero or more"),
-        ({"abs_precision": float("nan")}, "E1010", "`abs_precision` is nan", "it must be a number, zero or more"),
-        ({"damping": "newton"}, "E1010", "`damping` is 'newton'", 'it must be "ladder", "nielsen" or a callable'),
-        ({"lambda_ceiling": 1e-9}, "E1010", "`lambda_ceiling` is 1e-09", "it must be above initial_lambda (0.0001)"),
-        ({"time_limit": -1}, "E1010", "`time_limit` is -1", "it must be None or a number, zero or more"),
+        (
+            {"rel_precision": -1.0},
+            "E1010",
+            "`rel_precision` is -1.0",
+            "it must be a number, zero or more",
+        ),
+        (
+            {"abs_precision": float("nan")},
+            "E1010",
+            "`abs_precision` is nan",
+            "it must be a number, zero or more",
+        ),
+        (
+            {"damping": "newton"},
+            "E1010",
+            "`damping` is 'newton'",
+            'it must be "ladder", "nielsen" or a callable',
+        ),
+        (
+            {"lambda_ceiling": 1e-9},
+            "E1010",
+            "`lambda_ceiling` is 1e-09",
+            "it must be above initial_lambda (0.0001)",
+        ),
+        (
+            {"time_limit": -1},
+            "E1010",
+            "`time_limit` is -1",
+            "it must be None or a number, zero or more",
+        ),
         ({"verbose": 1}, "E1010", "`verbose` is 1", "it must be true or false"),
     ],
 )
@@ -176,8 +211,15 @@ def test_bad_requests_are_refused_by_name(settings, code, message, help_text):
 def test_missing_root_data_is_refused_before_anything_runs():
     root = toy.table("", toy.param("a"), toy.data("sigma"))
     e = toy.entity(root)
-    only = toy.group("Toy.a", "", [toys.SELF], [(0, 0)], [e], lambda s, d, u: [s[0][0] - d[0]],
-                     raw=[toy.Raw(0, "sigma")])
+    only = toy.group(
+        "Toy.a",
+        "",
+        [toys.SELF],
+        [(0, 0)],
+        [e],
+        lambda s, d, u: [s[0][0] - d[0]],
+        raw=[toy.Raw(0, "sigma")],
+    )
     layout = toy.layout([root], [e], [only])
     with pytest.raises(AraelError) as caught:
         solve(model_of(layout, Store(layout)))
@@ -221,7 +263,10 @@ def test_result_reads_as_json_and_as_text():
 
 def test_statuses_that_count_as_solved():
     assert {
-        "converged", "cost_threshold", "gradient_tolerance", "parameter_tolerance",
+        "converged",
+        "cost_threshold",
+        "gradient_tolerance",
+        "parameter_tolerance",
         "predicted_reduction",
     } == CONVERGED
 
@@ -238,11 +283,15 @@ def test_cost_table_lists_every_constraint():
     model = chain()
     table = cost_table(problem_of(model))
     assert list(table) == ["Pairs.odometry", "Poses.drift"]
-    assert table["Poses.drift"] == 0 and table.instances == {"Pairs.odometry": 12, "Poses.drift": 12}
+    assert table["Poses.drift"] == 0 and table.instances == {
+        "Pairs.odometry": 12,
+        "Poses.drift": 12,
+    }
     assert table.total == pytest.approx(cost(model), rel=1e-12)
     empty = toys.chain()
     assert cost_table(problem_of(model_of(empty, Store(empty)))) == {
-        "Pairs.odometry": 0, "Poses.drift": 0,
+        "Pairs.odometry": 0,
+        "Poses.drift": 0,
     }
     assert str(table).splitlines()[0].split() == ["constraint", "cost", "instances"]
 

@@ -53,7 +53,10 @@ def test_rosenbrock_reaches_its_minimum():
 def test_powell_singular_function_converges_to_the_origin():
     layout = toys.powell()
     outcome, _ = solved(
-        layout, toys.at(layout, 3, -1, 0, 1), abs_precision=0.0, rel_precision=0.0,
+        layout,
+        toys.at(layout, 3, -1, 0, 1),
+        abs_precision=0.0,
+        rel_precision=0.0,
         cost_threshold=1e-16,
     )
     assert outcome.status == "cost_threshold"
@@ -115,8 +118,14 @@ def test_unit_quaternion_entity_finds_the_rotation():
 
     e = toy.entity(root, refresh, names=("q.x", "q.y", "q.z"))
     fit = toy.group(
-        "Toy.fit", "pairs", [toy.Slot((), "pairs"), toy.ROOT], [(1, 0)], [e], formula,
-        raw=[toy.Raw(0, n, k) for n in "ab" for k in range(3)], chain={0: along},
+        "Toy.fit",
+        "pairs",
+        [toy.Slot((), "pairs"), toy.ROOT],
+        [(1, 0)],
+        [e],
+        formula,
+        raw=[toy.Raw(0, n, k) for n in "ab" for k in range(3)],
+        chain={0: along},
     )
     layout = toy.layout([root, pairs], [e], [fit])
     store = toys.Store(layout)
@@ -262,8 +271,11 @@ def test_a_step_is_small_by_either_measure():
     settings = {"patience": 0, "min_iters": 0}
     for abs_precision, rel_precision in [(0.0, 0.99), (1.0, 0.0)]:
         outcome, _ = solved(
-            layout, toys.at(layout, 1e-1), abs_precision=abs_precision,
-            rel_precision=rel_precision, **settings,
+            layout,
+            toys.at(layout, 1e-1),
+            abs_precision=abs_precision,
+            rel_precision=rel_precision,
+            **settings,
         )
         assert (outcome.status, outcome.accepted_iterations) == ("converged", 1)
 
@@ -283,9 +295,7 @@ def test_perfect_start_converges_without_moving():
 
 def test_nielsen_gives_up_when_its_growth_overflows():
     """A residual that jumps: no step, however short, lowers the cost."""
-    layout = toys.root_only(
-        1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)]
-    )
+    layout = toys.root_only(1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)])
     outcome, _ = solved(
         layout, toys.at(layout, 1.0), damping="nielsen", lambda_ceiling=1e300, max_iters=1000
     )
@@ -327,7 +337,11 @@ def test_ctrl_c_ends_a_solve_without_an_observer():
     try:
         # Steps too short to converge: this would go on for hours.
         outcome, problem = solved(
-            layout, store, max_iters=10**6, min_iters=10**6, initial_lambda=1e9,
+            layout,
+            store,
+            max_iters=10**6,
+            min_iters=10**6,
+            initial_lambda=1e9,
             lambda_floor=1e9,
         )
     finally:

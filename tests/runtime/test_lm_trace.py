@@ -71,8 +71,13 @@ def test_verbose_goes_to_stderr(capsys):
 @pytest.mark.parametrize(
     "cost, text",
     [
-        (44.56789, "44.5679"), (0.0276, "0.0276"), (0.0, "0.0000"), (1.30214e-7, "1.3021e-7"),
-        (-1518.8091, "-1518.8091"), (2.5e12, "2.5000e12"), (np.nan, "nan"),
+        (44.56789, "44.5679"),
+        (0.0276, "0.0276"),
+        (0.0, "0.0000"),
+        (1.30214e-7, "1.3021e-7"),
+        (-1518.8091, "-1518.8091"),
+        (2.5e12, "2.5000e12"),
+        (np.nan, "nan"),
     ],
 )
 def test_costs_read_well(cost, text):
@@ -81,7 +86,14 @@ def test_costs_read_well(cost, text):
 
 @pytest.mark.parametrize(
     "damping, text",
-    [(2e-5, "2e-5"), (1.6e-7, "1.6e-7"), (0.01, "0.01"), (1e-4, "1e-4"), (6.4, "6.4"), (1e12, "1e12")],
+    [
+        (2e-5, "2e-5"),
+        (1.6e-7, "1.6e-7"),
+        (0.01, "0.01"),
+        (1e-4, "1e-4"),
+        (6.4, "6.4"),
+        (1e12, "1e12"),
+    ],
 )
 def test_lambda_reads_as_in_the_reference(damping, text):
     assert shown_lambda(damping) == text

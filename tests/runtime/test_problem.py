@@ -76,9 +76,12 @@ def two_ends(same: bool) -> tuple:
         return [a[0] * b[1] - 1.0, a[1] * a[1] + b[0], a[0] - b[0] * b[1] + 0.3]
 
     spring = toy.group(
-        "Springs.pull", "springs",
+        "Springs.pull",
+        "springs",
         [Slot((Step("ref", "a"),), "points"), Slot((Step("ref", "b"),), "points")],
-        [(0, 0), (1, 0)], [e], formula,
+        [(0, 0), (1, 0)],
+        [e],
+        formula,
     )
     layout = toy.layout([root, points, springs], [e], [spring])
     store = Store(layout)
@@ -112,9 +115,12 @@ def test_pairs_that_no_residual_reads_together_have_no_block():
     links = toy.table("links", toy.ref("a", "points"), toy.ref("b", "points"))
     e = toy.entity(points)
     apart = toy.group(
-        "Links.apart", "links",
+        "Links.apart",
+        "links",
         [Slot((Step("ref", "a"),), "points"), Slot((Step("ref", "b"),), "points")],
-        [(0, 0), (1, 0)], [e], lambda s, d, u: [s[0][0] - 1.0, s[1][0] + 2.0],
+        [(0, 0), (1, 0)],
+        [e],
+        lambda s, d, u: [s[0][0] - 1.0, s[1][0] + 2.0],
     )
     layout = toy.layout([root, points, links], [e], [apart])
     store = Store(layout)
@@ -194,13 +200,20 @@ def guarded_line() -> tuple:
     layout = toys.line()
     root, points = layout.tables
     points = toy.table(
-        "data", *points.columns, toy.data("on", default=1.0),
+        "data",
+        *points.columns,
+        toy.data("on", default=1.0),
         toy.Column("ci", "int", (), "constraint_index", "constraint_index", "toy:9:1"),
     )
     fit = toy.group(
-        "Data.fit", "data", [Slot((), "data"), ROOT], [(1, 0)], layout.entities,
+        "Data.fit",
+        "data",
+        [Slot((), "data"), ROOT],
+        [(1, 0)],
+        layout.entities,
         lambda s, d, u: [s[0][0] * d[0] + s[0][1] - d[1]],
-        raw=[Raw(0, "x"), Raw(0, "y")], index_column="ci",
+        raw=[Raw(0, "x"), Raw(0, "y")],
+        index_column="ci",
         guard=([Raw(0, "on")], lambda g, x: g.call("lt", 0.5, x[0])),
     )
     layout = toy.layout([root, points], layout.entities, [fit])
@@ -225,7 +238,7 @@ def test_guard_chooses_instances_and_indices_follow():
 
 
 def test_structure_is_taken_over_until_it_changes():
-    layout, store = guarded_line()
+    _, store = guarded_line()
     first = structure_of(store)
     store.tables["data"].column("y")[0] = 7
     assert structure_of(store, known=first) is first
@@ -269,7 +282,9 @@ def test_bounds_are_hard_limits():
     seen = []
     problem = Problem(layout, toys.at(layout, -1.2, 1.0))
     outcome = run(
-        problem, observer=lambda r: seen.append(problem.x[0]), abs_precision=1e-12,
+        problem,
+        observer=lambda r: seen.append(problem.x[0]),
+        abs_precision=1e-12,
         rel_precision=1e-10,
     )
     assert max(seen) <= 0.5 * (1 + 1e-15)
@@ -294,7 +309,9 @@ def test_bounds_that_do_not_bind_change_nothing():
 
 def test_start_outside_bounds_is_refused():
     layout = toys.rosenbrock(low=(None, 2.0))
-    with pytest.raises(SolveError, match=r"`x\.y` starts at 1, outside its bounds 2 \.\.") as caught:
+    with pytest.raises(
+        SolveError, match=r"`x\.y` starts at 1, outside its bounds 2 \.\."
+    ) as caught:
         run(Problem(layout, toys.at(layout, -1.2, 1.0)))
     assert caught.value.diagnostics[0].code == "E1007"
 
@@ -332,8 +349,13 @@ def spoiled(value: float) -> tuple:
     points = toy.table("data", toy.data("x"))
     e = toy.entity(root)
     fit = toy.group(
-        "Data.fit", "data", [Slot((), "data"), ROOT], [(1, 0)], [e],
-        lambda s, d, u: [toy.sqrt(d[0] + s[0][0])], raw=[Raw(0, "x")],
+        "Data.fit",
+        "data",
+        [Slot((), "data"), ROOT],
+        [(1, 0)],
+        [e],
+        lambda s, d, u: [toy.sqrt(d[0] + s[0][0])],
+        raw=[Raw(0, "x")],
         places=[Place("toy.arael:7:9", "sqrt(x + root.a)")],
     )
     layout = toy.layout([root, points], [e], [fit])

@@ -177,7 +177,13 @@ def param(path: str, size: int = 1, low=(), high=(), kind: str = "") -> Column:
     if kind == "angle":
         stored, tangent, shape = 1, 1, ()
     return Column(
-        path, "real", shape, "param", kind, "toy:1:1", default=(0.0,) * stored,
+        path,
+        "real",
+        shape,
+        "param",
+        kind,
+        "toy:1:1",
+        default=(0.0,) * stored,
         param=Param(kind, stored, tangent, tuple(low), tuple(high)),
     )
 
@@ -192,7 +198,12 @@ def data(path: str, shape: tuple[int, ...] = (), default: float | None = None) -
 
 def ref(path: str, table: str) -> Column:
     return Column(
-        path, "int", (), "ref", f"ref into {table}", "toy:3:1",
+        path,
+        "int",
+        (),
+        "ref",
+        f"ref into {table}",
+        "toy:3:1",
         target=Target(table, table, (Step("root"),), f"root.{table}"),
     )
 
@@ -203,7 +214,9 @@ def table(path: str, *columns: Column, **settings) -> Table:
     return Table(path, path.capitalize(), "list", "", path, "toy:5:1", columns, **settings)
 
 
-def entity(layout_table: Table, refresh=None, names: Sequence[str] = (), prefix: str = "") -> Entity:
+def entity(
+    layout_table: Table, refresh=None, names: Sequence[str] = (), prefix: str = ""
+) -> Entity:
     """All param columns of a table; `refresh(graph, stored, step)` gives the whole state."""
     uses, stored, tangent, made = [], 0, 0, []
     for column in layout_table.columns:
@@ -213,14 +226,29 @@ def entity(layout_table: Table, refresh=None, names: Sequence[str] = (), prefix:
         uses.append(ParamUse(column.path, p.kind, stored, p.stored, tangent, p.tangent))
         stored, tangent = stored + p.stored, tangent + p.tangent
         axes = "xyzwvu"
-        made += [column.path] if p.tangent == 1 else [f"{column.path}.{axes[k]}" for k in range(p.tangent)]
+        made += (
+            [column.path]
+            if p.tangent == 1
+            else [f"{column.path}.{axes[k]}" for k in range(p.tangent)]
+        )
     g = Graph()
     old = [g.input(k) for k in range(stored)]
     step = [g.input(stored + k) for k in range(tangent)]
-    outputs = [a + b for a, b in zip(old, step, strict=True)] if refresh is None else refresh(g, old, step)
+    outputs = (
+        [a + b for a, b in zip(old, step, strict=True)]
+        if refresh is None
+        else refresh(g, old, step)
+    )
     return Entity(
-        layout_table.struct, layout_table.path, prefix, tuple(uses), stored, tangent, len(outputs),
-        g.tape(outputs), tuple(names) or tuple(made),
+        layout_table.struct,
+        layout_table.path,
+        prefix,
+        tuple(uses),
+        stored,
+        tangent,
+        len(outputs),
+        g.tape(outputs),
+        tuple(names) or tuple(made),
     )
 
 
@@ -282,21 +310,45 @@ def group(
         guard_tape = gg.tape([guard[1](gg, [gg.input(k) for k in range(len(guard_raw))])])
     struct, _, name = label.partition(".")
     return Group(
-        label, struct, name, "toy:7:5", at, "", len(residuals), tuple(slots),
-        tuple(Use(s, e) for s, e in uses), tuple(everything),
+        label,
+        struct,
+        name,
+        "toy:7:5",
+        at,
+        "",
+        len(residuals),
+        tuple(slots),
+        tuple(Use(s, e) for s, e in uses),
+        tuple(everything),
         prepare.tape([prepare.input(k) for k in range(len(everything))]),
-        len(raw), len(uniform), tuple(states), g.tape(outputs), tuple(jacobian),
+        len(raw),
+        len(uniform),
+        tuple(states),
+        g.tape(outputs),
+        tuple(jacobian),
         tuple(places) or (Place("toy:7:9", "the residual"),),
-        guard=guard_tape, guard_raw=guard_raw, guard_text="guard" if guard else "",
+        guard=guard_tape,
+        guard_raw=guard_raw,
+        guard_text="guard" if guard else "",
         index_column=index_column,
     )
 
 
 def layout(
-    tables: Sequence[Table], entities: Sequence[Entity], groups: Sequence[Group],
-    precision: str = "f64", passes: Sequence[Pass] = (),
+    tables: Sequence[Table],
+    entities: Sequence[Entity],
+    groups: Sequence[Group],
+    precision: str = "f64",
+    passes: Sequence[Pass] = (),
 ) -> Layout:
     return Layout(
-        1, "toy", "Toy", precision, "toy.arael", tuple(tables), tuple(entities), tuple(groups),
+        1,
+        "toy",
+        "Toy",
+        precision,
+        "toy.arael",
+        tuple(tables),
+        tuple(entities),
+        tuple(groups),
         tuple(passes),
     )

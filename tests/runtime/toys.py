@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from tests.runtime import toy
-from tests.runtime.toy import ROOT, Raw, Slot, Step
 
 from arael.runtime.layout import Layout
 from arael.runtime.store import Store
+from tests.runtime import toy
+from tests.runtime.toy import ROOT, Raw, Slot, Step
 
 SELF = Slot((), "")
 
@@ -18,9 +18,14 @@ def line(precision: str = "f64", passes=()) -> Layout:
     points = toy.table("data", toy.data("x"), toy.data("y"))
     e = toy.entity(root)
     fit = toy.group(
-        "Toy.fit", "data", [Slot((), "data"), ROOT], [(1, 0)], [e],
+        "Toy.fit",
+        "data",
+        [Slot((), "data"), ROOT],
+        [(1, 0)],
+        [e],
         lambda s, d, u: [(s[0][0] * d[0] + s[0][1] - d[1]) / u[0]],
-        raw=[Raw(0, "x"), Raw(0, "y")], uniform=[Raw(1, "sigma")],
+        raw=[Raw(0, "x"), Raw(0, "y")],
+        uniform=[Raw(1, "sigma")],
     )
     return toy.layout([root, points], [e], [fit], precision, passes)
 
@@ -69,13 +74,20 @@ def chain(precision: str = "f64") -> Layout:
     root = toy.table("", toy.data("weight", default=100.0))
     poses = toy.table("poses", toy.param("pos", 2), toy.param("heading", kind="angle"))
     pairs = toy.table(
-        "pairs", toy.ref("a", "poses"), toy.ref("b", "poses"), toy.data("d", (3,)),
+        "pairs",
+        toy.ref("a", "poses"),
+        toy.ref("b", "poses"),
+        toy.data("d", (3,)),
     )
 
     def refresh(g, old, step):
         moved = [a + b for a, b in zip(old, step, strict=True)]
-        return [*moved[:2], toy.atan2(toy.sin(moved[2]), toy.cos(moved[2])),
-                toy.sin(moved[2]), toy.cos(moved[2])]
+        return [
+            *moved[:2],
+            toy.atan2(toy.sin(moved[2]), toy.cos(moved[2])),
+            toy.sin(moved[2]),
+            toy.cos(moved[2]),
+        ]
 
     e = toy.entity(poses, refresh)
 
@@ -86,23 +98,33 @@ def chain(precision: str = "f64") -> Layout:
         return [
             a[4] * dx + a[3] * dy - d[0],
             a[4] * dy - a[3] * dx - d[1],
-            toy.atan2(s_t * toy.cos(d[2]) - c_t * toy.sin(d[2]),
-                      c_t * toy.cos(d[2]) + s_t * toy.sin(d[2])),
+            toy.atan2(
+                s_t * toy.cos(d[2]) - c_t * toy.sin(d[2]), c_t * toy.cos(d[2]) + s_t * toy.sin(d[2])
+            ),
         ]
 
     def along(s):
         return [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, s[4], s[3] * -1.0]]
 
     odo = toy.group(
-        "Pairs.odometry", "pairs",
+        "Pairs.odometry",
+        "pairs",
         [Slot((Step("ref", "a"),), "poses"), Slot((Step("ref", "b"),), "poses"), Slot((), "pairs")],
-        [(0, 0), (1, 0)], [e], odometry,
-        raw=[Raw(2, "d", k) for k in range(3)], chain={0: along, 1: along},
+        [(0, 0), (1, 0)],
+        [e],
+        odometry,
+        raw=[Raw(2, "d", k) for k in range(3)],
+        chain={0: along, 1: along},
     )
     drift = toy.group(
-        "Poses.drift", "poses", [Slot((), "poses"), ROOT], [(0, 0)], [e],
+        "Poses.drift",
+        "poses",
+        [Slot((), "poses"), ROOT],
+        [(0, 0)],
+        [e],
         lambda s, d, u: [(s[0][k] - d[k]) / u[0] for k in range(3)],
-        raw=[Raw(0, "pos", 0), Raw(0, "pos", 1), Raw(0, "heading")], uniform=[Raw(1, "weight")],
+        raw=[Raw(0, "pos", 0), Raw(0, "pos", 1), Raw(0, "heading")],
+        uniform=[Raw(1, "weight")],
         chain={0: along},
     )
     return toy.layout([root, poses, pairs], [e], [odo, drift], precision)
@@ -120,8 +142,14 @@ def chain_store(layout: Layout, n: int = 12, loops: bool = True) -> Store:
     b = (a + 1) % n
     c, s = np.cos(heading[a]), np.sin(heading[a])
     d = pos[b] - pos[a]
-    measured = np.stack([c * d[:, 0] + s * d[:, 1], c * d[:, 1] - s * d[:, 0],
-                         np.angle(np.exp(1j * (heading[b] - heading[a])))], axis=1)
+    measured = np.stack(
+        [
+            c * d[:, 0] + s * d[:, 1],
+            c * d[:, 1] - s * d[:, 0],
+            np.angle(np.exp(1j * (heading[b] - heading[a]))),
+        ],
+        axis=1,
+    )
     measured += rng.normal(size=measured.shape) * 0.01
     store.tables["pairs"].extend(len(a), a=a, b=b, d=measured)
     return store
