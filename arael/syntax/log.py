@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
 from arael.syntax.limits import MAX_ERRORS
@@ -50,7 +51,9 @@ class ErrorLog:
         assert diagnostic.span is not None
         self._found.setdefault((diagnostic.span.start, diagnostic.code), diagnostic)
         if len(self._found) >= MAX_ERRORS:
-            raise AraelError(self.in_order())
+            *others, last = self.in_order()
+            note = f"reading stopped after {MAX_ERRORS} errors; there may be more"
+            raise AraelError([*others, replace(last, notes=(*last.notes, note))])
 
     def has_error_in(self, start: int, end: int) -> bool:
         """Tell whether an error was found that begins in ``start:end``."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from arael.syntax.mistakes import blocks, brackets, expressions, fields, names, rust, statements
+from arael.syntax.mistakes import blocks, brackets, expressions, fields, names, rust, schedule, statements
 from arael.syntax.mistakes.fallback import say_expected
 from arael.syntax.trouble import Trouble
 
@@ -21,6 +21,7 @@ _RECOGNISERS: tuple[Recogniser, ...] = (
     *names.RECOGNISERS,
     *fields.RECOGNISERS,
     *blocks.RECOGNISERS,
+    *schedule.RECOGNISERS,
     *statements.RECOGNISERS,
     *expressions.RECOGNISERS,
 )

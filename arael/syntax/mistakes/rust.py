@@ -38,9 +38,8 @@ def generic_type(t: Trouble) -> bool:
     name = t.tokens[first - 2].text
     form = _arael_form(found[1], found[2], name) if found else f"`{plain}`"
     start, stop = t.tokens[first].start, t.tokens[end - 1].end
-    known = found and found[1] in {*_COLLECTIONS, *_PARAMS, "Param", "Ref", "Option"}
     t.log.error(
-        "E0151" if known or not found else "E0127",
+        "E0151" if form else "E0127",
         f"`{written}` is not an arael type",
         start,
         stop,
