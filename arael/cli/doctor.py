@@ -135,7 +135,7 @@ def _processor() -> Finding:
 def _blas() -> Finding:
     from importlib import import_module
 
-    from threadpoolctl import threadpool_info
+    from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
     import_module("scipy.linalg.cython_blas")  # loads the BLAS that the solvers call
     pools = [p for p in threadpool_info() if p.get("user_api") == "blas"]

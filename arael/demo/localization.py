@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.demo.report import scene_lines, solve_lines
-from arael.demo.scene_run import SceneRun, SolveOptions, solve_scene
+from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
 from arael.scenes import SceneConfig
 from arael.scenes.evaluate import rms_distance
 
@@ -39,7 +39,7 @@ class LocalizationRun(SceneRun):
     @property
     def half_bandwidth(self) -> int:
         """How far the blocks of the Hessian, one a pair of poses, reach from its diagonal."""
-        rows, columns = np.nonzero(self.hessian)
+        rows, columns = self.pattern
         size = self.parameters // len(self.poses)
         return int(size * (np.abs(rows // size - columns // size).max() + 1) - 1)
 
@@ -54,12 +54,13 @@ def report(run: LocalizationRun) -> Iterator[str]:
     yield from scene_lines(run.scene)
     yield from solve_lines(run)
     start = rms_distance(run.scene.start_pos, run.scene.pos)
-    sigma = np.median(run.sigma, axis=0)
     yield ""
     yield "errors against the truth"
     yield f"  poses: RMS {run.pose_rms:.4f} m (start {start:.4f} m)"
     yield f"  largest robust cost of a bearing residual: {run.bearing_costs.max():.2f} (bound 25)"
-    yield "  median one-sigma of x, y, z: " + ", ".join(f"{s:.4f}" for s in sigma) + " m"
+    if run.parameters <= DENSE_LIMIT:
+        sigma = np.median(run.sigma, axis=0)
+        yield "  median one-sigma of x, y, z: " + ", ".join(f"{s:.4f}" for s in sigma) + " m"
     yield f"  half-bandwidth of the Hessian: {run.half_bandwidth}"
 
 
@@ -92,6 +93,5 @@ def plot(run: LocalizationRun, path: Path) -> list[str]:
         title=f"{scene.config.trajectory}: {len(scene.pos)} poses in a map of "
         f"{len(scene.landmarks)} landmarks",
     )
-    rows, cols = np.nonzero(run.hessian)
-    pattern = sparsity_figure(rows, cols, len(run.hessian))
+    pattern = sparsity_figure(*run.pattern, run.parameters)
     return [save(scene_figure(view), path), save(pattern, beside(path, "hessian"))]

@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import arael
+from arael.plot.sparsity import hessian_pattern
 from arael.runtime.layout import Layout
 from arael.scenes import Scene, SceneConfig, columns, fill, make_scene
 
 Array = NDArray[np.float64]
+
+DENSE_LIMIT = 12_000
+"""Uncertainties come from the dense Hessian; with more parameters they are left out."""
 
 ModelName = Literal["slam", "localization"]
 
@@ -67,10 +71,19 @@ class SceneRun:
     @cached_property
     def bearing_costs(self) -> Array:
         """Robust cost (observations, 2) of every bearing residual at the solution."""
-        jacobian = self.instance.jacobian()
-        mine = jacobian.label_of == jacobian.labels.index("PointFrine.bearing")
-        costs: Array = jacobian.residuals[mine].reshape(-1, 2) ** 2
+        mine = self.jacobian.label_of == self.jacobian.labels.index("PointFrine.bearing")
+        costs: Array = self.jacobian.residuals[mine].reshape(-1, 2) ** 2
         return costs
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """Jacobian at the solution."""
+        return self.instance.jacobian()
+
+    @cached_property
+    def pattern(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the entries of the Hessian."""
+        return hessian_pattern(self.jacobian)
 
 
 def solve_scene(name: ModelName, config: SceneConfig, options: SolveOptions) -> SceneRun:

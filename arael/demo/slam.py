@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from arael.demo.landmark_table import LandmarkLine, landmark_lines, spread
 from arael.demo.report import scene_lines, solve_lines
-from arael.demo.scene_run import SceneRun, SolveOptions, solve_scene
+from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
 from arael.demo.uncertainty import ellipsoid_axes, relative_covariances
 from arael.scenes import SceneConfig
 from arael.scenes.evaluate import Errors, errors_against_truth, rigid
@@ -23,7 +23,7 @@ Index = NDArray[np.int64]
 
 SHOWN = 12
 """Landmarks listed in the report."""
-DENSE_LIMIT = 3000
+ALL_LIMIT = 3000
 """With more parameters, only the uncertainty of the landmarks listed is worked out."""
 
 
@@ -51,7 +51,9 @@ class SlamRun(SceneRun):
     @cached_property
     def known(self) -> Index:
         """Landmarks whose uncertainty is worked out."""
-        if self.parameters <= DENSE_LIMIT:
+        if self.parameters > DENSE_LIMIT:
+            return np.zeros(0, dtype=np.int64)
+        if self.parameters <= ALL_LIMIT:
             return np.arange(len(self.landmarks))
         return spread(self.errors.relative, SHOWN)
 
@@ -103,6 +105,9 @@ def report(run: SlamRun) -> Iterator[str]:
         f"{100 * errors.scaled_relative_median:.2f} % with the scale taken out"
     )
     yield f"  largest robust cost of a bearing residual: {run.bearing_costs.max():.2f} (bound 25)"
+    if not len(run.known):
+        yield f"uncertainties are left out: more than {DENSE_LIMIT} parameters"
+        return
     yield ""
     yield "landmarks from the best to the worst, one-sigma axes relative to their closest pose"
     shown = set(spread(errors.relative, SHOWN).tolist())
@@ -133,7 +138,8 @@ def plot(run: SlamRun, path: Path) -> list[str]:
     scene = run.scene
     aligned = rigid(run.poses, scene.pos)
     covariances = np.full((len(run.landmarks), 3, 3), np.nan)
-    covariances[run.known] = aligned.rotation @ run.covariances @ aligned.rotation.T
+    if len(run.known):
+        covariances[run.known] = aligned.rotation @ run.covariances @ aligned.rotation.T
     view = View(
         true_poses=scene.pos,
         start_poses=scene.start_pos,
@@ -144,8 +150,7 @@ def plot(run: SlamRun, path: Path) -> list[str]:
         title=f"{scene.config.trajectory}: {len(scene.pos)} poses, "
         f"{len(scene.landmarks)} landmarks, {len(scene.observations)} observations",
     )
-    rows, cols = np.nonzero(run.hessian)
     poses = run.layout.entities[0].tangent * len(scene.pos)
-    groups = [("poses", poses), ("landmarks", len(run.hessian) - poses)]
-    pattern = sparsity_figure(rows, cols, len(run.hessian), groups)
+    groups = [("poses", poses), ("landmarks", run.parameters - poses)]
+    pattern = sparsity_figure(*run.pattern, run.parameters, groups)
     return [save(scene_figure(view), path), save(pattern, beside(path, "hessian"))]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.plot.figure import BLUE, GREY, INK, ORANGE, beside, new_figure, save, styled
 from arael.plot.history import history_figure
-from arael.plot.sparsity import sparsity_figure
+from arael.plot.sparsity import hessian_pattern, sparsity_figure
 from arael.runtime.layout import Column, Layout
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from arael.result import Result
 
 Array = NDArray[np.float64]
-
-DENSE_LIMIT = 5000
-"""The Hessian of a model with more parameters is not drawn: it is formed densely."""
 
 
 def plot_solution(instance: Any, layout: Layout, result: Result, path: Path) -> list[str]:
@@ -37,11 +34,9 @@ def plot_solution(instance: Any, layout: Layout, result: Result, path: Path) -> 
         written.append(save(history, beside(path, "cost")))
     else:
         written.append(save(history, path))
-    if len(result.x) <= DENSE_LIMIT:
-        hessian = np.asarray(instance.hessian())
-        rows, columns = np.nonzero(hessian)
-        pattern = sparsity_figure(rows, columns, len(hessian))
-        written.append(save(pattern, beside(path, "hessian")))
+    jacobian = instance.jacobian()
+    pattern = sparsity_figure(*hessian_pattern(jacobian), len(jacobian.names))
+    written.append(save(pattern, beside(path, "hessian")))
     return written
 
 

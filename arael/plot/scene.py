@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,15 +56,28 @@ def scene_figure(view: View) -> Figure:
         axes.grid(True)
         axes.set_xlabel("x [m]")
         axes.set_ylabel("y [m]")
-    handles, labels = whole.get_legend_handles_labels()
-    if view.covariances is not None:
+    _legend(figure, whole, path, ellipses=view.covariances is not None)
+    return figure
+
+
+def _legend(figure: Figure, whole: Axes, path: Axes, ellipses: bool) -> None:
+    """One legend under both pictures, where it hides nothing."""
+    entries: dict[str, Any] = {}
+    for axes in (path, whole):
+        handles, labels = axes.get_legend_handles_labels()
+        entries = {**dict(zip(labels, handles, strict=True)), **entries}
+    if ellipses:
         from matplotlib.lines import Line2D
 
-        handles.append(Line2D([], [], marker="o", color=ORANGE, fillstyle="none", linestyle=""))
-        labels.append(f"{SIGMAS:g} sigma relative to the closest pose")
-    whole.legend(handles, labels, loc="upper right", fontsize=8)
-    path.legend(loc="upper right", fontsize=8)
-    return figure
+        name = f"{SIGMAS:g} sigma relative to the closest pose"
+        entries[name] = Line2D([], [], marker="o", color=ORANGE, fillstyle="none", linestyle="")
+    figure.legend(
+        list(entries.values()),
+        list(entries),
+        loc="outside lower center",
+        ncols=len(entries),
+        fontsize=9,
+    )
 
 
 def _path(axes: Axes, view: View, detail: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,13 @@ if TYPE_CHECKING:
 
 MAX_PIXELS = 1400
 """Larger patterns are reduced: a cell is drawn if any entry in it is not zero."""
+
+
+def hessian_pattern(jacobian: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of the entries of J'J of a Jacobian (see `arael.Model.jacobian`)."""
+    product = (abs(jacobian.matrix).T @ abs(jacobian.matrix)).tocoo()
+    kept = product.data != 0
+    return product.row[kept].astype(np.int64), product.col[kept].astype(np.int64)
 
 
 @styled
