@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,7 +18,9 @@ from arael.cli.options import (
     threads_option,
 )
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.layout import Layout
+
+if TYPE_CHECKING:
+    from arael.runtime.layout import Layout
 
 
 @click.command("solve", short_help="Solve a model on a data file.")
