@@ -22,16 +22,16 @@ FLOOR_F32 = 1.2e-7
 class LmConfig:
     """Settings of the Levenberg-Marquardt loop.
 
-    The cost is the sum of squared residuals, without 1/2. An accepted step is *small* when it lowers
-    the cost by less than `abs_precision`, or by less than the fraction `rel_precision` of it.
+    The cost is the sum of squared residuals, without 1/2. An accepted step is *small* when it
+    lowers the cost by less than `abs_precision`, or by less than the fraction `rel_precision`.
 
     Attributes
     ----------
     abs_precision :
-        Drop of the cost below which a step is small. Raise it where the cost has a known noise floor.
+        Drop of the cost below which a step is small. Raise it where the cost has a noise floor.
     rel_precision :
-        The same as a fraction of the cost. 1e-3 for a real-time pass that needs a good enough answer,
-        1e-6 for a final refinement.
+        The same as a fraction of the cost. 1e-3 for a real-time pass that needs a good enough
+        answer, 1e-6 for a final refinement.
     max_iters :
         Most attempts at a step, rejected ones counted. About twice what the trace shows you need.
     min_iters :
@@ -54,7 +54,7 @@ class LmConfig:
     parameter_tolerance :
         The solve ends when ``|step| <= tolerance (|x| + tolerance)``; 0: off.
     predicted_reduction_tolerance :
-        The solve ends when the linearisation promises no more than this fraction of the cost; 0: off.
+        The solve ends when the linearisation promises no more than this fraction; 0: off.
     min_diagonal :
         Floor under the undamped diagonal of J'J; 0: off. Lets parameters that nothing constrains
         stand still instead of being an error.
@@ -65,8 +65,8 @@ class LmConfig:
     verbose :
         One line an attempt on stderr. Turn it on first when a solve misbehaves.
     observer :
-        Called with the record of each attempt (see `arael.result.StepRecord`); returning False ends
-        the solve with the best state so far.
+        Called with the record of each attempt (fields: see `Result.history`); returning False
+        ends the solve with the best state so far.
     damping :
         What moves lambda: ``"ladder"`` (times 0.2 after success, times 10 after failure),
         ``"nielsen"`` (by the ratio of actual to predicted reduction; often fewer rejections on
@@ -96,14 +96,14 @@ class LmConfig:
 
     @classmethod
     def of(cls, **settings: Any) -> LmConfig:
-        """A checked configuration from settings by name; AraelError E1010 for unknown or bad ones."""
+        """A checked configuration from settings by name; AraelError E1010 for a bad one."""
         return cls().with_(**settings)
 
     @classmethod
     def well_conditioned(cls, **settings: Any) -> LmConfig:
         """Start near the solution of a problem that is close to linear: warm starts, small updates.
 
-        Steps are nearly Gauss-Newton from the outset (lambda 1e-6), and the solve may end after two.
+        Steps are nearly Gauss-Newton from the outset (lambda 1e-6), and two may do.
         """
         return cls(initial_lambda=1e-6, min_iters=2, patience=1).with_(**settings)
 
@@ -111,8 +111,8 @@ class LmConfig:
     def ill_conditioned(cls, **settings: Any) -> LmConfig:
         """Start far from the solution, or parameters of very different sensitivity.
 
-        Strong damping at first (lambda 1e-2), the gain-ratio driver, patience with flat stretches and
-        tight precision, so that a long shallow valley is followed to its end.
+        Strong damping at first (lambda 1e-2), the gain-ratio driver, patience with flat stretches
+        and tight precision, so that a long shallow valley is followed to its end.
         """
         return cls(
             initial_lambda=1e-2,
@@ -125,7 +125,7 @@ class LmConfig:
 
     @classmethod
     def conservative(cls, **settings: Any) -> LmConfig:
-        """Prefer certainty to speed: damped start, floor under lambda, late and strict termination."""
+        """Prefer certainty to speed: damped start, higher floor of lambda, late and strict end."""
         return cls(
             initial_lambda=1e-3,
             lambda_floor=1e-8,

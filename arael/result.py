@@ -46,7 +46,7 @@ class Result:
         ``converged`` (small steps, or nothing left but rounding), ``cost_threshold``,
         ``gradient_tolerance``, ``parameter_tolerance``, ``predicted_reduction``: solved.
         ``max_iterations``, ``time_limit``, ``driver_terminated``, ``observer_terminated``,
-        ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): ended with the best state so far.
+        ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): the best state so far.
     start_cost, end_cost : sums of squared residuals; of a schedule, at its very start and end
     iterations : attempts at a step, rejected ones counted
     accepted_iterations : steps taken
@@ -54,7 +54,11 @@ class Result:
     final_lambda : damping at the end, a good start for a warm re-solve
     plan : what the linear solver chose and why
     timing : seconds per phase; ``first_factor`` is the first factorisation apart
-    history : one record an attempt (fields of `HISTORY`), a structured array
+    history : one record an attempt, a structured array
+        Fields: ``iteration`` (from 1), ``retry``, ``accepted``, ``factored``, ``pivot`` (scalar at
+        which a factorisation failed, or -1), ``cost``, ``trial_cost`` (NaN without a step),
+        ``predicted`` (reduction promised), ``damping`` (lambda in effect), ``next_damping``,
+        ``step_norm``, ``gradient`` (largest entry of 2 J'r), ``seconds``.
     passes : results of the passes, in order
     name : of the pass, or of the model
     """
@@ -113,8 +117,9 @@ class Result:
 
     def __str__(self) -> str:
         lines = [
-            f"{self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g} in {self.iterations} "
-            f"iterations ({self.accepted_iterations} accepted), {_seconds(self.seconds)}"
+            f"{self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g} "
+            f"in {self.iterations} iterations ({self.accepted_iterations} accepted), "
+            f"{_seconds(self.seconds)}"
         ]
         if len(self.passes) > 1:
             width = max(len(one.name) for one in self.passes)

@@ -1,0 +1,1 @@
+"""Where a cost comes from, what is free, how certain the solution is."""

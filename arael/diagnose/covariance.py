@@ -20,8 +20,8 @@ Where = Any
 class Covariance:
     """Covariance ``2 H^-1`` of all scalars that move, H = 2 J'J at the present values.
 
-    What is kept fixed has no variance. A `where` is a ref (``path.landmarks[4]``), the name of a row
-    or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
+    What is kept fixed has no variance. A `where` is a ref (``path.landmarks[4]``), the name of a
+    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
 
     Attributes
     ----------

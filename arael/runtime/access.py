@@ -20,32 +20,42 @@ class TableLike(Protocol):
     """One table of a store: columns over dense rows."""
 
     @property
-    def size(self) -> int: ...
+    def size(self) -> int:
+        """Number of rows."""
 
     @property
-    def structure_version(self) -> int: ...
+    def structure_version(self) -> int:
+        """Changes whenever rows or refs do."""
 
-    def column(self, path: str) -> Array: ...
+    def column(self, path: str) -> Array:
+        """Live values (size, *shape)."""
 
-    def present(self, path: str) -> Array: ...
+    def present(self, path: str) -> Array:
+        """Whether what is at `path` is there (size,)."""
 
-    def free(self, path: str) -> Array: ...
+    def free(self, path: str) -> Array:
+        """Whether a parameter is solved for (size,)."""
 
-    def parent_rows(self) -> Array: ...
+    def parent_rows(self) -> Array:
+        """Row of each row's owner (size,)."""
 
-    def target_rows(self, path: str) -> Array: ...
+    def target_rows(self, path: str) -> Array:
+        """Row that each ref points to (size,), -1 for null."""
 
-    def row_name(self, row: int) -> str: ...
+    def row_name(self, row: int) -> str:
+        """``poses[3]``; "" for the root."""
 
 
 class StoreLike(Protocol):
     """A model instance: its tables by path, the root's under the empty one."""
 
     @property
-    def layout(self) -> Layout: ...
+    def layout(self) -> Layout:
+        """The compiled model."""
 
     @property
-    def tables(self) -> Any: ...
+    def tables(self) -> Any:
+        """Path -> `TableLike`."""
 
 
 class Walker:

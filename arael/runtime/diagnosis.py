@@ -21,8 +21,8 @@ def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal
     Raises
     ------
     SolveError
-        E1001 a residual is not finite, E1002 a derivative is not finite, E1003 no constraint touches
-        a parameter, E1004 all derivatives with respect to a parameter are zero.
+        E1001 a residual is not finite, E1002 a derivative is not finite, E1003 no constraint
+        touches a parameter, E1004 all derivatives with respect to a parameter are zero.
     """
     if not np.isfinite(cost):
         raise SolveError(non_finite(problem, derivatives=False))

@@ -10,7 +10,7 @@ cdef class Evaluation:
     cdef readonly bint single             # f32 if true, else f64
     cdef readonly Py_ssize_t size         # scalars of the system
     cdef readonly Py_ssize_t value_count  # scalars of its blocks
-    cdef readonly Py_ssize_t trash        # scalars behind the gradient; its square behind the values
+    cdef readonly Py_ssize_t trash        # scalars behind the gradient, squared behind the values
     cdef readonly list states             # [2][entities] arrays (rows, state)
     cdef readonly int current             # which of the two holds the accepted state
     cdef readonly object failure          # exception raised by the interpreter, else None

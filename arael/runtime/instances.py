@@ -46,7 +46,7 @@ def gather_instances(
 
 
 def in_lanes(values: Array, lanes: int) -> Array:
-    """Bring (n, k) into lane order [blocks][k][lanes], the last block padded by its last instance."""
+    """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
     n, k = values.shape
     blocks = -(-n // lanes)
     if n == 0:

@@ -2,16 +2,16 @@
 """Levenberg-Marquardt with multiplicative damping of the diagonal.
 
 Each iteration solves ``(J'J + lambda diag(J'J)) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11,
-1963). A step that lowers the cost is accepted and lambda shrinks; any other is retried with the same
-linearisation and a larger lambda. The drivers of lambda: a fixed ladder, or Nielsen's gain ratio
+1963). A step that lowers the cost is accepted and lambda shrinks; any other is retried with the
+same linearisation and a larger lambda. The drivers of lambda: a fixed ladder, or Nielsen's gain ratio
 (IMM-REP-1999-05, "Damping parameter in Marquardt's method").
 """
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from libc.math cimport INFINITY, NAN, fabs, isfinite, sqrt
-from libc.stdint cimport int32_t, int64_t, uintptr_t
+from libc.math cimport INFINITY, NAN, isfinite, sqrt
+from libc.stdint cimport uintptr_t
 
 from arael.runtime cimport lm_vectors as vectors
 from arael.runtime.box cimport Box
@@ -134,7 +134,7 @@ cdef class Minimiser:
     # --- from Python -------------------------------------------------------------------------
 
     def run(self):
-        """Solve; return the status. Raises what the watcher, the driver or the interpreter raised."""
+        """Solve; return the status. What watcher, driver or interpreter raised passes through."""
         with nogil:
             self._run()
         if self._failure is not None:
@@ -381,8 +381,8 @@ cdef class Minimiser:
     cdef bint _at_noise_floor(self) noexcept nogil:
         """Whether a rejected step failed by rounding only: nothing was promised and nothing lost.
 
-        The gradient must be small in a measure that damping does not touch, or a solve that is stuck
-        with a huge lambda would pass for converged.
+        The gradient must be small in a measure that damping does not touch, or a solve that is
+        stuck with a huge lambda would pass for converged.
         """
         cdef double noise = 1024 * self._epsilon * self._now.cost, left
         if self.evaluation.single:

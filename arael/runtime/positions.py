@@ -17,7 +17,7 @@ def diagonal_positions(pattern: BlockPattern) -> Ints:
 
 
 def coordinates(pattern: BlockPattern) -> tuple[Ints, Ints]:
-    """Row and column of every value, (value_count,) each, whole squares of diagonal blocks included."""
+    """Row and column of every value, (value_count,) each, squares of diagonal blocks whole."""
     block_column = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     height, width = pattern.sizes[pattern.rows], pattern.sizes[block_column]
     lengths = height * width

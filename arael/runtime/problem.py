@@ -114,7 +114,7 @@ class Problem:
 
     @property
     def free(self) -> Ints:
-        """Scalars of the system that move, ascending; those held in partly fixed entities are not."""
+        """Scalars of the system that move, ascending: all but those held."""
         moves = np.ones(self.size, dtype=bool)
         moves[self.structure.system.held] = False
         return np.flatnonzero(moves)
@@ -129,7 +129,7 @@ class Problem:
         return f"{self.layout.groups[group].label}[{self.structure.active[group][instance]}]"
 
     def instance_place(self, group: int, instance: int) -> str:
-        """The row that an instance acts on: ``landmarks[5].frines[2]``; the root's name for the root."""
+        """The row that an instance acts on: ``landmarks[5].frines[2]``; of the root its name."""
         path = self.layout.groups[group].table
         row = int(self.structure.active[group][instance])
         return row_name(self.store, path, row) or self.layout.root

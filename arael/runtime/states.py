@@ -35,7 +35,7 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
 
 
 def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
-    """Values within their bounds to the last bit; a step onto a bound may end one rounding beyond."""
+    """Values within bounds to the last bit; a step onto a bound may end a rounding beyond."""
     param = store.layout.table(entity.table).column(column).param
     assert param is not None
     for k, low in enumerate(param.low):

@@ -1,4 +1,4 @@
-"""What of a problem stays the same until its structure changes: who acts, on what, and where it goes."""
+"""What of a problem lasts until its structure changes: who acts, on what, and where it goes."""
 
 from __future__ import annotations
 
