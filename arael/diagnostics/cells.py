@@ -42,6 +42,10 @@ def _shown(char: str) -> str:
     return char
 
 
+_MAX_MESSAGE = 4000
+
+
 def safe_message(text: str) -> str:
     """Return a message, whose own line ends are kept, made `printable`."""
+    text = text if len(text) <= _MAX_MESSAGE else text[: _MAX_MESSAGE - 3] + "..."
     return "\n".join(printable(line) for line in text.split("\n"))

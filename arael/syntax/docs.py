@@ -14,13 +14,15 @@ class DocComments:
         self._own_line: dict[int, str] = {}
         for comment in comments:
             line, column = source.position(comment.span.start)
-            if not source.line(line)[: column - 1].strip():
+            if not source.line(line)[: column - 1].strip(" \t\r\f;"):
                 self._own_line[line] = comment.text
 
     def of(self, span: Span) -> str:
         """Text above the line on which `span` starts, where nothing else stands before it there."""
         line, column = self._source.position(span.start)
-        if line - 1 not in self._own_line or self._source.line(line)[: column - 1].strip(" \t;"):
+        if line - 1 not in self._own_line or self._source.line(line)[: column - 1].strip(
+            " \t\r\f;"
+        ):
             return ""
         first = line - 1
         while first - 1 in self._own_line:

@@ -66,7 +66,6 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
             if not tokens or tokens[-1].type != NEWLINE:
                 tokens.append(Token(NEWLINE, "\n", at, end))
         elif kind == "NAME":
-            tokens.append(Token(words.get(word, "NAME"), word, at, end))
             if len(word) > MAX_NAME:
                 log.error(
                     "E0106",
@@ -75,6 +74,8 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
                     end,
                     f"at most {MAX_NAME} are allowed",
                 )
+                word = word[:MAX_NAME]
+            tokens.append(Token(words.get(word, "NAME"), word, at, end))
         elif kind == "SYMBOL":
             kind = symbols[word]
             if kind == "DOT" and foreign.is_bare_fraction(text, at):
@@ -109,6 +110,7 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
                     end,
                     f"at most {MAX_NUMBER} are allowed",
                 )
+                word = "1"
             elif float(word) == float("inf"):
                 log.error(
                     "E0111",

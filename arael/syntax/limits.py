@@ -16,6 +16,9 @@ MAX_NESTING = 64
 MAX_HEIGHT = 200
 """Height of an expression's tree; a sum of n terms has height n."""
 
+MAX_STACK = 2000
+"""Symbols that the parser holds while their statement is not complete."""
+
 MAX_NAME = 100
 """Characters in a name."""
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
 from arael.syntax.limits import MAX_ERRORS
 
+_MAX_MESSAGE = 240
+
 
 class ErrorLog:
     """Errors of `source`; gives up with `AraelError` when there are too many to be of use."""
@@ -37,12 +39,12 @@ class ErrorLog:
         self.add(
             Diagnostic(
                 code,
-                message,
+                _clip(message),
                 self.span(start, end),
-                label,
-                labels=tuple(Label(self.span(a, b), text) for a, b, text in labels),
-                notes=tuple(notes),
-                help=hints,
+                _clip(label),
+                labels=tuple(Label(self.span(a, b), _clip(text)) for a, b, text in labels),
+                notes=tuple(map(_clip, notes)),
+                help=tuple(map(_clip, hints)),
             )
         )
 
@@ -67,3 +69,8 @@ class ErrorLog:
         """Raise `AraelError` if anything was found."""
         if self._found:
             raise AraelError(self.in_order())
+
+
+def _clip(text: str) -> str:
+    """Shorten a message that quotes too much of the text."""
+    return text if len(text) <= _MAX_MESSAGE else text[: _MAX_MESSAGE - 3] + "..."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from arael.syntax.automaton import Automaton
-from arael.syntax.limits import MAX_ERRORS
+from arael.syntax.limits import MAX_ERRORS, MAX_STACK
 from arael.syntax.log import ErrorLog
 from arael.syntax.tables import END
 from arael.syntax.tokens import NEWLINE, Token
@@ -69,6 +69,8 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
                 return passed
             index += 1
             stuck = stuck if token.damaged else 0
+            if len(automaton.states) > MAX_STACK:
+                _refuse_depth(token, log)
         elif token.type == NEWLINE and _goes_on(automaton, tokens[index - 1] if index else None):
             passed.add(index)
             index += 1
@@ -89,7 +91,20 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
                 trouble.panic()
             if token.type == END:
                 log.stop()
+                log.error("E0123", "the text ends too early", token.start, token.end)
             index = trouble.index
+
+
+def _refuse_depth(token: Token, log: ErrorLog) -> None:
+    log.error(
+        "E0105",
+        "an expression that is nested too deeply",
+        token.start,
+        token.end,
+        "gets too deep here",
+        help="name parts of it with `let`",
+    )
+    log.stop()
 
 
 def _joins(automaton: Automaton, token: Token) -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
-
 from arael.syntax.formatting.lines import CONTINUED, Line
 
 INDENT = 4
@@ -59,13 +57,23 @@ class _Indenter:
 
 def _with_comments(codes: list[str], lines: list[Line]) -> list[str]:
     """Add the comments; those of neighbouring lines go in the rightmost column among them."""
-    out: list[str] = []
-    numbered = list(zip(codes, lines, strict=True))
-    for _, group in groupby(numbered, lambda p: (bool(p[1].comment and p[1].words), p[1].depth)):
-        members = list(group)
-        if not members[0][1].comment or not members[0][1].words:
-            out += [code + line.comment for code, line in members]
-            continue
-        column = max(max(line.comment_column, len(code) + 2) for code, line in members)
-        out += [code.ljust(column) + line.comment for code, line in members]
+    out = [code + line.comment for code, line in zip(codes, lines, strict=True)]
+    for group in _comment_groups(lines):
+        column = max(max(lines[n].comment_column, len(codes[n]) + 2) for n in group)
+        for n in group:
+            out[n] = codes[n].ljust(column) + lines[n].comment
     return out
+
+
+def _comment_groups(lines: list[Line]) -> list[list[int]]:
+    """Numbers of lines with a comment after code that follow each other at one depth."""
+    groups: list[list[int]] = []
+    for n, line in enumerate(lines):
+        if not (line.comment and line.words):
+            continue
+        last = groups[-1][-1] if groups else -2
+        if last == n - 1 and not line.blank_before and lines[last].depth == line.depth:
+            groups[-1].append(n)
+        else:
+            groups.append([n])
+    return groups

@@ -9,7 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from arael.syntax.mistakes import blocks, brackets, expressions, fields, names, rust, schedule, statements
+from arael.syntax.mistakes import (
+    blocks,
+    brackets,
+    expressions,
+    fields,
+    names,
+    rust,
+    schedule,
+    statements,
+)
 from arael.syntax.mistakes.fallback import say_expected
 from arael.syntax.trouble import Trouble
 
