@@ -117,7 +117,15 @@ def _package_stamp() -> str:
     """Digest the times of arael's own files, so that a checkout under work serves nothing stale."""
     stamps = []
     package = Path(__file__).parents[1]
-    for room in ("check", "compiler", "compiler/emit", "symbolic", "syntax", "runtime"):
+    for room in (
+        "check",
+        "compiler",
+        "compiler/emit",
+        "symbolic",
+        "symbolic/scalars",
+        "syntax",
+        "runtime",
+    ):
         with contextlib.suppress(OSError), os.scandir(package / room) as files:
             stamps += [
                 f"{room}/{f.name}:{f.stat().st_mtime_ns}"

@@ -15,7 +15,7 @@ from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
-from arael.symbolic.derive import forward
+from arael.symbolic.jacobian import jacobian as differentiate
 from arael.symbolic.graph import Graph
 
 # Above this many multiplications, products J'J are formed by loops over the Jacobian instead of
@@ -129,7 +129,7 @@ def _differentiate(
         }
         copies = state.graph.copy(nodes, graph, known)
         seeds[node] = {(use, k): c for k, c in zip(tangents, copies, strict=True)}
-    rows = forward(graph, residuals, seeds)
+    rows = differentiate(graph, residuals, seeds)
     zero = graph.const(0.0)
     return {
         (k, use, tangent): row[use, tangent]
