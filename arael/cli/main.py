@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import click
 
+from arael import __version__
 from arael.cli.exits import Exit
 from arael.cli.failures import report
 from arael.cli.lazy import LazyGroup
@@ -25,15 +26,15 @@ EPILOG = (
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-@click.version_option(package_name="arael", message="arael %(version)s")
-def arael() -> None:
+@click.version_option(__version__, message="arael %(version)s")
+def command() -> None:
     """Nonlinear least squares from readable model files."""
 
 
 def run(args: Sequence[str]) -> int:
     """Run the command line `args` (without the program's name); return the exit code."""
     try:
-        outcome = arael.main(list(args), prog_name="arael", standalone_mode=False)
+        outcome = command.main(list(args), prog_name="arael", standalone_mode=False)
         sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else "")
@@ -43,9 +44,11 @@ def run(args: Sequence[str]) -> int:
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.OK
+    except SystemExit:  # click's way out of the same, and of shell completion
+        if type(sys.stdout).__name__ == "PacifyFlushWrapper":
+            return Exit.OK
+        raise
     except BaseException as error:
-        if isinstance(error, (SystemExit, GeneratorExit)):
-            raise
         return report(error, as_json="--json" in args)
     return outcome if isinstance(outcome, int) else Exit.OK
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import slam_residuals as slam
 
 from arael.scenes import Scene, SceneConfig, columns, demo_config, make_scene
 from arael.scenes.evaluate import errors_against_truth, rigid, similarity
+from tests.scenes import slam_residuals as slam
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,208 @@
+"""`arael solve`, as a user calls it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Arael
+
+
+def test_solves_and_writes(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "-o", "out.json")
+    assert done.code == 0
+    assert "converged" in done.out
+    assert "wrote out.json" in done.out
+    solved = json.loads((line / "out.json").read_text())
+    assert (solved["a"], solved["b"]) == pytest.approx((2.0, 1.0))
+
+
+def test_json_holds_what_is_documented(arael: Arael, line: Path) -> None:
+    found = arael("solve", "line.arael", "line.json", "--json").json
+    for key in ("status", "start_cost", "end_cost", "iterations", "accepted_iterations", "timing"):
+        assert key in found
+    assert found["status"] == "converged"
+    assert found["plan"]["solver"]
+    assert [p["name"] for p in found["passes"]] == ["rough", "fine"]
+    for one in found["passes"]:
+        assert one["seconds"] > 0
+        assert one["status"] == "converged"
+    assert found["iterations"] == sum(p["iterations"] for p in found["passes"])
+
+
+def test_json_is_one_object_also_of_a_failure(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "absent.json", "--json")
+    assert done.code == 2
+    assert done.json["status"] == "error"
+    assert done.json["diagnostics"][0]["code"].startswith("E07")
+    assert done.err == ""
+
+
+def test_json_is_one_object_of_a_usage_error(arael: Arael) -> None:
+    done = arael("solve", "slam", "x.json", "--solver", "qr", "--json")
+    assert done.code == 2
+    assert "'qr' is not one of" in done.json["diagnostics"][0]["message"]
+
+
+def test_passes_can_be_chosen(arael: Arael, line: Path) -> None:
+    found = arael("solve", "line.arael", "line.json", "--pass", "fine", "--json").json
+    assert [p["name"] for p in found["passes"]] == ["fine"]
+
+
+def test_set_reaches_the_cost(arael: Arael, line: Path) -> None:
+    text = (line / "line.arael").read_text()
+    (line / "line.arael").write_text(text[: text.index("    solve {")] + "}\n")
+    plain = arael("solve", "line.arael", "line.json", "--json").json
+    weighed = arael("solve", "line.arael", "line.json", "--set", "sigma=0.5", "--json").json
+    assert weighed["start_cost"] == pytest.approx(4 * plain["start_cost"])
+
+
+def test_max_iters_goes_over_the_models_passes(arael: Arael, line: Path) -> None:
+    text = (line / "line.arael").read_text().replace("rel_precision = 1e-9", "max_iters = 50")
+    (line / "line.arael").write_text(text)
+    done = arael("solve", "line.arael", "line.json", "--max-iters", "1", "--json")
+    assert done.code == 1
+    assert {p["status"] for p in done.json["passes"]} == {"max_iterations"}
+    assert done.json["converged"] is False
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("sigm=2", "did you mean `sigma`?"),
+        ("sigma=two", "expected numbers for `sigma`, found `two`"),
+        ("origin=1,2,3", "expected 2 numbers, found 3"),
+        ("sigma", "expected NAME=VALUE"),
+        ("points=1", "has no field `points` to set"),
+    ],
+)
+def test_set_that_does_not_fit(arael: Arael, line: Path, setting: str, told: str) -> None:
+    done = arael("solve", "line.arael", "line.json", "--set", setting)
+    assert done.code == 2
+    assert "E0852" in done.err
+    assert told in done.err
+
+
+def test_every_wrong_set_is_told(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--set", "x=1", "--set", "y=2")
+    assert done.err.count("E0852") == 2
+
+
+def test_unknown_model_gets_a_suggestion(arael: Arael) -> None:
+    done = arael("solve", "slan", "x.json")
+    assert done.code == 2
+    assert "did you mean `slam`?" in done.err
+
+
+def test_unknown_pass_is_bad_input(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--pass", "fin")
+    assert done.code == 2
+    assert "did you mean `fine`?" in done.err
+
+
+@pytest.mark.parametrize("option", ["-o", "--covariance", "--plot"])
+def test_unwritable_output_is_told_before_the_solve(arael: Arael, line: Path, option: str) -> None:
+    done = arael(
+        "solve",
+        "line.arael",
+        "line.json",
+        option,
+        "no/such/x.json".replace("json", "png" if option == "--plot" else "json"),
+    )
+    assert done.code == 2
+    assert "E0853" in done.err
+    assert "its folder does not exist" in done.err
+    assert done.out == ""
+
+
+def test_impossible_format_is_told_before_the_solve(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "-o", "out.g2o")
+    assert done.code == 2
+    assert done.out == ""
+    assert not (line / "out.g2o").exists()
+
+
+def test_unsolvable_problem_exits_with_1(arael: Arael, line: Path) -> None:
+    (line / "line.json").write_text('{"a": 0.0, "b": 0.0, "points": []}')
+    done = arael("solve", "line.arael", "line.json")
+    assert done.code == 1
+    assert "E1003" in done.err
+
+
+def test_covariance_as_npz_and_json(arael: Arael, line: Path) -> None:
+    for name in ("c.npz", "c.json"):
+        assert arael("solve", "line.arael", "line.json", "--covariance", name).code == 0
+    found = np.load(line / "c.npz")
+    design = np.array([[0, 1], [1, 1], [2, 1.0]])
+    assert found["names"].tolist() == ["a", "b"]
+    assert found["covariance"] == pytest.approx(np.linalg.inv(design.T @ design))
+    sigma = json.loads((line / "c.json").read_text())["sigma"]
+    assert sigma["a"] == pytest.approx(found["sigma"][0])
+
+
+def test_covariance_ending_is_told_before_the_solve(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--covariance", "c.txt")
+    assert done.code == 2
+    assert "E0855" in done.err
+
+
+def test_verbose_traces_each_pass(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "-v")
+    assert "pass rough\n1/0: " in done.err
+    assert "pass fine\n1/0: " in done.err
+    assert "lambda=" in done.err
+
+
+def test_a_pipe_sees_no_progress(arael: Arael, line: Path) -> None:
+    assert arael("solve", "line.arael", "line.json").err == ""
+
+
+def test_interpreter_gives_the_same(arael: Arael, line: Path) -> None:
+    compiled = arael("solve", "line.arael", "line.json", "--json").json
+    interpreted = arael("solve", "line.arael", "line.json", "--interpret", "--json").json
+    assert interpreted["start_cost"] == pytest.approx(compiled["start_cost"], rel=1e-12)
+    assert interpreted["iterations"] == compiled["iterations"]
+
+
+def test_plot_writes_pictures(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--plot", "p.png")
+    assert done.code == 0
+    for name in ("p.png", "p-hessian.png"):
+        assert (line / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_interrupt_keeps_the_best_state(tmp_path: Path) -> None:
+    """A long solve, interrupted in its trace, writes what it has and exits with 1."""
+    (tmp_path / "slow.arael").write_text(
+        "root Slow {\n    param x: real\n"
+        "    constraint valley { [10 * (x ^ 4), 1e-3 * (x - 1)] }\n"
+        "    solve { pass long { max_iters = 100000000   min_iters = 100000000 } }\n}\n"
+    )
+    (tmp_path / "slow.json").write_text('{"x": 3.0}')
+    command = [sys.executable, "-m", "arael.cli.main", "solve", "slow.arael", "slow.json"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen(
+        [*command, "-o", "out.json", "--interpret", "-v"],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    for text in process.stderr:
+        if text.startswith("1/0"):
+            process.send_signal(signal.SIGINT)
+            break
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 1, err
+    assert "aborted" in out
+    assert "interrupted" in err
+    assert abs(json.loads((tmp_path / "out.json").read_text())["x"]) < 3.0
