@@ -42,9 +42,10 @@ def make_solver(
     single : bool
         f32 if true, else f64.
     **options
-        ``ordering`` (`sparse`, `auto`): ``"auto"``, ``"minimum_degree"``, ``"nested_dissection"`` or
-        ``"natural"``. ``half_bandwidth`` in scalars, ``block_half_bandwidth`` in entities (`band`,
-        `lapack_band`): the band the problem is declared to have.
+        ``ordering`` (`sparse`, `auto`): ``"auto"`` or one of
+        `arael.runtime.linear.analysis.ORDERINGS`. ``half_bandwidth`` in scalars,
+        ``block_half_bandwidth`` in entities (`band`, `lapack_band`): the band the problem is
+        declared to have.
 
     Returns
     -------

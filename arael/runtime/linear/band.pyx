@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Banded Cholesky in the order the entities stand in, O(n kd^2): for trajectories and chains.
 
-Entry (i, j) of the factor lies at ``i + j * ld``: a dense column-major matrix whose leading dimension
-is barely more than the half-bandwidth. So the dense kernels work on it as they are, as long as the
-rows a vector may overshoot are kept zero behind each column.
+Entry (i, j) of the factor lies at ``i + j * ld``: a dense column-major matrix whose leading
+dimension is barely more than the half-bandwidth. So the dense kernels work on it as they are, as
+long as the rows a vector may overshoot are kept zero behind each column.
 """
 
 from libc.string cimport memset

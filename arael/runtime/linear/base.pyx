@@ -59,7 +59,9 @@ cdef class LinearSolver:
         cdef size_t p
         rhs = np.array(b, dtype=self.dtype, order="F", ndmin=1)
         if rhs.shape[0] != self.n or rhs.ndim > 2:
-            raise ValueError(f"expected a right-hand side of {self.n} rows, found shape {rhs.shape}")
+            raise ValueError(
+                f"expected a right-hand side of {self.n} rows, found shape {rhs.shape}"
+            )
         if not rhs.size:
             return rhs
         columns = rhs.reshape(self.n, -1, order="F")

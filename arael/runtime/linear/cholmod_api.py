@@ -98,8 +98,8 @@ def _missing(failure: ImportError) -> Diagnostic:
         origin="solver cholmod",
         notes=(
             "scikit-sparse is built on your machine: it needs a C compiler and SuiteSparse with "
-            "its headers (Debian and Ubuntu: apt-get install libsuitesparse-dev; conda and Homebrew: "
-            "suitesparse)",
+            "its headers (Debian and Ubuntu: apt-get install libsuitesparse-dev; conda and "
+            "Homebrew: suitesparse)",
             "scikit-sparse 0.5 needs SuiteSparse 7.4 or newer; with an older one, "
             'pip install "scikit-sparse<0.5"',
         )

@@ -64,7 +64,7 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     dense_rate = 88.0 if n <= _LAPACK else 55.0
     dense = 100.0 + 16.0 * n + 0.15 * n * n + n**3 / (3 * dense_rate)
     banded = (band_flops(n, kd), n * (kd + 1))
-    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + banded[0] / 90.0
+    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / 90.0
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.
     cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0

@@ -1,8 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Dense Cholesky: own kernels up to a thousand unknowns and a half, LAPACK beyond."""
 
-import numpy as np
-
 from libc.math cimport isfinite
 from libc.string cimport memset
 

@@ -2,11 +2,12 @@
 """Approximate minimum degree ordering of a weighted graph.
 
 Eliminates, again and again, a vertex whose neighbourhood is (nearly) the lightest. The eliminated
-part is kept as a quotient graph of *elements*, the cliques that eliminations leave behind, so that no
-more memory is used than the graph came with. After P. Amestoy, T. Davis, I. Duff, "An approximate
-minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996): approximate external
-degrees, element absorption (also aggressive), mass elimination, and indistinguishable vertices merged
-into supervariables. Here a vertex is an entity and weighs as much as it has scalars.
+part is kept as a quotient graph of *elements*, the cliques that eliminations leave behind, so that
+no more memory is used than the graph came with. After P. Amestoy, T. Davis, I. Duff, "An
+approximate minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996): approximate
+external degrees, element absorption (also aggressive), mass elimination, and indistinguishable
+vertices merged into supervariables. Here a vertex is an entity and weighs as much as it has
+scalars.
 """
 
 import numpy as np

@@ -1,11 +1,11 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Block sparse Cholesky: multifrontal, on the block pattern.
 
-Front by front, children before parents: zero the front's columns, put the blocks of the matrix there,
-add what the children's update matrices say about them, factor them (`potrf`, `trsm`), form the front's
-own update matrix (`syrk`) and add the rest of the children's to it. Each step is a dense kernel on
-columns of whole blocks; index work is by runs of blocks. After J. Liu, "The multifrontal method for
-sparse matrix solution", SIAM Review 34 (1992).
+Front by front, children before parents: zero the front's columns, put the blocks of the matrix
+there, add what the children's update matrices say about them, factor them (`potrf`, `trsm`), form
+the front's own update matrix (`syrk`) and add the rest of the children's to it. Each step is a
+dense kernel on columns of whole blocks; index work is by runs of blocks. After J. Liu, "The
+multifrontal method for sparse matrix solution", SIAM Review 34 (1992).
 """
 
 import numpy as np
@@ -194,7 +194,7 @@ cdef class SparseSolver(LinearSolver):
             tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x + f.first, y)
             from_ = y
             strip = self._strips + 2 * (f - 1).strips
-            for i in range(f.strips - (f - 1).strips):
+            for _ in range(f.strips - (f - 1).strips):
                 part = x + strip[0]
                 for j in range(strip[1]):
                     part[j] += from_[j]
@@ -205,13 +205,16 @@ cdef class SparseSolver(LinearSolver):
             if f.below > 0:
                 part = y
                 strip = self._strips + 2 * (f - 1).strips
-                for i in range(f.strips - (f - 1).strips):
+                for _ in range(f.strips - (f - 1).strips):
                     from_ = x + strip[0]
                     for j in range(strip[1]):
                         part[j] = from_[j]
                     part += strip[1]
                     strip += 2
-                tiles.transposed(f.below, f.columns, storage + f.panel, f.low, y, x + f.first)
+                # The panel's rows are padded with zeros, so whole vectors may be taken.
+                for j in range(f.below, f.low):
+                    y[j] = 0
+                tiles.transposed(f.low, f.columns, storage + f.panel, f.low, y, x + f.first)
             tiles.backward(f.columns, f.columns, storage + f.triangle, f.tall, inverse + f.first,
                            x + f.first)
         for i in range(n):

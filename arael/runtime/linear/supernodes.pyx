@@ -19,7 +19,8 @@ cdef class Supernodes:
         Its parent in the tree of supernodes, -1 for a root; children come before parents.
     row_start : (ns + 1,) int64
     rows : (row_start[ns],) int64
-        Positions below the columns of supernode s, ascending: ``rows[row_start[s]:row_start[s + 1]]``.
+        Positions below the columns of supernode s, ascending, in
+        ``rows[row_start[s]:row_start[s + 1]]``.
     """
 
     cdef readonly object order, start, parent, row_start, rows
@@ -33,8 +34,9 @@ def time_of_front(columns, rows):
     """Predicted nanoseconds to assemble and factor a front, f64 on one core with wide vectors.
 
     Only ratios matter: the model decides which supernodes to merge and compares orderings and
-    solvers. Fitted to measured refactorisations; the terms are a constant for the calls, the chain of
-    square roots along the diagonal, floating-point work, and moving the update matrix to the parent.
+    solvers. Fitted to measured refactorisations; the terms are a constant for the calls, the chain
+    of square roots along the diagonal, floating-point work, zeroing and reading the columns, and
+    moving the update matrix to the parent.
 
     Parameters
     ----------
@@ -48,15 +50,15 @@ def _times(columns, rows):
     k = np.asarray(columns, dtype=np.float64)
     r = np.asarray(rows, dtype=np.float64)
     return (
-        100.0 + 16.0 * k + k * k * k / 100.0 + (k * k * r + k * r * r) / 90.0
-        + 0.15 * k * (k + r) + 3.0 * r + 0.2 * r * r
+        150.0 + 16.0 * k + 0.02 * k * k * k + (k * k * r + k * r * r) / 90.0
+        + 0.16 * k * k + 0.24 * k * r + 2.5 * r + 0.2 * r * r
     )
 
 
 cdef inline double _time(double k, double r) noexcept nogil:
     return (
-        100.0 + 16.0 * k + k * k * k / 100.0 + (k * k * r + k * r * r) / 90.0
-        + 0.15 * k * (k + r) + 3.0 * r + 0.2 * r * r
+        150.0 + 16.0 * k + 0.02 * k * k * k + (k * k * r + k * r * r) / 90.0
+        + 0.16 * k * k + 0.24 * k * r + 2.5 * r + 0.2 * r * r
     )
 
 
@@ -105,7 +107,7 @@ def _relabel(order, parents, sequence):
 
 
 def _maximal(parents, counts):
-    """First columns of the runs in which each column has the rows of the next and the next itself."""
+    """First columns of runs in which each column has the rows of the next, and the next itself."""
     n = len(parents)
     if n == 0:
         return np.zeros(0, dtype=np.int64)
@@ -186,7 +188,7 @@ cdef _amalgamate(first, parents, weight, below):
 
 cdef _structure(start, neighbours, order, begin, tree):
     """Rows below each supernode: those of the matrix and those its children hand up."""
-    cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count, room
+    cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count
     cdef long long[::1] s0 = np.ascontiguousarray(start, dtype=np.int64)
     cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)
     cdef long long[::1] o = np.ascontiguousarray(order, dtype=np.int64)

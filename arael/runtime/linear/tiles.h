@@ -70,7 +70,7 @@ TILE_INLINE void F(subtract)(const int rv, const int nc, ptrdiff_t depth, const 
     }
 }
 
-/* c = (c - a b') d^-T with d the lower triangle that starts at `d`, 1 / its diagonal in `inverse` */
+/* c = (c - a b') d^-T with d a lower triangle, 1 / its diagonal in `inverse` */
 TILE_INLINE void F(divide)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
                            const T *b, ptrdiff_t ldb, const T *d, ptrdiff_t ldd, const T *inverse,
                            T *c, ptrdiff_t ldc) {
@@ -120,7 +120,7 @@ static inline int F(vectors)(ptrdiff_t rows) {
     return v < RV ? (int)v : RV;
 }
 
-/* Factor of the nc x nc matrix at d into `factor` (leading dimension NC); 0 or 1 + failing pivot. */
+/* Factor of the nc x nc matrix d into `factor` (leading dimension NC); 0 or 1 + failing pivot. */
 static int F(pivots)(int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
     int i, j, l;
     for (j = 0; j < nc; j++) {
@@ -294,7 +294,7 @@ static void F(multiply)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, con
 TILE_INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
                          T *sums) {
     V acc[NC];
-    ptrdiff_t i = 0, w;
+    ptrdiff_t i = 0, w, end;
     int j;
     TILE_UNROLL
     for (j = 0; j < nc; j++) acc[j] = (V){0};
@@ -303,14 +303,36 @@ TILE_INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, c
         TILE_UNROLL
         for (j = 0; j < nc; j++) acc[j] += *(const V *)(x + i + j * ldx) * t;
     }
+    end = i;
     TILE_UNROLL
     for (j = 0; j < nc; j++) {
-        T s = 0;
-        const T *lanes = (const T *)&acc[j];
-        for (w = 0; w < W; w++) s += lanes[w];
-        for (w = i; w < r; w++) s += x[w + j * ldx] * y[w];
-        sums[j] = s;
+        T s = 0, lanes[W];
+        *(V *)lanes = acc[j];
+        /* Pairwise, which is a short chain of additions. */
+        for (w = W / 2; w > 0; w /= 2)
+            for (i = 0; i < w; i++) lanes[i] += lanes[i + w];
+        for (w = end; w < r; w++) s += x[w + j * ldx] * y[w];
+        sums[j] = lanes[0] + s;
     }
+}
+
+/* b = b - c x for n rows of six columns */
+TILE_INLINE void F(six)(ptrdiff_t n, const T *c, ptrdiff_t ld, const T *x, T *b) {
+    const T x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3], x4 = x[4], x5 = x[5];
+    ptrdiff_t i = 0;
+#define SIX(K)                                                                                   \
+    *(K *)(b + i) -= (*(const K *)(c + i) * x0 + *(const K *)(c + i + ld) * x1)                  \
+                     + (*(const K *)(c + i + 2 * ld) * x2 + *(const K *)(c + i + 3 * ld) * x3)   \
+                     + (*(const K *)(c + i + 4 * ld) * x4 + *(const K *)(c + i + 5 * ld) * x5)
+    for (; i + W <= n; i += W) SIX(V);
+#if VB >= 64
+    if (n - i >= W / 2) { SIX(F(half)); i += W / 2; }
+#endif
+#if VB >= 32
+    if (n - i >= (ptrdiff_t)(16 / sizeof(T))) { SIX(F(quarter)); i += 16 / sizeof(T); }
+#endif
+    for (; i < n; i++) SIX(T);
+#undef SIX
 }
 
 /* b = b - x' y, x of shape (r, k) */
@@ -343,14 +365,8 @@ static void F(forward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld, 
             for (i = j + 1; i < stop; i++) b[i] -= l[i + j * ld] * b[j];
         }
         end = stop - 1 + height < n ? stop - 1 + height : n;
-        if (stop - j0 == NC) {
-            const T *c = l + j0 * ld;
-            const T b0 = b[j0], b1 = b[j0 + 1], b2 = b[j0 + 2], b3 = b[j0 + 3], b4 = b[j0 + 4],
-                    b5 = b[j0 + 5];
-            for (i = stop; i < end; i++)
-                b[i] -= c[i] * b0 + c[i + ld] * b1 + c[i + 2 * ld] * b2 + c[i + 3 * ld] * b3
-                        + c[i + 4 * ld] * b4 + c[i + 5 * ld] * b5;
-        }
+        if (stop - j0 == NC && end > stop)
+            F(six)(end - stop, l + stop + j0 * ld, ld, b + j0, b + stop);
     }
 }
 
@@ -362,7 +378,8 @@ static void F(backward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld,
     for (j0 = (n - 1) / NC * NC; j0 >= 0; j0 -= NC) {
         const ptrdiff_t stop = n - j0 < NC ? n : j0 + NC;
         end = stop - 1 + height < n ? stop - 1 + height : n;
-        if (end > stop) F(transposed)(end - stop, stop - j0, l + stop + j0 * ld, ld, b + stop, b + j0);
+        if (end > stop)
+            F(transposed)(end - stop, stop - j0, l + stop + j0 * ld, ld, b + stop, b + j0);
         for (j = stop - 1; j >= j0; j--) {
             for (i = j + 1; i < stop; i++) b[j] -= l[i + j * ld] * b[i];
             b[j] *= inverse[j];

@@ -28,10 +28,13 @@ ctypedef void (*sweep64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, co
                            double*) noexcept nogil
 ctypedef void (*sweep32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
                            float*) noexcept nogil
-ctypedef void (*columns64_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
-                            double*, Py_ssize_t, double*, Py_ssize_t) noexcept nogil
-ctypedef void (*update64_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
-                           double*, Py_ssize_t) noexcept nogil
+ctypedef void (*columns64_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t,
+    double*, Py_ssize_t
+) noexcept nogil
+ctypedef void (*update64_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t
+) noexcept nogil
 
 ctypedef struct Tiles64:
     potrf64_t potrf
@@ -43,10 +46,13 @@ ctypedef struct Tiles64:
     sweep64_t backward
     columns64_t extend_columns
     update64_t extend_update
-ctypedef void (*columns32_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
-                            float*, Py_ssize_t, float*, Py_ssize_t) noexcept nogil
-ctypedef void (*update32_t)(const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
-                           float*, Py_ssize_t) noexcept nogil
+ctypedef void (*columns32_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t,
+    float*, Py_ssize_t
+) noexcept nogil
+ctypedef void (*update32_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t
+) noexcept nogil
 
 ctypedef struct Tiles32:
     potrf32_t potrf

@@ -31,6 +31,8 @@ cdef extern from *:
     #define TILE_X86 0
     #endif
 
+    #define TILE_V4 "avx512f,avx512vl,avx512dq,fma"
+
     #if defined(__aarch64__)
     #define BASE_ROWS 3
     #else
@@ -64,7 +66,7 @@ cdef extern from *:
     #undef F
     #if defined(__clang__)
     #pragma clang attribute pop
-    #pragma clang attribute push(__attribute__((target("avx512f,avx512vl,avx512dq,fma"))), apply_to = function)
+    #pragma clang attribute push(__attribute__((target(TILE_V4))), apply_to = function)
     #else
     #pragma GCC pop_options
     #pragma GCC push_options
@@ -114,7 +116,7 @@ cdef extern from *:
     #undef F
     #if defined(__clang__)
     #pragma clang attribute pop
-    #pragma clang attribute push(__attribute__((target("avx512f,avx512vl,avx512dq,fma"))), apply_to = function)
+    #pragma clang attribute push(__attribute__((target(TILE_V4))), apply_to = function)
     #else
     #pragma GCC pop_options
     #pragma GCC push_options

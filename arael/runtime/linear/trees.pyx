@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Elimination tree of a block pattern in a given order: parents, postorder, sizes of the columns."""
+"""Elimination tree of a block pattern in a given order: parents, postorder, column counts."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ import numpy as np
 def elimination_tree(start, neighbours, order):
     """Parent of each vertex in the elimination tree.
 
-    After J. Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal. Appl.
-    11 (1990), algorithm 4.2 (path compression by virtual ancestors).
+    After J. Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal.
+    Appl. 11 (1990), algorithm 4.2 (path compression by virtual ancestors).
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def elimination_tree(start, neighbours, order):
     (n,) int64
         Parent of the vertex at each *position* in the order, as a position; -1 for a root.
     """
-    cdef Py_ssize_t n = len(order), i, j, k, p, q, v
+    cdef Py_ssize_t n = len(order), i, j, k, p, v
     cdef long long[::1] s = np.ascontiguousarray(start, dtype=np.int64)
     cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)
     cdef long long[::1] o = np.ascontiguousarray(order, dtype=np.int64)
@@ -93,8 +93,8 @@ def postorder(parents, rank=None):
 def column_counts(start, neighbours, order, parents, weights):
     """Rows below the diagonal in each column of the factor, counted and weighed.
 
-    Walks the row subtrees: row i of the factor is non-zero in the columns on the tree paths from its
-    entries up to i.
+    Walks the row subtrees: row i of the factor is non-zero in the columns on the tree paths from
+    its entries up to i.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The dense kernels in every build this processor can run, through the solvers that stand on them."""
+"""The dense kernels in every build this processor can run, through the solvers above them."""
 
 from __future__ import annotations
 
