@@ -1,8 +1,8 @@
 """Tests of messages as Markdown: prose, a model, and what arael says of it.
 
 A case is an ```` ```arael ```` block followed by a ```` ```text ```` block, under a heading that
-names it. The text block holds the rendered diagnostics, and is empty where there are none. Files are
-found by `find_cases`; a test runs one case with `check_case`::
+names it. The text block holds the rendered diagnostics, and is empty where there are none. Files
+are found by `find_cases`; a test runs one case with `check_case`::
 
     @pytest.mark.parametrize("case", find_cases(Path(__file__).parent), ids=str)
     def test_message(case, update):
