@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
+from typing import TextIO
 
 import click
 
@@ -33,6 +35,24 @@ def command() -> None:
 
 def run(args: Sequence[str]) -> int:
     """Run the command line `args` (without the program's name); return the exit code."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning
+        return _run(args)
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning as the user should see it: without a place in arael's source."""
+    click.echo(f"warning: {message}", err=True)
+
+
+def _run(args: Sequence[str]) -> int:
     try:
         outcome = command.main(list(args), prog_name="arael", standalone_mode=False)
         sys.stdout.flush()
@@ -45,7 +65,7 @@ def run(args: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.OK
     except SystemExit:  # click's way out of the same, and of shell completion
-        if type(sys.stdout).__name__ == "PacifyFlushWrapper":
+        if "PacifyFlush" in type(sys.stdout).__name__:
             return Exit.OK
         raise
     except BaseException as error:

@@ -164,6 +164,28 @@ def test_a_pipe_sees_no_progress(arael: Arael, line: Path) -> None:
     assert arael("solve", "line.arael", "line.json").err == ""
 
 
+def test_without_a_compiler_the_interpreter_is_told_of(
+    arael: Arael, line: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ARAEL_CACHE_DIR", str(line / "cache"))
+    monkeypatch.setenv("CC", "/no/such/compiler")
+    done = arael("solve", "line.arael", "line.json")
+    assert done.code == 0
+    assert done.err.startswith("warning: running on the NumPy interpreter")
+    assert len(done.err.splitlines()) == 1
+
+
+def test_unwritable_cache_is_bad_input(
+    arael: Arael, line: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (line / "file").write_text("")
+    monkeypatch.setenv("ARAEL_CACHE_DIR", str(line / "file" / "cache"))
+    done = arael("solve", "line.arael", "line.json")
+    assert done.code == 2
+    assert "E0804" in done.err
+    assert "ARAEL_CACHE_DIR" in done.err
+
+
 def test_interpreter_gives_the_same(arael: Arael, line: Path) -> None:
     compiled = arael("solve", "line.arael", "line.json", "--json").json
     interpreted = arael("solve", "line.arael", "line.json", "--interpret", "--json").json
