@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hand_layouts import odds, slam
 
 from arael.diagnostics.records import AraelError
 from arael.model import Model
+from tests.hand_layouts import odds, slam
 
 EYE = np.eye(3)
 

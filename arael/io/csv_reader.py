@@ -131,7 +131,7 @@ class _Reader:
             if column.role == "constraint_index":
                 continue
             names = _given_names(column, cells)
-            known.update(names or ())
+            known.update(names or _all_names(column))
             if column.role == "param":
                 known.add(f"{path}.fixed")
                 self._fixed(path, cells)
@@ -293,11 +293,21 @@ class _Reader:
         return np.array([bool(row[index].strip()) for row in self.rows], np.bool_)
 
 
+def _all_names(column: Column) -> set[str]:
+    lettered, numbered = _namings(column)
+    return {*lettered, *numbered}
+
+
+def _namings(column: Column) -> tuple[list[str], list[str]]:
+    """Return the names of a field's scalars with letters and with numbers."""
+    scalars = list(scalar_names(column))
+    numbers = [column.path + "".join(f"[{k}]" for k in index) for _, index in scalars]
+    return [name for name, _ in scalars], numbers
+
+
 def _given_names(column: Column, cells: dict[str, tuple[str, ...]]) -> list[str] | None:
     """Names under which all scalars of a field are given, with letters or with numbers."""
-    lettered = [n for n, _ in scalar_names(column)]
-    numbered = [column.path + "".join(f"[{k}]" for k in index) for _, index in scalar_names(column)]
-    for names in (lettered, numbered):
+    for names in _namings(column):
         if all(n in cells for n in names):
             return names
     return None

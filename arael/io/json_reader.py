@@ -42,8 +42,7 @@ def read(store: Store, content: bytes, name: str) -> None:
     fresh = store.fresh()
     reader = _Reader(fresh, report)
     report.run(lambda: reader.read(scene))
-    json_text.refuse_duplicates(content, reader.keys, report)
-    report.stop()
+    report.run(lambda: json_text.refuse_duplicates(content, name, reader.keys, report))
     store.adopt(fresh)
 
 
@@ -75,11 +74,10 @@ class _Reader:
             return
         rows = _Rows(root, [scene], None, lambda i: "")
         self._group(rows, root.fields, rows.objects, np.arange(1), rows.place)
-        if self.report.found:
-            return
-        for path, array in rows.columns.items():
-            root.buffers.view(path)[:] = array
-        root.missing.clear()
+        if not self.report.found:
+            for path, array in rows.columns.items():
+                root.buffers.view(path)[:] = array
+            root.missing.clear()
         self._nested(rows)
         if not self.report.found:
             self.refs.resolve()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
+import math
 import re
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.io.report import Report
@@ -12,9 +13,11 @@ from arael.runtime.store.messages import shorten
 
 # Texts up to here are shown with a window; larger ones are only named by line and column.
 WINDOW = 200_000
+# Key paths are looked for in texts up to here.
+SCANNED = 50_000_000
 TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[\]{},:]', re.DOTALL)
 NOT_NUMBERS = re.compile(rb"-?(?:NaN|nan|Infinity|inf)")
-NUMBER = re.compile(rb"-?\d+(?:\.\d+)?[eE]\+?\d{3,}")
+STRING_OR_NUMBER = re.compile(rb'"(?:[^"\\]|\\.)*"|-?\d[\d.eE+-]*', re.DOTALL)
 
 
 def syntax_error(content: bytes, name: str, failure: Exception) -> AraelError:
@@ -47,14 +50,22 @@ def syntax_error(content: bytes, name: str, failure: Exception) -> AraelError:
 
 
 def _out_of_range(content: bytes, name: str) -> AraelError:
-    for match in NUMBER.finditer(content):
-        if abs(float(match[0])) == float("inf"):
+    for match in STRING_OR_NUMBER.finditer(content):
+        text = match[0][:400]  # a number with more digits is out of range in any case
+        if not text.startswith(b'"') and (len(text) == 400 or _is_infinite(text)):
             path = path_at(content, match.start())
             message = f"{shorten(match[0].decode())} does not fit a number"
             if path:
                 message = f"`{path}`: {message}"
             return AraelError(_diagnostic("E0706", message, content, name, match.start()))
     return AraelError(Diagnostic("E0706", "a number is out of range", origin=name))
+
+
+def _is_infinite(number: bytes) -> bool:
+    try:
+        return math.isinf(float(number))
+    except ValueError:
+        return False
 
 
 def _diagnostic(
@@ -75,31 +86,49 @@ def _diagnostic(
 
 
 def path_at(content: bytes, offset: int) -> str:
-    """Key path of the value around `offset`: ``poses[3].pos``; "" at the top or in a huge text."""
-    if offset > 50_000_000:
+    """Return the key path of the value at `offset`: ``poses[3].pos``; "" at the top."""
+    if offset > SCANNED:
         return ""
-    stack: list[Any] = []
-    last = b""
-    for token in TOKEN.finditer(content, 0, offset):
+    stack: list[Frame] = []
+    for _ in _walk(content, offset, stack):
+        pass
+    return _path(stack)
+
+
+@dataclass
+class Frame:
+    """An object or array that a text is inside of: its key or index, and the keys so far."""
+
+    at: str | int
+    keys: set[bytes] = field(default_factory=set)
+
+
+def _walk(content: bytes, end: int, stack: list[Frame]) -> Iterator[tuple[int, bytes]]:
+    """Follow a JSON text up to `end`, keeping `stack`; yields each key with its offset."""
+    last, last_at = b"", 0
+    for token in TOKEN.finditer(content, 0, end):
         text = token[0]
-        if text == b"{":
-            stack.append("")
-        elif text == b"[":
-            stack.append(0)
+        if text in (b"{", b"["):
+            stack.append(Frame("" if text == b"{" else 0))
         elif not stack:
             pass
         elif text in (b"}", b"]"):
             stack.pop()
-        elif text == b":" and isinstance(stack[-1], str):
-            stack[-1] = shorten(last[1:-1].decode("utf-8", "replace"))
+        elif text == b":" and isinstance(stack[-1].at, str):
+            stack[-1].at = shorten(last[1:-1].decode("utf-8", "replace"))
+            yield last_at, last
         elif text == b",":
-            stack[-1] = stack[-1] + 1 if isinstance(stack[-1], int) else ""
-        last = text
-    parts = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in stack if p != "")
-    return parts.lstrip(".")
+            top = stack[-1]
+            top.at = top.at + 1 if isinstance(top.at, int) else ""
+        last, last_at = text, token.start()
 
 
-def refuse_duplicates(content: bytes, keys: int, report: Report) -> None:
+def _path(stack: list[Frame]) -> str:
+    parts = (f"[{f.at}]" if isinstance(f.at, int) else f".{f.at}" for f in stack if f.at != "")
+    return "".join(parts).lstrip(".")
+
+
+def refuse_duplicates(content: bytes, name: str, keys: int, report: Report) -> None:
     """Report keys that an object holds twice, of which the decoder kept only one.
 
     `keys` is the number of keys that were kept; as every key is followed by a colon, a text with as
@@ -107,18 +136,9 @@ def refuse_duplicates(content: bytes, keys: int, report: Report) -> None:
     """
     if content.count(b":") == keys:
         return
-    colons = sum(token[0] == b":" for token in TOKEN.finditer(content))
-    if colons == keys:
-        return
-    twice: list[str] = []
-
-    def note(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found = dict(pairs)
-        if len(found) < len(pairs):
-            names = [name for name, _ in pairs]
-            twice.extend(sorted({n for n in names if names.count(n) > 1}))
-        return found
-
-    json.loads(content, object_pairs_hook=note)
-    for name in twice[:5]:
-        report.add("E0718", f"the key `{shorten(name)}` is given twice in one object", "")
+    stack: list[Frame] = []
+    for offset, key in _walk(content, len(content), stack):
+        if key in stack[-1].keys:
+            message = f"`{_path(stack)}` is given twice"
+            report.take(_diagnostic("E0718", message, content, name, offset))
+        stack[-1].keys.add(key)

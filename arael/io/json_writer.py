@@ -89,7 +89,7 @@ def refuse_not_finite(
     table: Table, leaf: Leaf, array: NDArray[Any], there: NDArray[np.bool_]
 ) -> None:
     """Raise E0705 for the first number that no data format holds."""
-    bad = ~np.isfinite(array).reshape(len(array), -1).all(axis=1) & there
+    bad = ~np.isfinite(array).all(axis=tuple(range(1, array.ndim))) & there
     if bad.any():
         name = table.name_of(int(np.argmax(bad)), leaf.path)
         raise error("E0705", f"cannot write: {name} is NaN or infinite", name, leaf.column)

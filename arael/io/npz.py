@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import math
 import re
+import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -32,6 +33,17 @@ from arael.runtime.store.slots import Ints
 from arael.runtime.store.values import convert
 
 Array = NDArray[Any]
+# What zipfile raises on archives that are not.
+DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    LookupError,
+)
 MOST_ARRAYS = 20_000
 
 
@@ -61,10 +73,12 @@ def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
             if sum(m.file_size for m in members) > limit or len(members) > MOST_ARRAYS:
                 raise too_large(name, limit)
             for member in members:
+                if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                    raise zipfile.BadZipFile
                 with archive.open(member) as file:
                     data = file.read(member.file_size + 1)
                 arrays[member.filename.removesuffix(".npy")] = _array(data, member.filename, name)
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, UnicodeError):
+    except DAMAGED:
         raise AraelError(problem("E0711", "not a NumPy archive, or a damaged one", name)) from None
     return arrays
 

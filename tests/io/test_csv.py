@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hand_layouts import data, layout, odds, param, slam, table
 
 from arael import io
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Store
+from tests.hand_layouts import data, layout, odds, param, slam, table
 
 
 def line() -> Store:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hand_layouts import pose_graph, slam
 
 from arael import io
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Store, rotations
+from tests.hand_layouts import pose_graph, slam
 
 DATA = Path(os.environ.get("ARAEL_DATA", Path(__file__).parents[2] / ".." / "shared" / "data"))
 
@@ -180,11 +180,11 @@ def test_a_spatial_chain_closes_its_own_edges(tmp_path: Path) -> None:
     ("text", "code", "words"),
     [
         (VERTICES2 + "EDGE_SE2 7 3 1 0\n", "E0716", "a.g2o:3:1: error[E0716]: expected 11 values after `EDGE_SE2`, found 4"),
-        (VERTICES2 + "EDGE_SE2 7 3 1 x 0.5 2 0 0 2 0 4", "E0716", "a.g2o:3:1: error[E0716]: expected a number, found `x`"),
+        (VERTICES2 + "EDGE_SE2 7 3 1 x 0.5 2 0 0 2 0 4", "E0716", "a.g2o:3:16: error[E0716]: expected a number, found `x`"),
         (VERTICES2 + "EDGE_SE2 7 3.5 1 0 0.5 2 0 0 2 0 4", "E0716", "found `3.5`"),
         (VERTICES2 + "EDGE_SE2 7 3 1 1_0 0.5 2 0 0 2 0 4", "E0716", "found `1_0`"),
         (VERTICES2 + "EDGE_SE2 7 3 1 nan 0.5 2 0 0 2 0 4", "E0705", "a.g2o:3"),
-        (VERTICES2 + "EDGE_SE2 7 4 1 0 0.5 2 0 0 2 0 4", "E0720", "a.g2o:3:1: error[E0720]: vertex 4 is not in the file"),
+        (VERTICES2 + "EDGE_SE2 7 4 1 0 0.5 2 0 0 2 0 4", "E0720", "a.g2o:3:12: error[E0720]: vertex 4 is not in the file"),
         (VERTICES2 + "EDGE_SE2 7 7 1 0 0.5 2 0 0 2 0 4", "E0716", "from vertex 7 to itself"),
         (VERTICES2 + "EDGE_SE2 7 3 1 0 0.5 2 0 0 -2 0 4", "E0723", "a.g2o:3"),
         (VERTICES2 + "VERTEX_SE2 7 0 0 0", "E0719", "a.g2o:3:1: error[E0719]: vertex 7 is given twice"),

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hand_layouts import odds, slam
 
 from arael import io
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Store
+from tests.hand_layouts import odds, slam
 
 EYE = np.eye(3).tolist()
 
@@ -258,7 +258,7 @@ def test_several_mistakes_in_one_run_but_not_without_end(tmp_path: Path) -> None
         ('{"gamma": 1e999}', "E0706", "`gamma`: 1e999 does not fit a number"),
         ("[" * 100000, "E0711", "nested too deeply"),
         ("[]", "E0703", "expected an object, found an array of 0"),
-        ('{"gamma": 1, "gamma": 2}', "E0718", "the key `gamma` is given twice"),
+        ('{"gamma": 1, "gamma": 2}', "E0718", "`gamma` is given twice"),
         ("", "E0712", "the file is empty"),
         ("  \n", "E0712", "the file is empty"),
         ('{"gamma": "\udcff"}', "E0711", "scene.json"),

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hand_layouts import odds, slam
 
 from arael import io
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Store
+from tests.hand_layouts import odds, slam
 
 
 def columns() -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import chain
@@ -18,6 +19,7 @@ from arael.runtime.store.messages import shorten
 
 Array = NDArray[Any]
 ID_LIMIT = 2**63
+WORD = re.compile(r"\S+")
 
 
 @dataclass
@@ -49,14 +51,23 @@ class Text:
         self.report = report
 
     def add(
-        self, code: str, message: str, line: int, notes: tuple[str, ...] = (), help: str = ""
+        self,
+        code: str,
+        message: str,
+        line: int,
+        word: int | None = None,
+        notes: tuple[str, ...] = (),
+        help: str = "",
     ) -> None:
-        """Report something about a line (counted from 0)."""
+        """Report something about a line (counted from 0), or about its `word`-th word."""
         helps = (help,) if help else ()
         start = sum(map(len, self.lines[:line])) + line
         text = self.lines[line].rstrip()
         if len(text) <= 1000:
-            span = Span(self.source, start, start + max(len(text), 1))
+            first, last = 0, len(text)
+            if word is not None:
+                first, last = list(WORD.finditer(text))[word].span()
+            span = Span(self.source, start + first, start + max(last, 1))
             found = Diagnostic(code, message, span, notes=notes, help=helps)
         else:
             found = Diagnostic(
@@ -147,8 +158,8 @@ class _Parser:
         for row, line in zip(words, lines, strict=True):
             if len(row) < 2:
                 self.text.add("E0716", "FIX names no vertex", line)
-            for word in row[1:]:
-                if (id := self._id(word, line)) is not None:
+            for number, word in enumerate(row[1:], 1):
+                if (id := self._id(word, line, number)) is not None:
                     self.graph.fixed.append((id, line))
 
     def _unknown(self, tag: str, lines: list[int]) -> None:
@@ -165,7 +176,7 @@ class _Parser:
         known = [*sorted(self.kind.vertices), *self.kind.edges, "FIX"]
         near = closest(tag, known)
         help = f"did you mean `{near[0]}`?" if near else f"known tags are {', '.join(known)}"
-        self.text.add("E0717", f"unknown tag `{shorten(tag)}`{count}", lines[0], help=help)
+        self.text.add("E0717", f"unknown tag `{shorten(tag)}`{count}", lines[0], 0, help=help)
 
     def _records(
         self,
@@ -187,14 +198,15 @@ class _Parser:
                         notes=self._form(row[0]),
                     )
             return
-        found_ids = self._convert([row[1 : 1 + ids] for row in words], lines, int)
-        values = self._convert([row[1 + ids :] for row in words], lines, float)
+        found_ids = self._convert([row[1 : 1 + ids] for row in words], lines, int, 1)
+        values = self._convert([row[1 + ids :] for row in words], lines, float, 1 + ids)
         if found_ids is None or values is None:
             return
         table = np.array(values, dtype=np.float64).reshape(len(words), numbers)
         finite = np.isfinite(table).all(axis=1)
         for i in np.flatnonzero(~finite).tolist():
-            self.text.add("E0705", "a number is NaN or infinite", lines[i])
+            word = 1 + ids + int(np.argmin(np.isfinite(table[i])))
+            self.text.add("E0705", "a number is NaN or infinite", lines[i], word)
         if order is not None:
             table[:, self.kind.size :] = table[:, [self.kind.size + k for k in order]]
         if records.lines:
@@ -215,9 +227,12 @@ class _Parser:
         return ()
 
     def _convert(
-        self, rows: list[list[str]], lines: list[int], to: Callable[[str], Any]
+        self, rows: list[list[str]], lines: list[int], to: Callable[[str], Any], first: int
     ) -> list[Any] | None:
-        """All tokens as numbers; None after reporting those that are none."""
+        """All tokens as numbers; None after reporting those that are none.
+
+        The tokens of a line begin with its `first`-th word.
+        """
         flat = list(chain.from_iterable(rows))
         joined = "".join(flat)
         if "_" not in joined and joined.isascii():  # Python would take 1_000 and other digits
@@ -229,17 +244,20 @@ class _Parser:
                 if to is float or all(-ID_LIMIT <= v < ID_LIMIT for v in values):
                     return values
         for row, line in zip(rows, lines, strict=True):
-            for word in row:
+            for i, word in enumerate(row):
                 if not _is_number(word, to):
                     what = "an id (an integer)" if to is int else "a number"
-                    self.text.add("E0716", f"expected {what}, found `{shorten(word)}`", line)
+                    message = f"expected {what}, found `{shorten(word)}`"
+                    self.text.add("E0716", message, line, first + i)
                     break
         return None
 
-    def _id(self, word: str, line: int) -> int | None:
+    def _id(self, word: str, line: int, number: int) -> int | None:
         if _is_number(word, int):
             return int(word)
-        self.text.add("E0716", f"expected an id (an integer), found `{shorten(word)}`", line)
+        self.text.add(
+            "E0716", f"expected an id (an integer), found `{shorten(word)}`", line, number
+        )
         return None
 
 

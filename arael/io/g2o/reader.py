@@ -89,9 +89,9 @@ def _rows_by_id(graph: Graph) -> dict[int, int]:
 def _ends(graph: Graph, row_of: dict[int, int]) -> list[tuple[int, int]]:
     ends = []
     for (a, b), line in zip(graph.edges.ids, graph.edges.lines, strict=True):
-        for id in (a, b):
+        for word, id in enumerate((a, b), 1):
             if id not in row_of:
-                graph.text.add("E0720", f"vertex {id} is not in the file", line)
+                graph.text.add("E0720", f"vertex {id} is not in the file", line, word)
         if a == b:
             graph.text.add("E0716", f"the edge leads from vertex {a} to itself", line)
         ends.append((row_of.get(a, 0), row_of.get(b, 0)))
@@ -112,7 +112,7 @@ def _anchored(graph: Graph, row_of: dict[int, int]) -> list[int]:
     """Rows of the poses that priors hold."""
     for ids, line in zip(graph.priors.ids, graph.priors.lines, strict=True):
         if ids[0] not in row_of:
-            graph.text.add("E0720", f"vertex {ids[0]} is not in the file", line)
+            graph.text.add("E0720", f"vertex {ids[0]} is not in the file", line, 1)
     return [row_of.get(ids[0], 0) for ids in graph.priors.ids]
 
 

@@ -5,12 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hand_layouts import odds, slam
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Handles, Store
+from tests.hand_layouts import odds, slam
 
 
 def codes(error: pytest.ExceptionInfo[AraelError]) -> list[str]:
