@@ -74,7 +74,7 @@ solve_options: tuple[Callable[[Any], Any], ...] = (
 )
 
 
-@command.command("slam")
+@command.command("slam", short_help="Poses and landmarks, half of the associations wrong.")
 @scene_options
 def slam(**options: Any) -> int:
     """Visual-inertial SLAM in three passes, with half of the data associations wrong."""
@@ -86,7 +86,7 @@ def slam(**options: Any) -> int:
     )
 
 
-@command.command("localization")
+@command.command("localization", short_help="The same with a known map.")
 @scene_options
 def localization(**options: Any) -> int:
     """Localization in a known map, with half of the data associations wrong."""
@@ -100,7 +100,7 @@ def localization(**options: Any) -> int:
     )
 
 
-@command.command("linear")
+@command.command("linear", short_help="A line, by least squares and robustly.")
 @click.option("--points", type=click.IntRange(2, 1_000_000), default=100, show_default=True)
 @seed_option
 @solver_option
