@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     "--covariance", type=click.Path(dir_okay=False), help="Write sigmas here (.npz, .json)."
 )
 @plot_option
+@click.option("--report", type=click.Path(dir_okay=False), help="Write an HTML page on the solve.")
 @json_option
 def command(
     model: str,
@@ -54,6 +55,7 @@ def command(
     verbose: bool,
     covariance: str | None,
     plot: str | None,
+    report: str | None,
     as_json: bool,
 ) -> int:
     """Solve MODEL on DATA (JSON, NPZ, CSV, g2o) with the passes of the model.
@@ -66,7 +68,7 @@ def command(
     from arael.cli import summary
     from arael.cli.instances import apply_settings
 
-    _check_targets(output, covariance, plot)
+    _check_targets(output, covariance, plot, report)
     loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
     for warning in loaded.layout.warnings:
         click.echo(warning, err=True)
@@ -81,6 +83,11 @@ def command(
         if result.status == "aborted":
             click.echo("interrupted: this is the best state found until then", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
+    if report is not None:
+        from arael.cli.html_report import write_report
+
+        write_report(instance, loaded.layout, result, model, data, report)
+        written.append(report)
     if as_json:
         found = {"model": model, "data": data, **summary.as_dict(result), "written": written}
         click.echo(json.dumps(found))
@@ -138,7 +145,9 @@ def require_writable(path: str | None) -> None:
     )
 
 
-def _check_targets(output: str | None, covariance: str | None, plot: str | None) -> None:
+def _check_targets(
+    output: str | None, covariance: str | None, plot: str | None, report: str | None
+) -> None:
     """Refuse files that could not be written, before a long solve."""
     if covariance is not None:
         from arael.cli.marginals import check_ending
@@ -149,7 +158,7 @@ def _check_targets(output: str | None, covariance: str | None, plot: str | None)
 
         require_matplotlib()
         check_format(Path(plot))
-    for path in (output, covariance, plot):
+    for path in (output, covariance, plot, report):
         require_writable(path)
 
 

@@ -200,6 +200,17 @@ def test_plot_writes_pictures(arael: Arael, line: Path) -> None:
         assert (line / name).read_bytes().startswith(b"\x89PNG")
 
 
+def test_report_is_one_page_and_escapes_names(arael: Arael, line: Path) -> None:
+    (line / "a&b.json").write_text((line / "line.json").read_text())
+    done = arael("solve", "line.arael", "a&b.json", "--report", "r.html")
+    assert done.code == 0
+    page = (line / "r.html").read_text()
+    assert "line.arael on a&amp;b.json" in page
+    assert "<td>Line.points</td>" in page
+    assert "<svg" in page
+    assert "src=" not in page
+
+
 def test_interrupt_keeps_the_best_state(tmp_path: Path) -> None:
     """A long solve, interrupted in its trace, writes what it has and exits with 1."""
     (tmp_path / "slow.arael").write_text(
