@@ -56,9 +56,11 @@ def _run(args: Sequence[str]) -> int:
     try:
         outcome = command.main(list(args), prog_name="arael", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.ctx.get_help() if error.ctx else "")
-        return Exit.BAD_INPUT
+    except click.UsageError as error:
+        if type(error).__name__ == "NoArgsIsHelpError" and error.ctx:  # since click 8.2
+            click.echo(error.ctx.get_help())
+            return Exit.BAD_INPUT
+        return report(error, as_json="--json" in args)
     except click.exceptions.Exit as done:
         return done.exit_code
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does

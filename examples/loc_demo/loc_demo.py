@@ -3,8 +3,8 @@
     python loc_demo.py [--poses 60] [--seed 42] [--trajectory s-curve|loop|eight] [--plot loc.png]
 
 The model is `localization.arael` beside this file: SLAM with the landmarks as data. No constraint
-couples more than two consecutive poses, so the Hessian is block-tridiagonal and the band solver takes
-time proportional to the number of poses. The same is built in as `arael demo localization`.
+couples more than two consecutive poses, so the Hessian is block-tridiagonal and the band solver
+takes time proportional to the number of poses. The same is built in as `arael demo localization`.
 """
 
 from __future__ import annotations
