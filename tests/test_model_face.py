@@ -7,7 +7,8 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.model import Model
-from tests.hand_layouts import odds, slam
+from arael.runtime.layout import ByValue
+from tests.hand_layouts import data, layout, odds, param, slam, table
 
 EYE = np.eye(3)
 
@@ -74,6 +75,9 @@ def test_optional_structs_are_none_or_whole() -> None:
         path.poses[1].info.gps = {"pos": [1, 1, 1]}
     assert codes(error) == ["E0702"] and "info.gps.cov_r" in str(error.value)
     assert path.poses[1].info.gps is None
+    with pytest.raises(AraelError) as error:
+        path.poses[1].info.gps = {"pos": [1, 1], "cov_r": EYE}
+    assert error.value.diagnostics[0].origin == "poses[1].info.gps.pos"
     path.poses[1].info.gps = {"pos": [1, 1, 1], "cov_r": EYE}
     path.poses[1].info.gps = {"pos": [5, 5, 5]}
     assert path.poses[1].info.gps.pos.tolist() == [5, 5, 5]
@@ -212,6 +216,18 @@ def test_rotations_in_any_form() -> None:
     assert np.allclose(model["global.q"].euler, euler)
 
 
+def test_structs_of_the_root_are_set_whole_or_by_field() -> None:
+    table_ = table("", "R", "root", data("g.x", "real"), data("g.y", "real"), param("p", "real"),
+                   values=[ByValue("g", "G", False, "model.arael:1:1")])  # fmt: skip
+    model = Model(SimpleNamespace(layout=layout("r", "R", table_)), p=1.0)
+    assert model._store.root.missing == {"g.x", "g.y"}
+    model.g = {"x": 1, "y": 2}
+    model.g.y = 3
+    assert (model.g.x, model.g.y, model["g.y"]) == (1.0, 3.0, 3.0)
+    assert not model._store.root.missing
+    assert Model(SimpleNamespace(layout=layout("r", "R", table_)), g={"x": 1, "y": 2}).g.x == 1.0
+
+
 def test_reprs_say_what_is_there() -> None:
     path = new_path()
     assert repr(path.poses) == "<deque of Pose poses: 4 rows>"
@@ -229,3 +245,20 @@ def test_values_in_bulk_are_copied_in_not_shared() -> None:
     path.poses.extend(pos=given, ea=given, info={"delta_pos": given, "tilt_roll": 0})
     path.poses.pos.value[:] = 5
     assert not given.any()
+
+
+def test_a_row_that_is_refused_is_named_by_the_place_it_would_have_had() -> None:
+    path = new_path()
+    lm = path.landmarks.append(pos=[0, 0, 0])
+    lm.frines.append(pose=2, feature=0)
+    for refused, name in (
+        (lambda: path.pose_pairs.append(prev=0, cur=9), "pose_pairs[0].cur"),
+        (lambda: path.poses.append(pos=[1], ea=[0, 0, 0]), "poses[4].pos"),
+        (lambda: lm.frines.append(pose=9, feature=0), "landmarks[0].frines[1].pose"),
+        (lambda: lm.frines.append(pose=2, feature="x"), "landmarks[0].frines[1].feature"),
+        (lambda: path.poses.extend(pos=[[1, 2], [3, 4]], ea=[0, 0, 0]), "poses.pos"),
+    ):
+        with pytest.raises(AraelError) as error:
+            refused()
+        assert error.value.diagnostics[0].origin.startswith(name)
+    assert len(path.pose_pairs) == 0 and len(lm.frines) == 1

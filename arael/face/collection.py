@@ -15,7 +15,7 @@ from arael.face.ref import Ref, Refs
 from arael.runtime.layout import Column
 from arael.runtime.store import Handles, Table
 from arael.runtime.store.columns import Rows
-from arael.runtime.store.messages import error
+from arael.runtime.store.messages import Name, error
 from arael.runtime.store.schema import Nested
 
 Ints = NDArray[np.int64]
@@ -74,7 +74,7 @@ class Collection(Fields):
 
     def _append(self, values: Mapping[str, Any], front: bool) -> Ref:
         table, owner = self._table, self._owner_for_new()
-        flat, children = given.flatten(self._group, values, self._label(owner))
+        flat, children = given.flatten(self._group, values, Name(lambda: self._label(owner)))
         handle = table.append(owner, front=front, **flat)
         ref = Ref(table, handle)
         try:

@@ -164,7 +164,7 @@ class Fields:
                 if not path.endswith(("?", ".fixed")):
                     self._set(self._member_at(path), item)
             return
-        table.set_group(group, rows, {p: given.refs(v) for p, v in flat.items()}, origin)
+        table.set_group(group, rows, {p: given.refs(v) for p, v in flat.items()})
 
     def _member_at(self, path: str) -> Group | Leaf | Nested:
         member = self._table.fields.find(path)

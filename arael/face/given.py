@@ -10,12 +10,12 @@ import numpy as np
 from arael.diagnostics.records import AraelError
 from arael.face.parameter import Parameter
 from arael.runtime.store import Handles
-from arael.runtime.store.messages import describe, error, unknown_field
+from arael.runtime.store.messages import Origin, below, describe, error, unknown_field
 from arael.runtime.store.schema import Group, Leaf, Nested
 
 
 def flatten(
-    group: Group, values: Any, origin: str
+    group: Group, values: Any, origin: Origin
 ) -> tuple[dict[str, Any], list[tuple[Nested, Any]]]:
     """Values of a struct by path, and what is given for its collections.
 
@@ -41,7 +41,7 @@ def flatten(
         elif value is None or (isinstance(value, (bool, np.bool_, np.ndarray)) and member.optional):
             flat[f"{path}?"] = False if value is None else value
         else:
-            inner, held = flatten(member, value, f"{origin}.{key}")
+            inner, held = flatten(member, value, below(origin, key))
             if member.optional:
                 flat.setdefault(f"{path}?", True)
             flat.update(inner)

@@ -1,8 +1,8 @@
 """Messages about data files, as the Markdown files in ``messages`` show them.
 
-The first ```` ```arael ```` block of a file is the model of all its cases (pose_graph_2d if there is none). A
-case is a block of data (```` ```json ````, ```` ```csv ````, ```` ```g2o ````) followed by a ```` ```text ```` block
-with what arael says of it. ``pytest --update`` writes the present output into the files.
+The first ```` ```arael ```` block of a file is the model of all its cases (pose_graph_2d if
+there is none). A case is a block of data (```` ```json ````, ```` ```csv ````, ```` ```g2o ````)
+followed by a ```` ```text ```` block with what arael says of it. ``pytest --update`` writes the present output into the files.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store.buffers import Buffers
-from arael.runtime.store.messages import error, unknown_field
+from arael.runtime.store.messages import Origin, error, unknown_field
 from arael.runtime.store.schema import Group, Leaf, fields_of
 from arael.runtime.store.values import blank, convert, default_value, dtype_of
 
@@ -101,7 +101,7 @@ class Columns:
         """Parameters that are solved for (size,): there, not fixed, and to be optimised."""
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
 
-    def leaf(self, path: str, origin: str) -> Leaf:
+    def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""
         member = self.fields.find(path)
         if isinstance(member, Leaf):
@@ -113,7 +113,7 @@ class Columns:
     # --- values of new rows ------------------------------------------------------------------
 
     def prepare(
-        self, given: Mapping[str, Any], count: int, many: bool, origin: str, below: str = ""
+        self, given: Mapping[str, Any], count: int, many: bool, origin: Origin, below: str = ""
     ) -> dict[str, Array]:
         """Arrays for every data column of `count` new rows, refs left out.
 
@@ -175,7 +175,7 @@ class Columns:
             )
         return ready
 
-    def _refuse_unknown(self, given: Mapping[str, Any], origin: str) -> None:
+    def _refuse_unknown(self, given: Mapping[str, Any], origin: Origin) -> None:
         for path in given:
             bare = path.removesuffix("?").removesuffix(".fixed")
             if path in self.data or path in self.optionals:
@@ -188,7 +188,7 @@ class Columns:
             )
 
     def _presence(
-        self, given: Mapping[str, Any], count: int, many: bool, origin: str, below: str
+        self, given: Mapping[str, Any], count: int, many: bool, origin: Origin, below: str
     ) -> dict[str, Bools]:
         """Which optionals the new rows have: as said, else by whether values are given for them."""
         presence: dict[str, Bools] = {}
@@ -240,7 +240,7 @@ class Columns:
 
     # --- changes -----------------------------------------------------------------------------
 
-    def set_values(self, path: str, rows: Rows, values: Any, origin: str) -> None:
+    def set_values(self, path: str, rows: Rows, values: Any, origin: Origin) -> None:
         """Write checked values of a field that is not a ref; None makes an optional absent."""
         leaf = self.leaf(path, origin)
         column, target = leaf.column, self.buffers.view(path)
@@ -257,7 +257,7 @@ class Columns:
             values,
             count,
             self.real,
-            lambda i: origin if single else f"{origin} (row {i})",
+            lambda i: str(origin) if single else f"{origin} (row {i})",
             not single,
         )
         target[rows] = ready

@@ -2,13 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Column
+
+
+class Name:
+    """A place in the data, put into words only where a message needs it."""
+
+    __slots__ = ("_make",)
+
+    def __init__(self, make: Callable[[], str]) -> None:
+        self._make = make
+
+    def __str__(self) -> str:
+        return self._make()
+
+
+Origin = str | Name
+
+
+def below(origin: Origin, path: str) -> Name:
+    """Return the place of a field of what is at `origin`."""
+    return Name(lambda: f"{origin}.{path}")
 
 
 def declared(column: Column) -> str:
@@ -20,15 +40,15 @@ def declared(column: Column) -> str:
 
 
 def problem(
-    code: str, message: str, origin: str, column: Column | None = None, help: str = ""
+    code: str, message: str, origin: Origin, column: Column | None = None, help: str = ""
 ) -> Diagnostic:
     """One finding about the data at `origin` (``scene.json: poses[3].pos``)."""
     notes = (declared(column),) if column is not None else ()
-    return Diagnostic(code, message, origin=origin, notes=notes, help=(help,) if help else ())
+    return Diagnostic(code, message, origin=str(origin), notes=notes, help=(help,) if help else ())
 
 
 def error(
-    code: str, message: str, origin: str, column: Column | None = None, help: str = ""
+    code: str, message: str, origin: Origin, column: Column | None = None, help: str = ""
 ) -> AraelError:
     """Return the same as an exception."""
     return AraelError(problem(code, message, origin, column, help))
@@ -39,14 +59,14 @@ class UnknownFieldError(AraelError, AttributeError):
 
 
 def unknown_field(
-    name: str, known: Iterable[str], struct: str, where: str, origin: str
+    name: str, known: Iterable[str], struct: str, where: str, origin: Origin
 ) -> Diagnostic:
     """Return a key or field that the model does not declare."""
     known = list(known)
     return Diagnostic(
         "E0701",
         f"`{struct}` has no field `{shorten(name)}`",
-        origin=origin,
+        origin=str(origin),
         notes=(f"`{struct}` is declared at {where}",) if where else (),
         help=(suggestion(name, known),) if known else (),
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Column, Step, Target
-from arael.runtime.store.messages import describe, error
+from arael.runtime.store.messages import Origin, describe, error
 from arael.runtime.store.slots import NULL, Ints
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
     )
 
 
-def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: str) -> Ints:
+def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Origin) -> Ints:
     """Return handles for `rows` of a ref column from `Handles` or indices as in data files.
 
     Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range or not
@@ -98,7 +98,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: str
     target = table.store.tables[column.target.table]
 
     def name(i: int) -> str:
-        return f"{origin} (row {i})" if len(rows) > 1 else origin
+        return f"{origin} (row {i})" if len(rows) > 1 else str(origin)
 
     if isinstance(given, Handles):
         if given.table is not target:
@@ -142,7 +142,7 @@ def ref_words(column: Column) -> str:
     return f"a ref or the index of a `{column.target.struct}` in `{column.target.text}`"
 
 
-def _row_shape(given: NDArray[Any], rows: Ints, column: Column, origin: str) -> tuple[int]:
+def _row_shape(given: NDArray[Any], rows: Ints, column: Column, origin: Origin) -> tuple[int]:
     if given.shape not in ((), (len(rows),)):
         raise error(
             "E0704",

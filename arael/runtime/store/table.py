@@ -13,7 +13,7 @@ from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import references
 from arael.runtime.store.columns import Columns, Rows
-from arael.runtime.store.messages import error
+from arael.runtime.store.messages import Name, Origin, below, error
 from arael.runtime.store.references import Handles
 from arael.runtime.store.schema import Group
 from arael.runtime.store.slots import NULL, Ints, Slots
@@ -111,7 +111,8 @@ class Table(Columns):
                 raise self._refusal("rows of a nested collection need their parent")
             if count and not ((owners >= 0) & (owners < self.parent.size)).all():
                 raise self._refusal("parent row out of range")
-        origin = self._origin_of_new(count, owners, many)
+        before = self.size
+        origin = Name(lambda: self._origin_of_new(owners, many, before))
         ready = self.prepare(given, count, many, origin)
         first = 0 if front else self.size
         slots = self._place(count, owners, ready, front)
@@ -119,7 +120,7 @@ class Table(Columns):
             for path in self._ref_order:
                 if given.get(path) is not None:
                     self._put_refs(
-                        path, np.arange(first, first + count), given[path], f"{origin}.{path}"
+                        path, np.arange(first, first + count), given[path], below(origin, path)
                     )
         except AraelError:
             self._take_back(slice(first, first + count))
@@ -171,7 +172,8 @@ class Table(Columns):
         keep[rows] = False
         self.remove_rows(~keep)
 
-    def _origin_of_new(self, count: int, owners: Ints | None, many: bool) -> str:
+    def _origin_of_new(self, owners: Ints | None, many: bool, before: int) -> str:
+        """Name new rows, whether they are in place already or not; `before` rows were there."""
         if not self.layout.path:
             return self.layout.struct
         if self.layout.parent:
@@ -179,11 +181,12 @@ class Table(Columns):
                 return self.layout.path
             owner = int(owners[0])
             base = f"{self.parent.row_name(owner)}.{self.layout.field}"
-            return base if many else f"{base}[{self.child_counts()[owner]}]"
-        return self.layout.path if many else f"{self.layout.path}[{self.size}]"
+            index = self.child_counts()[owner] - (self.size - before)
+            return base if many else f"{base}[{index}]"
+        return self.layout.path if many else f"{self.layout.path}[{before}]"
 
     def make_single_row(self, values: Mapping[str, Any]) -> None:
-        """Return the root's row with trusted values."""
+        """Make the root's row of trusted values."""
         self.buffers.grow_back(1)
         slots = self._slots.take(1)
         self._slots.move(slots, 0)
@@ -370,12 +373,12 @@ class Table(Columns):
 
         return self._cached(f"target {path}", build, self.store)
 
-    def set_refs(self, path: str, rows: Ints, given: Handles | Any, origin: str) -> None:
+    def set_refs(self, path: str, rows: Ints, given: Handles | Any, origin: Origin) -> None:
         """Point refs of some rows at `Handles`, or at indices counted as in data files."""
         self._put_refs(path, rows, given, origin)
         self._touch()
 
-    def _put_refs(self, path: str, rows: Ints, given: Handles | Any, origin: str) -> None:
+    def _put_refs(self, path: str, rows: Ints, given: Handles | Any, origin: Origin) -> None:
         column = self.data[path]
         ancestors = self.present(path)[rows] if path not in self.optionals else None
         if ancestors is not None and not ancestors.all():
@@ -386,24 +389,26 @@ class Table(Columns):
         if path in self.optionals:
             self.buffers.view(f"{path}?")[rows] = handles != NULL
 
-    def set_group(self, group: Group, row: int, values: Mapping[str, Any], origin: str) -> None:
+    def set_group(self, group: Group, row: int, values: Mapping[str, Any]) -> None:
         """Write fields of a struct held by value in one row, by path.
 
         If the struct was absent the values must make it whole; else what is left out keeps its
         value. Nothing is written if a value is wrong.
         """
-        below = f"{group.path}."
+        inside = f"{group.path}."
+        origin = Name(lambda: self.row_name(row) or self.layout.struct)
         full = dict(values)
         if group.optional:
             full[f"{group.path}?"] = True
         if self.present(group.path)[row]:
-            self._keep_rest(full, row, below)
-        ready = self.prepare(full, 1, False, origin, below)
-        refs = [p for p in self._ref_order if p.startswith(below) and full.get(p) is not None]
+            self._keep_rest(full, row, inside)
+        ready = self.prepare(full, 1, False, origin, inside)
+        refs = [p for p in self._ref_order if p.startswith(inside) and full.get(p) is not None]
         for path, array in ready.items():
             self.buffers.view(path)[row] = array
+            self.missing.discard(path)
         for path in refs:
-            self._put_refs(path, np.array([row]), full[path], f"{origin}.{path}")
+            self._put_refs(path, np.array([row]), full[path], below(origin, path))
         self._touch()
 
     def _keep_rest(self, given: dict[str, Any], row: int, below: str) -> None:
