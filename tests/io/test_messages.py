@@ -2,7 +2,8 @@
 
 The first ```` ```arael ```` block of a file is the model of all its cases (pose_graph_2d if
 there is none). A case is a block of data (```` ```json ````, ```` ```csv ````, ```` ```g2o ````)
-followed by a ```` ```text ```` block with what arael says of it. ``pytest --update`` writes the present output into the files.
+followed by a ```` ```text ```` block with what arael says of it. ``pytest --update`` writes the
+present output into the files.
 """
 
 from __future__ import annotations
