@@ -213,13 +213,15 @@ def test_report_is_one_page_and_escapes_names(arael: Arael, line: Path) -> None:
 
 def test_interrupt_keeps_the_best_state(tmp_path: Path) -> None:
     """A long solve, interrupted in its trace, writes what it has and exits with 1."""
+    # Gauss-Newton on x^4 shrinks x by a quarter a step: hundreds of steps, each over many points.
     (tmp_path / "slow.arael").write_text(
-        "root Slow {\n    param x: real\n"
-        "    constraint valley { [10 * (x ^ 4), 1e-3 * (x - 1)] }\n"
-        "    solve { pass long { max_iters = 100000000   min_iters = 100000000 } }\n}\n"
+        "struct Point { w: real }\n"
+        "root Slow {\n    param x: real\n    points: list of Point\n"
+        "    fit points as p { p.w * x ^ 4 }\n"
+        "    solve { pass long { max_iters = 100000   min_iters = 100000 } }\n}\n"
     )
-    (tmp_path / "slow.json").write_text('{"x": 3.0}')
-    command = [sys.executable, "-m", "arael.cli.main", "solve", "slow.arael", "slow.json"]
+    np.savez(tmp_path / "slow.npz", **{"x": 3.0, "points.w": np.ones(200_000)})
+    command = [sys.executable, "-m", "arael.cli.main", "solve", "slow.arael", "slow.npz"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.Popen(
         [*command, "-o", "out.json", "--interpret", "-v"],
