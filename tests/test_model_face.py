@@ -239,6 +239,17 @@ def test_reprs_say_what_is_there() -> None:
     assert "poses[1].pos" in repr(path.poses[1].pos)
 
 
+def test_fields_win_over_the_properties_of_a_ref() -> None:
+    model = Model(SimpleNamespace(layout=odds()), n=1)
+    left = model.cameras.append(name="left", q=[1, 0, 0, 0], th=0.0, weight=2.0)
+    right = model.cameras.append(name="right", q=[1, 0, 0, 0], th=0.0, twin=left)
+    assert left.name == "left" and right.twin == left
+    assert "twin=cameras[0]" in repr(right)
+    assert model.cameras["weight?"].tolist() == [True, False]
+    assert left["weight?"] is True and right.weight is None
+    assert {"name", "twin", "mount"} <= set(dir(left))
+
+
 def test_values_in_bulk_are_copied_in_not_shared() -> None:
     path = new_path(0)
     given = np.zeros((2, 3))

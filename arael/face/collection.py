@@ -80,7 +80,7 @@ class Collection(Fields):
         try:
             for nested, items in children:
                 collection = Collection(table.store.tables[nested.table.path], parent=handle)
-                fill(collection, items, f"{ref.name}.{nested.path}")
+                fill(collection, items, f"{table.row_name(table.row_of(handle))}.{nested.path}")
         except AraelError:
             table.remove(handle)
             raise

@@ -56,7 +56,7 @@ class Fields:
         return f"{self._table.label}.{path}".removesuffix(".")
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("__") or name == "_group":  # copying looks before there are fields
             raise AttributeError(name)
         return self._get(self._member(name))
 
@@ -69,15 +69,19 @@ class Fields:
         self._set(self._member(name), value)
 
     def __getitem__(self, path: str) -> Any:
-        """Return the field at a dotted path; also fields that are named like a method."""
+        """Return the field at a dotted path; ``path?`` is the presence of an optional."""
+        if path.endswith("?"):
+            full = f"{self._group.path}.{path[:-1]}" if self._group.path else path[:-1]
+            self._member(path[:-1])
+            found = self._table.present(full)[self._rows()]
+            return found if isinstance(found, np.ndarray) else bool(found)
         return self._get(self._member(path))
 
     def __setitem__(self, path: str, value: Any) -> None:
         self._set(self._member(path), value)
 
     def __dir__(self) -> Iterator[str]:
-        yield from object.__dir__(self)
-        yield from self._group.members
+        yield from {*object.__dir__(self), *self._group.members}
 
     # --- reading -----------------------------------------------------------------------------
 
@@ -210,6 +214,14 @@ def summary(fields: Fields, limit: int = 6) -> str:
     return ", ".join(texts)
 
 
+def _target(value: Any) -> str:
+    """Where a ref points, or how many there are."""
+    if not hasattr(value, "_handle"):
+        return f"{len(value)} refs"
+    table: Table = value._table
+    return table.row_name(table.row_of(value._handle)) if value._is_there() else "stale"
+
+
 def _short(fields: Fields, member: Group | Leaf | Nested) -> str:
     value = fields._get(member)
     if value is None:
@@ -223,5 +235,5 @@ def _short(fields: Fields, member: Group | Leaf | Nested) -> str:
     if isinstance(value, np.ndarray):
         return np.array2string(value, precision=4, threshold=6, edgeitems=2).replace("\n", "")
     if member.column.role == "ref":
-        return value.name if hasattr(value, "name") else f"{len(value)} refs"
+        return _target(value)
     return f"{value:.6g}" if isinstance(value, float) else repr(value)

@@ -37,6 +37,9 @@ class Ref(Fields):
             return self._get(self._group.members[name])
         return object.__getattribute__(self, name)
 
+    def _is_there(self) -> bool:
+        return self._table.is_valid(self._handle)
+
     @property
     def row(self) -> int:
         """Row among all rows of this kind, as in the arrays of `Collection` columns."""
