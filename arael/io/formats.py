@@ -59,7 +59,7 @@ def read(
     """
     store = store_of(model)
     content = files.read_bytes(path, limit)
-    name = os.path.basename(os.fspath(path))
+    name = os.fspath(path)
     found = _known(format) if format else format_of(path, content)
     if not found:
         raise error(
@@ -115,7 +115,7 @@ def write(
         infinite, E0709 a stale ref, E0722 a model of another shape than the format has.
     """
     store = store_of(model)
-    name = os.path.basename(os.fspath(path))
+    name = os.fspath(path)
     found = _known(format) if format else format_of(path, b"")
     if not found:
         raise error(

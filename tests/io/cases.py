@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import cache
 from pathlib import Path
 
@@ -27,10 +28,10 @@ def layout_of(model: str) -> Layout:
 
 def found(model: str, text: str, kind: str, folder: Path) -> list[Diagnostic]:
     """What is wrong with a data file of this text."""
-    path = folder / f"data.{kind}"
-    path.write_text(text)
+    (folder / f"data.{kind}").write_text(text)
     try:
-        io.read(Store(layout_of(model)), path)
+        with contextlib.chdir(folder):
+            io.read(Store(layout_of(model)), f"data.{kind}")
     except AraelError as failure:
         return list(failure.diagnostics)
     return []
