@@ -3,22 +3,38 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+from arael.cli.instances import row_counts
+from arael.diagnostics.records import AraelError, Diagnostic
+
+if TYPE_CHECKING:
+    from arael.diagnose.gradients import GradientCheck
 
 
 @click.command("check", short_help="Check a model, and data against it, without solving.")
 @click.argument("model")
 @click.argument("data", required=False)
+@click.option(
+    "--gradients", is_flag=True, help="Compare derivatives with differences, at the values of DATA."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(model: str, data: str | None, as_json: bool) -> None:
+def command(model: str, data: str | None, gradients: bool, as_json: bool) -> None:
     """Check MODEL: syntax, names, shapes, guards, constraints; and DATA against it, if given."""
     from arael.loading import compile_program, find_model
 
+    if gradients and data is None:
+        raise click.UsageError("--gradients needs DATA: derivatives are compared at its values")
     path = find_model(model)
     layout = compile_program(path, None, None, {})[0].layout
-    rows = _rows(model, data) if data is not None else {}
+    rows: dict[str, int] = {}
+    checks: list[GradientCheck] = []
+    if data is not None:
+        instance = _instance(model, data)
+        rows = row_counts(instance, layout)
+        checks = _gradients(instance) if gradients else []
     if as_json:
         found = {
             "status": "ok",
@@ -26,6 +42,7 @@ def command(model: str, data: str | None, as_json: bool) -> None:
             "warnings": list(layout.warnings),
             "constraints": [group.label for group in layout.groups],
             "rows": rows,
+            "gradients": {check.label: check.difference for check in checks},
         }
         click.echo(json.dumps(found))
         return
@@ -36,14 +53,45 @@ def command(model: str, data: str | None, as_json: bool) -> None:
     if data is not None:
         held = ", ".join(f"{count} {table}" for table, count in rows.items())
         click.echo(f"{data}: fits the model ({held})")
+    for check in checks:
+        click.echo(f"{check.label}: derivatives agree to {check.difference:.1e}")
 
 
-def _rows(model: str, data: str) -> dict[str, int]:
-    """Read `data` into an instance, which checks every value; return the rows of each table."""
+def _instance(model: str, data: str) -> Any:
+    """Read `data` into an instance, which checks every value."""
     import arael
-    from arael.cli.instances import row_counts
 
-    loaded: Any = arael.load(model, interpret=True)
-    instance = loaded()
+    instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
     arael.read(instance, data)
-    return row_counts(instance, loaded.layout)
+    return instance
+
+
+def _gradients(instance: Any) -> list[GradientCheck]:
+    """Compare derivatives with differences.
+
+    Raises
+    ------
+    AraelError
+        E0630 for every constraint whose derivatives are not what its residuals do.
+    """
+    from arael.diagnose.gradients import check_gradients
+    from arael.solving import problem_of
+
+    checks = check_gradients(problem_of(instance))
+    wrong = [
+        Diagnostic(
+            "E0630",
+            f"derivatives of `{check.label}` do not agree with differences",
+            origin=check.worst,
+            notes=(
+                f"residual {check.residual}: the derivative says {check.derivative:.6g}, the "
+                f"residual changes by {check.measured:.6g}",
+            ),
+            help=("look for a kink or a jump of the formula at these values",),
+        )
+        for check in checks
+        if not check.agrees
+    ]
+    if wrong:
+        raise AraelError(wrong)
+    return checks

@@ -44,6 +44,39 @@ def test_check_needs_no_compiler(arael: Arael, line: Path, monkeypatch: pytest.M
     assert arael("check", "line.arael", "line.json").code == 0
 
 
+def test_gradients_agree_on_the_standard_models(arael: Arael, tmp_path: Path) -> None:
+    import arael as package
+    from arael.scenes import columns, demo_config, fill, make_scene
+
+    scene = make_scene(demo_config(6))
+    for name in ("slam", "localization"):
+        model = package.load(name, interpret=True)
+        instance = model()
+        fill(instance, model.layout, columns(scene, name))
+        package.write(instance, tmp_path / "scene.npz")
+        done = arael("check", name, tmp_path / "scene.npz", "--gradients", "--json")
+        assert done.code == 0, done.err
+        assert len(done.json["gradients"]) == len(model.layout.groups)
+        assert max(done.json["gradients"].values()) < 1e-6
+
+
+def test_a_jump_is_found(arael: Arael, line: Path) -> None:
+    (line / "line.arael").write_text(MODEL.replace("(a *", "(floor(a) *"))
+    (line / "line.json").write_text(
+        '{"a": 2, "b": 0, "points": [{"x": 0, "y": 0}, {"x": 1, "y": 1}]}'
+    )
+    done = arael("check", "line.arael", "line.json", "--gradients")
+    assert done.code == 2
+    assert "E0630" in done.err
+    assert "Line.points[1] at points[1]" in done.err
+
+
+def test_gradients_need_data(arael: Arael, line: Path) -> None:
+    done = arael("check", "line.arael", "--gradients")
+    assert done.code == 2
+    assert "--gradients needs DATA" in done.err
+
+
 UGLY = "root  R{\nparam a:real\nconstraint c{a-1}\n}\n"
 
 
@@ -144,7 +177,7 @@ def test_explain(arael: Arael) -> None:
     assert "there is no diagnostic" in unknown.err
 
 
-OWN = ("E0850", "E0852", "E0853", "E0854", "E0855", "E0860", "E0861")
+OWN = ("E0630", "E0850", "E0852", "E0853", "E0854", "E0855", "E0860", "E0861")
 
 
 def test_every_code_of_the_command_line_is_explained(arael: Arael) -> None:
