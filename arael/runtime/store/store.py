@@ -71,7 +71,13 @@ class Store:
         if root.missing:
             raise AraelError(
                 [
-                    problem("E0702", f"`{path}` is not set", self.layout.root, root.data[path])
+                    problem(
+                        "E0702",
+                        f"`{path}` is not set",
+                        self.layout.root,
+                        root.data[path],
+                        help=f"give it in the data or as `model.{path} = ...`, or declare a default",
+                    )
                     for path in root.data
                     if path in root.missing
                 ]
