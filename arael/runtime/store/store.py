@@ -76,7 +76,7 @@ class Store:
                         f"`{path}` is not set",
                         self.layout.root,
                         root.data[path],
-                        help=f"give it in the data or as `model.{path} = ...`, or declare a default",
+                        help=f"give it in the data, as `model.{path} = ...`, or declare a default",
                     )
                     for path in root.data
                     if path in root.missing
