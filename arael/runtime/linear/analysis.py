@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.linear.dissection import nested_dissection
 from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.supernodes import Supernodes, find_supernodes, time_of_front
@@ -67,9 +68,13 @@ def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
 
 
 ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {
-    "minimum_degree": minimum_degree,
     "natural": natural,
+    "minimum_degree": minimum_degree,
+    "nested_dissection": nested_dissection,
 }
+
+# Nested dissection takes longer than the others, so it must have something to win.
+_WORTH_DISSECTING = 1.5
 
 
 def analyse(pattern: BlockPattern, ordering: str = "auto") -> Analysis:
@@ -86,7 +91,10 @@ def analyse(pattern: BlockPattern, ordering: str = "auto") -> Analysis:
     best: Analysis | None = None
     tried: dict[str, float] = {}
     for name in names:
-        order = ORDERINGS[name](start, neighbours, pattern.sizes)
+        if name == "nested_dissection" and best and best.milliseconds < _WORTH_DISSECTING:
+            continue
+        # An entity without unknowns still takes part in the graph.
+        order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
         found = _price(name, pattern, start, neighbours, order, tried)
         if best is None or found.milliseconds < best.milliseconds:
             best = found

@@ -17,6 +17,7 @@ cdef enum:
     ELEMENT = 1     # eliminated, its clique alive
     GONE = 2        # absorbed element, or variable merged into another
     DENSE = 3       # coupled with so much that it is ordered last
+    STAYING = 4     # a variable that is never eliminated
 
 
 cdef class _Graph:
@@ -86,7 +87,7 @@ cdef class _Graph:
         cdef int v
         # The first entry of each live list changes places with the vertex itself, negated.
         for v in range(self.n):
-            if self.kind[v] <= ELEMENT and self.length[v] > 0:
+            if self.kind[v] != GONE and self.kind[v] != DENSE and self.length[v] > 0:
                 p = self.start[v]
                 self.start[v] = self.at[p]
                 self.at[p] = -v - 1
@@ -108,7 +109,7 @@ cdef class _Graph:
         self.free = to
 
 
-def minimum_degree(start, neighbours, weights):
+def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
     """Order the vertices of an undirected graph for little fill.
 
     Parameters
@@ -119,14 +120,16 @@ def minimum_degree(start, neighbours, weights):
         edge, no loops, no repeats.
     weights : (n,) int
         Positive weight of each vertex.
+    staying : int
+        The last so many vertices are not to be eliminated; they only make others heavier.
 
     Returns
     -------
-    (n,) int64
+    (n - staying,) int64
         The vertices in the order of elimination.
     """
     cdef Py_ssize_t n = len(weights)
-    if n == 0:
+    if n == staying:
         return np.zeros(0, dtype=np.int64)
     cdef _Graph g = _Graph(start, neighbours, weights)
     pivots = np.empty(n, dtype=np.intc)
@@ -135,8 +138,9 @@ def minimum_degree(start, neighbours, weights):
     # A vertex coupled with nearly everything (a global offset, a calibration) only slows down.
     cdef int dense = <int>max(16.0, 10 * np.sqrt(n))
     with nogil:
-        count = _eliminate(g, sequence, dense)
-    return _expand(np.asarray(g.merged), pivots[:count], np.asarray(g.kind))
+        count = _eliminate(g, sequence, dense, n - staying)
+    order = _expand(np.asarray(g.merged), pivots[:count], np.asarray(g.kind))
+    return order[order < n - staying]
 
 
 def _expand(merged, pivots, kind):
@@ -154,11 +158,16 @@ def _expand(merged, pivots, kind):
     return np.argsort(key, kind="stable").astype(np.int64)
 
 
-cdef Py_ssize_t _eliminate(_Graph g, int[::1] sequence, int dense) noexcept nogil:
-    """Eliminate everything; pivots go to `sequence`, their number is returned."""
+cdef Py_ssize_t _eliminate(
+    _Graph g, int[::1] sequence, int dense, Py_ssize_t stay
+) noexcept nogil:
+    """Eliminate all vertices before `stay`; pivots go to `sequence`, their number is returned."""
     cdef Py_ssize_t count = 0
-    cdef int pivot, left = _prepare(g, dense)
+    cdef int v, pivot, gone, all_left = _prepare(g, dense, stay), left = all_left
     cdef long long total = left
+    for v in range(stay, g.n):
+        if g.kind[v] == STAYING:
+            left -= g.weight[v]
     while left > 0:
         while g.head[g.lightest] < 0:
             g.lightest += 1
@@ -167,17 +176,20 @@ cdef Py_ssize_t _eliminate(_Graph g, int[::1] sequence, int dense) noexcept nogi
         sequence[count] = pivot
         count += 1
         left -= g.weight[pivot]
+        all_left -= g.weight[pivot]
         _form(g, pivot)
         _compare(g, pivot)
-        left -= _update(g, pivot)
+        gone = _update(g, pivot)
+        left -= gone
+        all_left -= gone
         g.stamp += total + 1
         _merge(g, pivot)
-        _finish(g, pivot, left)
+        _finish(g, pivot, all_left)
     return count
 
 
-cdef int _prepare(_Graph g, int dense) noexcept nogil:
-    """Set dense vertices aside and list the others by degree; return their weight."""
+cdef int _prepare(_Graph g, int dense, Py_ssize_t stay) noexcept nogil:
+    """Set dense vertices aside, list by degree those to eliminate; return the weight not dense."""
     cdef Py_ssize_t p, begin
     cdef int v, u, kept, left = 0
     for v in range(g.n):
@@ -185,6 +197,8 @@ cdef int _prepare(_Graph g, int dense) noexcept nogil:
             g.kind[v] = DENSE
         else:
             left += g.weight[v]
+            if v >= stay:
+                g.kind[v] = STAYING
     for v in range(g.n):
         if g.kind[v] == DENSE:
             continue
@@ -236,7 +250,8 @@ cdef void _form(_Graph g, int pivot) noexcept nogil:
                 g.weight[u] = -g.weight[u]
                 g.at[end] = u
                 end += 1
-                g.unlink(u)
+                if g.kind[u] == VARIABLE:
+                    g.unlink(u)
         if k < parts:
             g.kind[e] = GONE
     if parts > 0:
@@ -294,7 +309,7 @@ cdef int _update(_Graph g, int pivot) noexcept nogil:
                 code += <unsigned int>u
                 g.at[to] = u
                 to += 1
-        if d == 0:
+        if d == 0 and g.kind[v] == VARIABLE:
             # Coupled with nothing but this element: goes with the pivot at no cost.
             gone -= g.weight[v]
             g.weight[v] = 0
@@ -334,7 +349,10 @@ cdef void _merge(_Graph g, int pivot) noexcept nogil:
             previous = v
             u = g.chain[v]
             while u >= 0:
-                equal = g.length[u] == g.length[v] and g.elements[u] == g.elements[v]
+                equal = (
+                    g.length[u] == g.length[v] and g.elements[u] == g.elements[v]
+                    and g.kind[u] == g.kind[v]
+                )
                 q = g.start[u]
                 while equal and q < g.start[u] + g.length[u]:
                     equal = g.mark[g.at[q]] == g.stamp
@@ -363,7 +381,8 @@ cdef void _finish(_Graph g, int pivot, int left) noexcept nogil:
         w = -g.weight[v]
         g.weight[v] = w
         g.degree[v] = max(min(g.degree[v] + g.degree[pivot] - w, left - w), 0)
-        g.link(v)
+        if g.kind[v] == VARIABLE:
+            g.link(v)
         g.at[to] = v
         to += 1
     g.length[pivot] = <int>(to - first)

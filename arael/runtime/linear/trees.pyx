@@ -96,6 +96,15 @@ def column_counts(start, neighbours, order, parents, weights):
     Walks the row subtrees: row i of the factor is non-zero in the columns on the tree paths from
     its entries up to i.
 
+    Parameters
+    ----------
+    start, neighbours, order
+        As in `elimination_tree`.
+    parents : (n,) int64
+        The tree, by positions in the order.
+    weights : (n,) int64
+        Scalars of the vertex at each position.
+
     Returns
     -------
     counts : (n,) int64
@@ -126,6 +135,6 @@ def column_counts(start, neighbours, order, parents, weights):
             while seen[j] != i:
                 seen[j] = i
                 c[j] += 1
-                r[j] += weight[v]
+                r[j] += weight[i]
                 j = parent[j]
     return counts, rows

@@ -26,6 +26,7 @@ PATTERNS: dict[str, Callable[[], BlockPattern]] = {
     "grid_spatial": lambda: grid(9, 8, 6),
     "slam": lambda: slam(30, 80),
     "mixed": lambda: build([1, 6, 3, 2, 9, 3, 20, 1], [(0, 4), (1, 4), (2, 6), (3, 1), (5, 0)]),
+    "held": lambda: build([3, 0, 2, 0, 6, 0], [(0, 1), (1, 2), (3, 4), (4, 0), (5, 1)]),
     "full": lambda: build([4] * 12, [(i, j) for i in range(12) for j in range(i)]),
     "wide": lambda: build([20, 17, 19, 20, 13], [(0, 1), (1, 2), (2, 3), (3, 4), (0, 4)]),
 }

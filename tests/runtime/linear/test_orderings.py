@@ -1,0 +1,128 @@
+"""Orderings of the block graph: permutations all, and as good as they should be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from block_matrices import BlockPattern, arrow, build, chain, grid, slam
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from arael.runtime.linear.analysis import ORDERINGS, adjacency, analyse
+from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.linear.separators import find_separator
+from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
+
+
+def cube(side: int, size: int) -> BlockPattern:
+    """Grid in space."""
+    index = np.arange(side**3).reshape(side, side, side)
+    pairs = [
+        *zip(index[1:].ravel(), index[:-1].ravel(), strict=True),
+        *zip(index[:, 1:].ravel(), index[:, :-1].ravel(), strict=True),
+        *zip(index[:, :, 1:].ravel(), index[:, :, :-1].ravel(), strict=True),
+    ]
+    return build([size] * side**3, pairs)
+
+
+def scalar_nnz(pattern: BlockPattern, order: np.ndarray) -> int:
+    """Scalars of the factor by eliminating on the matrix of zeros and ones."""
+    filled = np.eye(pattern.block_count, dtype=bool)
+    start, neighbours = adjacency(pattern)
+    filled[np.repeat(np.arange(pattern.block_count), np.diff(start)), neighbours] = True
+    filled = filled[np.ix_(order, order)]
+    weight = pattern.sizes[order]
+    total = 0
+    for k in range(len(order)):
+        below = np.flatnonzero(filled[k + 1 :, k]) + k + 1
+        filled[np.ix_(below, below)] = True
+        total += int(weight[k] * weight[below].sum() + weight[k] * (weight[k] + 1) // 2)
+    return total
+
+
+@st.composite
+def patterns(draw: st.DrawFn) -> BlockPattern:
+    """Draw a random pattern, also with vertices coupled with nearly everything."""
+    n = draw(st.integers(1, 60))
+    sizes = draw(st.lists(st.integers(1, 6), min_size=n, max_size=n))
+    index = st.integers(0, n - 1)
+    pairs = draw(st.lists(st.tuples(index, index), max_size=3 * n))
+    hub = draw(st.booleans())
+    return build(sizes, pairs + [(0, i) for i in range(n)] * hub)
+
+
+@pytest.mark.parametrize("name", sorted(ORDERINGS))
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(pattern=patterns())
+def test_every_vertex_once_and_counts_exact(name: str, pattern: BlockPattern) -> None:
+    start, neighbours = adjacency(pattern)
+    order = ORDERINGS[name](start, neighbours, pattern.sizes)
+    assert np.array_equal(np.sort(order), np.arange(pattern.block_count))
+    weight = pattern.sizes[order]
+    parents = elimination_tree(start, neighbours, order)
+    _, rows = column_counts(start, neighbours, order, parents, weight)
+    nnz = int((weight * rows + weight * (weight + 1) // 2).sum())
+    assert nnz == scalar_nnz(pattern, order)
+
+
+@pytest.mark.parametrize("pattern", [chain(300, 3), arrow(300, 3), slam(1, 200)])
+def test_trees_are_ordered_without_fill(pattern: BlockPattern) -> None:
+    start, neighbours = adjacency(pattern)
+    order = minimum_degree(start, neighbours, pattern.sizes)
+    parents = elimination_tree(start, neighbours, order)
+    counts, _ = column_counts(start, neighbours, order, parents, pattern.sizes[order])
+    assert counts.sum() == len(neighbours) // 2
+
+
+def test_hubs_come_last() -> None:
+    pattern = build([3] * 400, [(7, i) for i in range(400)] + [(i, i + 1) for i in range(399)])
+    start, neighbours = adjacency(pattern)
+    assert minimum_degree(start, neighbours, pattern.sizes)[-1] == 7
+
+
+def test_minimum_degree_weighs_by_scalars() -> None:
+    # A star: its centre is light and its leaves are heavy; the leaves still go first.
+    pattern = build([1, *[9] * 8], [(0, i) for i in range(1, 9)])
+    assert scalar_nnz(pattern, np.arange(9)) > scalar_nnz(
+        pattern, minimum_degree(*adjacency(pattern), pattern.sizes)
+    )
+
+
+def test_vertices_that_stay() -> None:
+    pattern = grid(8, 8, 1)
+    start, neighbours = adjacency(pattern)
+    order = minimum_degree(start, neighbours, pattern.sizes, staying=10)
+    assert np.array_equal(np.sort(order), np.arange(54))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "heaviest"),
+    [(cube(8, 1), 64), (grid(30, 30, 1), 31), (chain(500, 1), 1), (build([1] * 50, []), 0)],
+)
+def test_separator(pattern: BlockPattern, heaviest: int) -> None:
+    start, neighbours = adjacency(pattern)
+    side = find_separator(start, neighbours, pattern.sizes)
+    owner = np.repeat(np.arange(pattern.block_count), np.diff(start))
+    assert not ((side[owner] == 0) & (side[neighbours] == 1)).any()
+    counts = np.bincount(side, minlength=3)
+    assert counts[2] <= heaviest
+    assert min(counts[0], counts[1]) >= 0.35 * pattern.block_count
+
+
+def test_nested_dissection_wins_on_a_cube() -> None:
+    shape = cube(10, 3)
+    dissected = analyse(shape, "nested_dissection").flops
+    assert dissected < 0.9 * analyse(shape, "minimum_degree").flops
+    best = analyse(shape)
+    assert best.ordering == "nested_dissection" and best.flops == dissected
+    assert set(best.tried) == set(ORDERINGS)
+
+
+def test_postorder_keeps_subtrees_together() -> None:
+    parents = np.array([3, 2, 4, 4, -1, 6, -1])
+    order = postorder(parents)
+    assert sorted(order) == list(range(7))
+    position = np.argsort(order)
+    for child, parent in enumerate(parents):
+        assert parent < 0 or position[child] < position[parent]
+    assert list(order) == [1, 2, 0, 3, 4, 5, 6]
