@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -121,3 +123,25 @@ def test_gradient_of_kernels_agrees_with_central_differences(both):
             assert gradient[names.index(f"nodes[{node}].pos.{k}")] == pytest.approx(
                 expected, rel=1e-6, abs=1e-7
             )
+
+
+@pytest.mark.parametrize("both", ["f64"], indirect=True)
+def test_ctrl_c_ends_a_solve_that_never_enters_python(both):
+    """Compiled kernels, no observer: only the loop's own look at signals can end this in time."""
+    net = filled(both[1][0])
+    assert net._compiled.kernels is not None
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    previous = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        # Steps too short to converge: this would go on for minutes.
+        result = net.solve(max_iters=10**8, min_iters=10**8, initial_lambda=1e9, lambda_floor=1e9)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+    assert result.status == "aborted"
+    assert result.accepted_iterations > 100
+    assert net.cost_table()["Tie.stretch"] < result.start_cost

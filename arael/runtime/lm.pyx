@@ -3,8 +3,8 @@
 
 Each iteration solves ``(J'J + lambda diag(J'J)) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11,
 1963). A step that lowers the cost is accepted and lambda shrinks; any other is retried with the
-same linearisation and a larger lambda. The drivers of lambda: a fixed ladder, or Nielsen's gain ratio
-(IMM-REP-1999-05, "Damping parameter in Marquardt's method").
+same linearisation and a larger lambda. The drivers of lambda: a fixed ladder, or the gain ratio
+of Nielsen (IMM-REP-1999-05, "Damping parameter in Marquardt's method").
 """
 
 import numpy as np
@@ -60,7 +60,7 @@ cdef double GROWTH_LIMIT = 1e9
 
 
 cdef void* address(array) except? NULL:
-    return <void*><uintptr_t>array.ctypes.data
+    return <void*><uintptr_t>array.__array_interface__["data"][0]
 
 
 cdef class Minimiser:
@@ -127,9 +127,11 @@ cdef class Minimiser:
         history = np.zeros(capacity, dtype=RECORD)
         if self._history is not None:
             history[: len(self._history)] = self._history
+        # Whatever may raise comes before the first change: the old records must stay reachable.
+        cdef void* records = address(history)
         self._history = history
         self._capacity = capacity
-        self._records = <Record*>address(history)
+        self._records = <Record*>records
 
     # --- from Python -------------------------------------------------------------------------
 
@@ -456,9 +458,20 @@ cdef class Minimiser:
     cdef void _keep_record(self) noexcept nogil:
         if self.attempts >= self._capacity:
             with gil:
-                self._grow_history(2 * self._capacity)
+                self._make_room()
+            if self.attempts >= self._capacity:
+                return
         self._records[self.attempts] = self._now
         self.attempts += 1
+
+    def _make_room(self):
+        # Python may find a signal here before the loop does.
+        try:
+            self._grow_history(2 * self._capacity)
+        except KeyboardInterrupt:
+            self._status = ABORTED
+        except BaseException as error:
+            self._failure, self._status = error, ABORTED
 
     cdef void _lap(self, int phase) noexcept nogil:
         cdef double now = seconds()
