@@ -8,10 +8,10 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse
-from block_matrices import build, chain, dense, grid, positive, slam
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.linear.auto import SOLVERS, make_solver
+from tests.runtime.linear.block_matrices import build, chain, dense, grid, positive, slam
 
 
 @pytest.mark.parametrize("name", sorted(SOLVERS))

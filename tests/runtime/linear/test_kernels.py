@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from block_matrices import arrow, build, chain, dense, grid, positive, slam
 
 from arael.runtime.linear import tiles
 from arael.runtime.linear.auto import make_solver
+from tests.runtime.linear.block_matrices import arrow, build, chain, dense, grid, positive, slam
 
 PATTERNS = [
     chain(30, 1),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from block_matrices import BlockPattern, arrow, build, chain, grid, slam
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from arael.runtime.linear.analysis import ORDERINGS, adjacency, analyse
 from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.separators import find_separator
 from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
+from tests.runtime.linear.block_matrices import BlockPattern, arrow, build, chain, grid, slam
 
 
 def cube(side: int, size: int) -> BlockPattern:

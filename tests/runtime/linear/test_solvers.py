@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy.linalg
-from block_matrices import arrow, build, chain, dense, grid, positive, slam
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from arael.runtime.linear.auto import SOLVERS, make_solver
 from arael.runtime.linear.pattern import BlockPattern
+from tests.runtime.linear.block_matrices import arrow, build, chain, dense, grid, positive, slam
 
 PATTERNS: dict[str, Callable[[], BlockPattern]] = {
     "single": lambda: build([1], []),
