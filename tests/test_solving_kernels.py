@@ -145,3 +145,21 @@ def test_ctrl_c_ends_a_solve_that_never_enters_python(both):
     assert result.status == "aborted"
     assert result.accepted_iterations > 100
     assert net.cost_table()["Tie.stretch"] < result.start_cost
+
+
+@pytest.mark.parametrize("both", ["f64"], indirect=True)
+def test_covariance_takes_refs(both):
+    net = filled(both[1][0])
+    net.solve()
+    found = net.covariance()
+    np.testing.assert_allclose(
+        found.matrix @ net.hessian(), 2 * np.eye(len(found.names)), atol=1e-8
+    )
+    assert found.marginal(net.nodes[0]).shape == (3, 3)
+    assert found.marginal(net.nodes[1]).shape == (2, 2)
+    np.testing.assert_array_equal(found.marginal(net.nodes[8]), found.marginal("nodes[8]"))
+    np.testing.assert_array_equal(
+        found.relative(net.nodes[0], net.nodes[8]), found.relative("nodes[0]", "nodes[8]")
+    )
+    with pytest.raises(arael.AraelError, match=r"`nodes\[6\]` is not solved for"):
+        found.marginal(net.nodes[6])
