@@ -27,14 +27,13 @@ class Timing:
 
     @property
     def median(self) -> float:
+        """The middle run."""
         return statistics.median(self.runs)
 
     def show(self, unit: float, digits: int = 2) -> str:
         """Median and spread in `unit` seconds: ``3.1 (2.9-3.6)``."""
         low, high = min(self.runs), max(self.runs)
-        return (
-            f"{self.median / unit:.{digits}f} ({low / unit:.{digits}f}-{high / unit:.{digits}f})"
-        )
+        return f"{self.median / unit:.{digits}f} ({low / unit:.{digits}f}-{high / unit:.{digits}f})"
 
 
 def timed(action: Callable[[], object], runs: int, warm: int = 2) -> Timing:

@@ -34,8 +34,8 @@ def run() -> list[str]:
     return [
         "## solvers",
         "",
-        f"Milliseconds per iteration: the slope between {SHORT} and {LONG} iterations from the file's "
-        "start, f64, one thread, median (min-max) of 5 slopes.",
+        f"Milliseconds per iteration: the slope between {SHORT} and {LONG} iterations from the "
+        "file's start, f64, one thread, median (min-max) of 5 slopes.",
         "",
         *table(("graph", "sparse", "cholmod", "cholmod / sparse"), rows),
     ]

@@ -36,9 +36,9 @@ def run() -> list[str]:
     return [
         "## start",
         "",
-        "Whole processes, seconds, median (min-max). The cold compile has no cache: parsing, checking, "
-        "derivation, Cython and the C compiler. The warm solve reads a generated 60-pose scene (NPZ, "
-        "half of the associations wrong) and runs three passes.",
+        "Whole processes, seconds, median (min-max). The cold compile has no cache: parsing, "
+        "checking, derivation, Cython and the C compiler. The warm solve reads a generated "
+        "60-pose scene (NPZ, half of the associations wrong) and runs three passes.",
         "",
         *table(("what", "seconds"), [(what, t.show(1.0, 2)) for what, t in rows]),
     ]

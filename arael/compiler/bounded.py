@@ -5,7 +5,7 @@ from __future__ import annotations
 from arael.diagnostics.records import AraelError, Diagnostic, Span
 from arael.symbolic.graph import Graph
 
-# Nodes of one constraint with all its derivatives. The largest constraint of a SLAM model makes some
+# Nodes of one constraint with all its derivatives. The largest constraint of a SLAM model makes
 # 3 000; this many take a few seconds.
 MAX_NODES = 150_000
 

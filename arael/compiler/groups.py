@@ -15,8 +15,8 @@ from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
-from arael.symbolic.jacobian import jacobian as differentiate
 from arael.symbolic.graph import Graph
+from arael.symbolic.jacobian import jacobian as differentiate
 
 # Above this many multiplications, products J'J are formed by loops over the Jacobian instead of
 # being spelled out: the C compiler's time grows faster than the gain.

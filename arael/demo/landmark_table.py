@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.scenes.evaluate import Errors
 
 
 @dataclass(frozen=True)
@@ -17,7 +16,7 @@ class LandmarkLine:
     Attributes
     ----------
     index : its number
-    error : its position error [m]
+    error : error of its position as seen from the closest pose [m]
     relative : the same relative to `distance`
     distance : its distance from the closest pose [m]
     sigma : one-sigma semi-axes relative to that pose, descending [m]
@@ -35,23 +34,24 @@ class LandmarkLine:
         sigma = ",".join(f"{s:.3f}" for s in self.sigma)
         return (
             f"LM {self.index}: |d|={self.error:.3f}m rel={100 * self.relative:.2f}% "
-            f"dist={self.distance:.1f}m sigma=({sigma}) frines={self.frines}"
+            f"dist={self.distance:.1f}m sigma=({sigma})m frines={self.frines}"
         )
 
 
 def landmark_lines(
-    errors: Errors,
+    error: NDArray[np.float64],
+    distance: NDArray[np.float64],
     chosen: NDArray[np.int64],
     axes: NDArray[np.float64],
     frines: NDArray[np.int64],
 ) -> list[LandmarkLine]:
-    """Lines on the landmarks `chosen` (k,) with ellipsoid `axes` (k, 3); `frines` (m,) of all."""
+    """Lines on the landmarks `chosen` (k,) with ellipsoid `axes` (k, 3); the rest (m,) of all."""
     return [
         LandmarkLine(
             index=int(k),
-            error=float(errors.landmark[k]),
-            relative=float(errors.relative[k]),
-            distance=float(errors.distance[k]),
+            error=float(error[k]),
+            relative=float(error[k] / distance[k]),
+            distance=float(distance[k]),
             sigma=(float(row[0]), float(row[1]), float(row[2])),
             frines=int(frines[k]),
         )

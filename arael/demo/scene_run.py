@@ -13,6 +13,7 @@ import arael
 from arael.plot.sparsity import hessian_pattern
 from arael.runtime.layout import Layout
 from arael.scenes import Scene, SceneConfig, columns, fill, make_scene
+from arael.scenes.rotation import rotation_matrices
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,11 @@ class SceneRun:
     def poses(self) -> Array:
         """Solved positions (n, 3) [m]."""
         return np.array(self.instance.poses.pos.value, dtype=np.float64)
+
+    @cached_property
+    def rotations(self) -> Array:
+        """Solved attitudes (n, 3, 3), body to world."""
+        return rotation_matrices(np.array(self.instance.poses.ea.value, dtype=np.float64))
 
     @cached_property
     def hessian(self) -> Array:

@@ -16,7 +16,8 @@ from arael.demo.report import scene_lines, solve_lines
 from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
 from arael.demo.uncertainty import ellipsoid_axes, relative_covariances
 from arael.scenes import SceneConfig
-from arael.scenes.evaluate import Errors, errors_against_truth, rigid
+from arael.scenes.evaluate import Errors, errors_against_truth, motions, rigid, seen_from
+from arael.scenes.rotation import rotation_matrices
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -43,6 +44,22 @@ class SlamRun(SceneRun):
         return errors_against_truth(self.poses, self.landmarks, scene.pos, scene.landmarks)
 
     @cached_property
+    def local_errors(self) -> Array:
+        """Error (m,) of each landmark as seen from its closest pose [m]: alignment plays no part."""
+        scene, closest = self.scene, self.errors.closest
+        found = seen_from(closest, self.poses, self.rotations, self.landmarks)
+        true = seen_from(closest, scene.pos, rotation_matrices(scene.ea), scene.landmarks)
+        return np.linalg.norm(found - true, axis=1)
+
+    @cached_property
+    def motion_errors(self) -> tuple[Array, Array]:
+        """Errors (n-1,) of the motion from pose to pose: position [m] and attitude [rad]."""
+        found = motions(self.poses, self.rotations)
+        true = motions(self.scene.pos, rotation_matrices(self.scene.ea))
+        pos, ea = (np.linalg.norm(f - t, axis=1) for f, t in zip(found, true, strict=True))
+        return pos, ea
+
+    @cached_property
     def frines(self) -> Index:
         """Observations of each landmark (m,)."""
         count = len(self.scene.landmarks)
@@ -55,7 +72,7 @@ class SlamRun(SceneRun):
             return np.zeros(0, dtype=np.int64)
         if self.parameters <= ALL_LIMIT:
             return np.arange(len(self.landmarks))
-        return spread(self.errors.relative, SHOWN)
+        return spread(self.local_errors / self.errors.distance, SHOWN)
 
     @cached_property
     def covariances(self) -> Array:
@@ -67,7 +84,8 @@ class SlamRun(SceneRun):
     def table(self) -> list[LandmarkLine]:
         """Error and uncertainty of the landmarks `known`."""
         axes = ellipsoid_axes(self.covariances)
-        return landmark_lines(self.errors, self.known, axes, self.frines)
+        distance = self.errors.distance
+        return landmark_lines(self.local_errors, distance, self.known, axes, self.frines)
 
     def _first_parameters(self) -> tuple[Index, Index]:
         """First parameter of each pose's and each landmark's position."""
@@ -104,15 +122,25 @@ def report(run: SlamRun) -> Iterator[str]:
         f"closest pose after rigid alignment (start {100 * start.landmark_relative_median:.2f} %), "
         f"{100 * errors.scaled_relative_median:.2f} % with the scale taken out"
     )
+    pos, ea = run.motion_errors
+    yield f"  motion from pose to pose: {_told(1e3 * pos, 'mm')}; {_told(np.rad2deg(ea), 'deg')}"
+    local = 100 * run.local_errors / errors.distance
+    yield f"  landmarks as seen from their closest pose: {_told(local, '%')}"
+    offset = np.linalg.norm(run.poses - run.scene.pos, axis=1).mean()
+    yield f"  poses before alignment: mean {offset:.3f} m, mostly the offset common to all GPS fixes"
     yield f"  largest robust cost of a bearing residual: {run.bearing_costs.max():.2f} (bound 25)"
     if not len(run.known):
         yield f"uncertainties are left out: more than {DENSE_LIMIT} parameters"
         return
     yield ""
-    yield "landmarks from the best to the worst, one-sigma axes relative to their closest pose"
-    shown = set(spread(errors.relative, SHOWN).tolist())
+    yield "landmarks from the best to the worst as seen from their closest pose, one-sigma axes"
+    shown = set(spread(run.local_errors / errors.distance, SHOWN).tolist())
     lines = sorted((x for x in run.table() if x.index in shown), key=lambda x: x.relative)
     yield from (f"  {line}" for line in lines)
+
+
+def _told(values: Array, unit: str) -> str:
+    return f"median {np.median(values):.3f}, largest {values.max():.3f} {unit}"
 
 
 def summary(run: SlamRun) -> dict[str, Any]:
@@ -125,6 +153,7 @@ def summary(run: SlamRun) -> dict[str, Any]:
         "scale": run.errors.scale,
         "landmark_relative_median": run.errors.landmark_relative_median,
         "landmark_relative_median_scaled": run.errors.scaled_relative_median,
+        "landmark_local_median": float(np.median(run.local_errors / run.errors.distance)),
         "largest_bearing_cost": float(run.bearing_costs.max()),
     }
 

@@ -1,0 +1,1 @@
+"""What runs while a problem is solved: tables, kernels, the normal equations, the solvers."""

@@ -1,8 +1,8 @@
 # The interface between the runtime and generated kernels: plain C structs, no Python objects.
 #
 # Scalars are `void*`: f64 or f32 as the module was generated. W lanes are evaluated at a time;
-# arrays "in lane order" are laid out [block][column][W], the last block padded by repeating its last
-# instance. Kernels accumulate J'r and J'J without the factor 2 of the cost's gradient and Hessian.
+# arrays "in lane order" are laid out [block][column][W], the last block padded by repeating its
+# last instance. Kernels accumulate J'r and J'J without the factor 2 of gradient and Hessian.
 
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
@@ -17,14 +17,15 @@ ctypedef struct Lanes:
     const void* const* state    # [uses] state arrays, rows x stride of the entity
     const int32_t* gradient_at  # [blocks][uses][W] first scalar of the entity in the gradient
     const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
-    const uint8_t* turn         # [blocks][pairs][W] 0 as computed, 1 transposed, 2 both onto a diagonal
+    const uint8_t* turn         # [blocks][pairs][W] 0 as computed, 1 transposed, 2 both on a diagonal
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as
 # rows and that of use b as columns; of a diagonal pair only the lower triangle is written.
-# Entities that are not solved for have offsets into a trash area behind the gradient and the values.
+# Entities that are not solved for have offsets into a trash area behind gradient and values.
 
 ctypedef double (*cost_function)(const Lanes* lanes) noexcept nogil
-ctypedef double (*linearise_function)(const Lanes* lanes, void* gradient, void* values) noexcept nogil
+ctypedef double (*linearise_function)(
+    const Lanes* lanes, void* gradient, void* values) noexcept nogil
 # residuals [n][residuals], entries [n][jacobian entries], both by instance
 ctypedef void (*rows_function)(const Lanes* lanes, void* residuals, void* entries) noexcept nogil
 

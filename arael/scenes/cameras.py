@@ -55,6 +55,19 @@ class Camera:
         return np.stack([ray, np.cross(col2, ray), col2], axis=2)
 
 
+def pixel_angles(pixel: Array) -> Array:
+    """Angular size (n, 2) [rad] of the pixels at `pixel` (n, 2), across and up in their frame.
+
+    A step of one pixel moves the ray ``(u, v, 1)`` by ``1 / f`` in the image plane; seen from the
+    camera, the part of it across the ray counts, over the ray's length. Off the axis a pixel is
+    smaller than ``1 / f``.
+    """
+    u, v = ((pixel - CENTRE) / FOCAL).T
+    length = np.sqrt(1 + u**2 + v**2)
+    level = np.sqrt(1 + u**2)  # column 1 is horizontal, column 2 the rest
+    return np.column_stack([1 / (level * length), level / length**2]) / FOCAL
+
+
 def camera_ring() -> tuple[Camera, ...]:
     """Make the cameras: at yaw 0, 72, ... 288 degrees, 0.1 m off the body's axis, 0.3 m up."""
     return tuple(_camera(2 * np.pi * k / COUNT) for k in range(COUNT))

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from arael.scenes.rotation import euler_angles
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -61,6 +63,31 @@ def closest_pose(landmarks: Array, poses: Array) -> tuple[Index, Array]:
     """Index (m,) of the pose closest to each landmark, and its distance (m,) [m]."""
     distance, index = cKDTree(poses).query(landmarks)
     return index.astype(np.int64), distance
+
+
+def seen_from(index: Index, poses: Array, rotations: Array, points: Array) -> Array:
+    """Vectors (m, 3) from pose ``index[k]`` to ``points[k]``, in that pose's frame.
+
+    Differences of such vectors between estimate and truth need no alignment: no motion of the world
+    changes them.
+
+    Parameters
+    ----------
+    index : (m,) rows of `poses`
+    poses, rotations : (n, 3) and (n, 3, 3), body to world
+    points : (m, 3)
+    """
+    vectors: Array = np.einsum("kji,kj->ki", rotations[index], points - poses[index])
+    return vectors
+
+
+def motions(poses: Array, rotations: Array) -> tuple[Array, Array]:
+    """Motion from each pose to the next in its frame: positions (n-1, 3), roll, pitch, yaw."""
+    back = np.swapaxes(rotations[:-1], 1, 2)
+    return (
+        np.einsum("kij,kj->ki", back, np.diff(poses, axis=0)),
+        euler_angles(back @ rotations[1:]),
+    )
 
 
 @dataclass(frozen=True)

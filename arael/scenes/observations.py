@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from arael.scenes.cameras import FOCAL, camera_ring
+from arael.scenes.cameras import camera_ring, pixel_angles
 from arael.scenes.config import SceneConfig
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ class Observations:
     pixel : (k, 2) where in the image [px], noise included
     mf2r : (k, 3, 3) feature frame to body, column 0 along the ray
     camera_pos : (k, 3) camera in the body frame [m]
-    isigma : (k, 2) 1 / angular size of a pixel [1/rad]
+    isigma : (k, 2) 1 / angular size of the pixel, across and up in its frame [1/rad]
     wrong : (k,) whether the association is wrong
     """
 
@@ -83,6 +83,6 @@ def observe(
         pixel=pixel,
         mf2r=frames,
         camera_pos=np.stack([one.pos for one in cameras])[camera],
-        isigma=np.full((count, 2), FOCAL),
+        isigma=1 / pixel_angles(pixel),
         wrong=wrong,
     )

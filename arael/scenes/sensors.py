@@ -9,7 +9,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from arael.scenes.config import SceneConfig
-from arael.scenes.rotation import euler_angles
+from arael.scenes.evaluate import motions
 
 Array = NDArray[np.float64]
 
@@ -52,9 +52,7 @@ def measure(config: SceneConfig, pos: Array, ea: Array, rotation: Array, rng: Ge
     tilt = ea[:, :2] + rng.normal(0.0, TILT_SIGMA, size=(count, 2))
 
     delta_pos, delta_ea = np.zeros((count, 3)), np.zeros((count, 3))
-    back = np.swapaxes(rotation[:-1], 1, 2)
-    delta_pos[1:] = np.einsum("kij,kj->ki", back, np.diff(pos, axis=0))
-    delta_ea[1:] = euler_angles(back @ rotation[1:])
+    delta_pos[1:], delta_ea[1:] = motions(pos, rotation)
     pos_sigma, ea_sigma = _odometry_sigmas(delta_pos, delta_ea)
     if config.odometry_noise:
         delta_pos[1:] += pos_sigma[1:] * rng.standard_normal((count - 1, 3))

@@ -1,6 +1,6 @@
 """Random models in the language, with data: what generated kernels are compared on.
 
-Expressions are smooth and stay away from singular points, so that central differences mean something.
+Expressions are smooth and stay away from singular points, so that differences mean something.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ SCALARS = [
 ]  # fmt: skip
 VECTORS = [
     "a.p", "b.p", "k", "a.d", "parent.c", "a.e.rotation_matrix() * b.p",
-    "b.e.rotation_matrix()' * (a.p - b.p)", "parent.q.rotate(k)", "parent.r.rotation_matrix() * a.p",
-    "b.m * k", "euler_angles(a.e.rotation_matrix()' * rotation_matrix(k))", "(parent.q * parent.r).vec",
-    "a.e - a.e.value", "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)",
+    "b.e.rotation_matrix()' * (a.p - b.p)", "parent.q.rotate(k)", "b.m * k",
+    "parent.r.rotation_matrix() * a.p", "(parent.q * parent.r).vec",
+    "euler_angles(a.e.rotation_matrix()' * rotation_matrix(k))", "a.e - a.e.value", "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)",
 ]  # fmt: skip
 UNARY = ["sin({})", "cos({})", "atan({})", "tanh({})", "exp(0.3 * tanh({}))", "sqrt(2 + sin({}))",
          "starship({}, 2.5)", "-{}", "({})^2", "log(3 + cos({}))", "fast_atan({})"]  # fmt: skip

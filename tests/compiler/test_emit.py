@@ -132,5 +132,7 @@ def test_names_of_the_model_never_become_identifiers() -> None:
 
 
 def test_numbers_keep_every_digit() -> None:
-    source = emitted("root R { param a: real\n constraint c { a * 0.1234567890123456789e-300 }\n}\n")
+    source = emitted(
+        "root R { param a: real\n constraint c { a * 0.1234567890123456789e-300 }\n}\n"
+    )
     assert repr(0.1234567890123456789e-300) in source

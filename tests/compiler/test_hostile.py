@@ -1,4 +1,4 @@
-"""Models from strangers: whatever the text, the stages end soon, with source or with diagnostics."""
+"""Models from strangers: whatever the text, the stages end soon, with source or diagnostics."""
 
 import time
 

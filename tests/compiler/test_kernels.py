@@ -126,7 +126,8 @@ def test_products_by_loops_agree_with_products_spelled_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = (
-        "struct N { param p: vec<9> }\nstruct E { a: ref N in root.n; b: ref N in root.n; k: vec<9>\n"
+        "struct N { param p: vec<9> }\n"
+        "struct E { a: ref N in root.n; b: ref N in root.n; k: vec<9>\n"
         "    constraint c { a.p .* b.p - k }\n}\nroot R { n: list of N; e: list of E }\n"
     )
     found = []

@@ -8,7 +8,15 @@ import arael
 from arael.diagnostics.records import AraelError
 from arael.loading import load_compiled, standard_models
 
-SLOW = ("lark", "sympy", "Cython", "setuptools", "scipy.linalg", "scipy.sparse", "arael.syntax.parser")
+SLOW = (
+    "lark",
+    "sympy",
+    "Cython",
+    "setuptools",
+    "scipy.linalg",
+    "scipy.sparse",
+    "arael.syntax.parser",
+)
 
 
 def test_every_standard_model_loads() -> None:

@@ -19,8 +19,9 @@ def test_residuals_at_truth_are_the_noise(scene: Scene) -> None:
     cols = columns(scene)
     bearing = slam.bearing(cols, scene.pos, scene.ea, scene.landmarks)
     right = bearing[~scene.observations.wrong]
-    assert np.abs(right).max() <= slam.starship(np.array(1.0)) + 0.01
-    assert 0.45 < right.std() < 1 / np.sqrt(3)  # a pixel off the axis is a smaller angle
+    # A step along the image's rows also turns the ray up or down where both u and v are large.
+    assert 1.0 < np.abs(right).max() <= slam.starship(np.array(1.5))
+    assert right.std() == pytest.approx(1 / np.sqrt(3), rel=0.05)
     assert np.abs(bearing[scene.observations.wrong]).max() < 5
     assert slam.odometry(cols, scene.pos, scene.ea).std() == pytest.approx(1, rel=0.15)
     assert slam.tilt(cols, scene.ea).std() == pytest.approx(1, rel=0.25)

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from arael.scenes import SceneConfig, benchmark_config, demo_config, make_scene
-from arael.scenes.cameras import FOCAL, camera_ring
+from arael.scenes.cameras import FOCAL, camera_ring, pixel_angles
 from arael.scenes.evaluate import closest_pose
 from arael.scenes.landmarks import visible_pairs
 from arael.scenes.rotation import euler_angles, rotation_matrices
@@ -207,3 +207,16 @@ def test_closest_pose() -> None:
 def test_impossible_options_are_named(options: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         SceneConfig(**options)  # type: ignore[arg-type]
+
+
+def test_angular_size_of_pixels() -> None:
+    """Against the angle by which the ray moves in its frame when the pixel does."""
+    pixel = np.random.default_rng(3).uniform((0, 0), (1024, 768), (20, 2))
+    camera, step = camera_ring()[1], 1e-4
+    frames = camera.feature_frames(pixel)
+    for axis, shift in ((1, [step, 0]), (2, [0, step])):
+        moved = camera.feature_frames(pixel + np.array(shift))[:, :, 0]
+        local = np.einsum("kji,kj->ki", frames, moved)
+        angle = np.abs(np.arctan2(local[:, axis], local[:, 0])) / step
+        assert pixel_angles(pixel)[:, axis - 1] == pytest.approx(angle, rel=1e-4)
+    assert pixel_angles(np.array([[512.0, 384.0]])) == pytest.approx(1 / FOCAL)
