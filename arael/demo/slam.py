@@ -45,11 +45,12 @@ class SlamRun(SceneRun):
 
     @cached_property
     def local_errors(self) -> Array:
-        """Error (m,) of each landmark as seen from its closest pose [m]: alignment plays no part."""
+        """Error (m,) of each landmark as seen from its closest pose [m], without alignment."""
         scene, closest = self.scene, self.errors.closest
         found = seen_from(closest, self.poses, self.rotations, self.landmarks)
         true = seen_from(closest, scene.pos, rotation_matrices(scene.ea), scene.landmarks)
-        return np.linalg.norm(found - true, axis=1)
+        errors: Array = np.linalg.norm(found - true, axis=1)
+        return errors
 
     @cached_property
     def motion_errors(self) -> tuple[Array, Array]:
@@ -127,7 +128,7 @@ def report(run: SlamRun) -> Iterator[str]:
     local = 100 * run.local_errors / errors.distance
     yield f"  landmarks as seen from their closest pose: {_told(local, '%')}"
     offset = np.linalg.norm(run.poses - run.scene.pos, axis=1).mean()
-    yield f"  poses before alignment: mean {offset:.3f} m, mostly the offset common to all GPS fixes"
+    yield f"  poses before alignment: mean {offset:.3f} m, mostly the offset of all GPS fixes"
     yield f"  largest robust cost of a bearing residual: {run.bearing_costs.max():.2f} (bound 25)"
     if not len(run.known):
         yield f"uncertainties are left out: more than {DENSE_LIMIT} parameters"

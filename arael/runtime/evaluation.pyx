@@ -335,11 +335,26 @@ cdef class Evaluation:
 
     def linearised(self):
         """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state."""
-        gradient = np.zeros(self.size + self.trash, dtype=self.dtype)
-        values = np.zeros(self.value_count + self.trash * self.trash, dtype=self.dtype)
+        gradient, values = self.room()
         cost = self.linearise(<void*>address(gradient), <void*>address(values))
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
+
+    def group_linearised(self, Py_ssize_t g, gradient, values):
+        """Cost of one group at the accepted state; its J'r and J'J are added to the arrays.
+
+        `gradient` (size + trash,) and `values` (value_count + trash^2,) as `room` makes them.
+        """
+        cost = self._group_linearise(g, <void*>address(gradient), <void*>address(values))
+        self.raise_failure()
+        return cost
+
+    def room(self):
+        """Zeros for J'r and for the values of J'J, trash included."""
+        return (
+            np.zeros(self.size + self.trash, dtype=self.dtype),
+            np.zeros(self.value_count + self.trash * self.trash, dtype=self.dtype),
+        )
 
     def group_rows(self, Py_ssize_t g):
         """Residuals (n, residuals) and Jacobian entries (n, entries) of one group."""

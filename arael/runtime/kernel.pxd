@@ -17,7 +17,7 @@ ctypedef struct Lanes:
     const void* const* state    # [uses] state arrays, rows x stride of the entity
     const int32_t* gradient_at  # [blocks][uses][W] first scalar of the entity in the gradient
     const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
-    const uint8_t* turn         # [blocks][pairs][W] 0 as computed, 1 transposed, 2 both on a diagonal
+    const uint8_t* turn         # [blocks][pairs][W] 0 as is, 1 transposed, 2 both on a diagonal
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as
 # rows and that of use b as columns; of a diagonal pair only the lower triangle is written.

@@ -65,7 +65,8 @@ def pixel_angles(pixel: Array) -> Array:
     u, v = ((pixel - CENTRE) / FOCAL).T
     length = np.sqrt(1 + u**2 + v**2)
     level = np.sqrt(1 + u**2)  # column 1 is horizontal, column 2 the rest
-    return np.column_stack([1 / (level * length), level / length**2]) / FOCAL
+    sizes: Array = np.column_stack([1 / (level * length), level / length**2]) / FOCAL
+    return sizes
 
 
 def camera_ring() -> tuple[Camera, ...]:

@@ -54,7 +54,8 @@ VECTORS = [
     "a.p", "b.p", "k", "a.d", "parent.c", "a.e.rotation_matrix() * b.p",
     "b.e.rotation_matrix()' * (a.p - b.p)", "parent.q.rotate(k)", "b.m * k",
     "parent.r.rotation_matrix() * a.p", "(parent.q * parent.r).vec",
-    "euler_angles(a.e.rotation_matrix()' * rotation_matrix(k))", "a.e - a.e.value", "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)",
+    "euler_angles(a.e.rotation_matrix()' * rotation_matrix(k))", "a.e - a.e.value",
+    "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)",
 ]  # fmt: skip
 UNARY = ["sin({})", "cos({})", "atan({})", "tanh({})", "exp(0.3 * tanh({}))", "sqrt(2 + sin({}))",
          "starship({}, 2.5)", "-{}", "({})^2", "log(3 + cos({}))", "fast_atan({})"]  # fmt: skip

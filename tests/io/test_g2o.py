@@ -1,7 +1,6 @@
 """g2o in and out: known start costs of public graphs, chains, and every mistake by file and line."""
 # ruff: noqa: E501 - a case, or a column, is one line
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +10,7 @@ from arael import io
 from arael.diagnostics.records import AraelError
 from arael.runtime.store import Store, rotations
 from tests.hand_layouts import pose_graph, slam
-
-DATA = Path(os.environ.get("ARAEL_DATA", Path(__file__).parents[2] / ".." / "shared" / "data"))
-
-
-def public(name: str) -> Path:
-    path = DATA / name
-    if not path.exists():
-        pytest.skip(f"public data set {name} is not there: set ARAEL_DATA to its folder")
-    return path
+from tests.public_data import public
 
 
 def wrap(angle: np.ndarray) -> np.ndarray:

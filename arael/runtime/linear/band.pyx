@@ -3,23 +3,27 @@
 
 Entry (i, j) of the factor lies at ``i + j * ld``: a dense column-major matrix whose leading
 dimension is barely more than the half-bandwidth. So the dense kernels work on it as they are, as
-long as the rows a vector may overshoot are kept zero behind each column.
+long as the rows a vector may overshoot are kept zero behind each column. It is also LAPACK's lower
+band storage, and LAPACK factorises bands so wide that they do not fit the caches.
 """
 
+from libc.math cimport isfinite
 from libc.string cimport memset
 
-from arael.runtime.linear cimport tiles
+from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address, put
 
 from arael.runtime.linear import bandwidth
+from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
 from arael.runtime.linear.memory import aligned
 
 # Entries above the diagonal that the kernels spoil; they lie at the far end of the column before.
 cdef enum:
     SPOILT = 6
+    WIDE = 1536                     # from this half-bandwidth on LAPACK is faster
 
 
 cdef class BandSolver(LinearSolver):
@@ -57,6 +61,8 @@ cdef class BandSolver(LinearSolver):
         # Rows a tile may overshoot: three vectors, or as many as cover the band and six columns.
         lanes = tiles.PAD_BYTES // itemsize
         overshoot = min(3, -(-(kd + 6) // lanes)) * lanes
+        if kd >= WIDE:
+            load_blas()
         self._height = kd + 1
         self._leading = kd + overshoot - 1 + SPOILT
         matrix = aligned((self.n + overshoot) * (self._leading + 1), self.dtype)
@@ -100,4 +106,17 @@ cdef class BandSolver(LinearSolver):
         put(self._blocks, 0, self._count, values, matrix)
         for i in range(self.n):
             matrix[i + i * ld] = diagonal[i]
+        if self._height > WIDE:
+            return self._factor_wide(matrix, <real*>self._inverse)
         return tiles.potrf(self.n, self._height, ld - SPOILT, matrix, ld, <real*>self._inverse)
+
+    cdef Py_ssize_t _factor_wide(self, real* matrix, real* inverse) noexcept nogil:
+        cdef Py_ssize_t n = self.n, ld = self._leading, i
+        cdef int width = <int>min(self._height - 1, n - 1)  # LAPACK wants a band inside the matrix
+        cdef Py_ssize_t status = blas.pbtrf(<int>n, width, matrix, <int>(ld + 1))
+        # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+        for i in range(n if status == 0 else status - 1):
+            if not isfinite(<double>matrix[i + i * ld]):
+                return i + 1
+            inverse[i] = 1 / matrix[i + i * ld]
+        return status

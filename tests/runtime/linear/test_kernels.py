@@ -55,7 +55,7 @@ def test_every_remainder(size: int, instructions: str) -> None:
 
 
 @pytest.mark.parametrize("size", [1537, 1600])
-@pytest.mark.parametrize("name", ["dense", "sparse"])
+@pytest.mark.parametrize("name", ["dense", "sparse", "band"])
 def test_beyond_the_own_kernels(size: int, name: str) -> None:
     """Matrices so large that LAPACK takes over; NaN is still found."""
     pattern = build([size - 20, 20], [(0, 1)])

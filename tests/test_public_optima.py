@@ -1,0 +1,70 @@
+"""Real pose graphs, from the file's start to their known optimum, with every general solver."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import arael
+from tests.public_data import public
+
+OPTIMA = {
+    (2, "M3500"): 137.9130,
+    (2, "intel"): 45.0047,
+    (2, "kitti_00"): 98.3220,
+    (2, "ringCity"): 262.8175,
+    (3, "tinyGrid3D"): 18.5194,
+    (3, "smallGrid3D"): 1025.3981,
+    (3, "parking-garage"): 1.2684,
+    (3, "sphere2500"): 1351.2157,
+}
+SMALL = ("intel", "tinyGrid3D", "smallGrid3D")
+"""Graphs that the solvers for full matrices finish in seconds."""
+
+CASES = [
+    (n, name, solver)
+    for n, name in OPTIMA
+    for solver in ("auto", "sparse", "cholmod", "dense", "band")
+    if name in SMALL or solver not in ("dense", "band")
+]
+
+
+@pytest.mark.parametrize(("n", "name", "solver"), CASES)
+def test_known_optimum(n: int, name: str, solver: str) -> None:
+    if solver == "cholmod":
+        pytest.importorskip("sksparse", reason="the CHOLMOD backend is optional")
+    graph = arael.load(f"pose_graph_{n}d")()
+    graph.read(public(f"pose_graph_{n}d/{name}.g2o"))
+    result = graph.solve(solver=solver)
+    assert result.status == "converged"
+    assert round(result.end_cost, 4) == OPTIMA[n, name]
+    if solver != "auto":
+        assert result.plan["solver"] == solver
+
+
+@pytest.mark.parametrize(("n", "name"), OPTIMA)
+def test_a_solved_graph_written_as_g2o_has_its_cost(n: int, name: str, tmp_path: Path) -> None:
+    model = arael.load(f"pose_graph_{n}d")
+    graph = model()
+    graph.read(public(f"pose_graph_{n}d/{name}.g2o"))
+    cost = graph.solve().end_cost
+    graph.write(tmp_path / "solved.g2o")
+    again = model()
+    again.read(tmp_path / "solved.g2o")
+    assert again.cost() == pytest.approx(cost, rel=1e-9)
+
+
+def test_every_solver_takes_the_same_first_step() -> None:
+    """Damped steps agree to 1e-8, so the states after one iteration do."""
+    states = {}
+    for solver in ("dense", "band", "lapack_band", "sparse", "cholmod"):
+        if solver == "cholmod":
+            pytest.importorskip("sksparse", reason="the CHOLMOD backend is optional")
+        graph = arael.load("pose_graph_3d")()
+        graph.read(public("pose_graph_3d/smallGrid3D.g2o"))
+        graph.solve(solver=solver, max_iters=1)
+        states[solver] = graph.poses.t.value.copy()
+    moved = abs(states["dense"]).max()
+    for solver, state in states.items():
+        assert abs(state - states["dense"]).max() < 1e-8 * moved, solver
