@@ -33,6 +33,8 @@ import arael
 from arael.diagnostics.records import AraelError, Diagnostic
 
 FORMAT = 1
+KEPT = 200
+"""Entries kept; where there are more, those used longest ago go."""
 
 
 class Manifest(msgspec.Struct, frozen=True):
@@ -154,7 +156,11 @@ def find(key: str) -> Entry | None:
             return None
     except OSError:
         return None
-    return read_entry(directory() / key)
+    entry = read_entry(directory() / key)
+    if entry:
+        with contextlib.suppress(OSError):
+            os.utime(entry.folder)  # used: see `_trim`
+    return entry
 
 
 def read_entry(folder: Path) -> Entry | None:
@@ -266,7 +272,22 @@ def store(
         os.replace(built, target)
     except OSError as error:
         raise unwritable(root, error) from error
+    _trim(root)
     return Entry(target, manifest)
+
+
+def _trim(root: Path) -> None:
+    """Remove the entries that were used longest ago, beyond `KEPT`, and builds a day old."""
+    with contextlib.suppress(OSError):
+        used = []
+        for folder in root.iterdir():
+            if folder.name.startswith("build-"):
+                if folder.stat().st_mtime < time.time() - 86400:
+                    shutil.rmtree(folder, ignore_errors=True)
+            elif (folder / "manifest.json").exists():
+                used.append((folder.stat().st_mtime, folder))
+        for _, folder in sorted(used, reverse=True)[KEPT:]:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def seal(

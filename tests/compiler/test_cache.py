@@ -152,3 +152,19 @@ def test_imported_files_are_watched(model: Path) -> None:
     assert load_compiled(model).origin == "cache"
     shared.write_text("const K = 3\n")
     assert load_compiled(model).origin == "compiled"
+
+
+def test_entries_used_longest_ago_are_dropped(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "KEPT", 2)
+    texts = [model.read_text() + f"# {k}\n" for k in range(4)]
+    made = []
+    for k, text in enumerate(texts):
+        model.write_text(text)
+        load_compiled(model)
+        (new,) = {name for name, _, _ in cache.entries()} - set(made)
+        made.append(new)
+        os.utime(cache.directory() / new, (k, k))
+        if k == 1:  # the first one is used again
+            model.write_text(texts[0])
+            load_compiled(model)
+    assert {name for name, _, _ in cache.entries()} == {made[0], made[3]}
