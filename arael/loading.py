@@ -57,7 +57,7 @@ def load(
     *,
     precision: Precision | None = None,
     root: str | None = None,
-    interpret: bool = False,
+    interpret: bool | None = None,
 ) -> type[Model]:
     """Load a model as a class whose instances hold its data.
 
@@ -66,7 +66,8 @@ def load(
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     precision : ``"f64"`` or ``"f32"`` instead of what the root declares
     root : which root, where the file has several
-    interpret : run on the NumPy interpreter instead of compiled kernels
+    interpret : run on the NumPy interpreter (True), on compiled kernels or not at all (False), or
+        on the interpreter only where there is no C compiler (None)
 
     Returns
     -------
@@ -106,7 +107,7 @@ def load_compiled(
     *,
     precision: Precision | None = None,
     root: str | None = None,
-    interpret: bool = False,
+    interpret: bool | None = None,
 ) -> Compiled:
     """`load`, without the class."""
     if precision not in (None, "f32", "f64"):
@@ -125,10 +126,20 @@ def load_compiled(
         if shipped is not None:
             return shipped
     key = cache.key(text, root, precision, "interpreter" if interpret else "native")
-    entry = cache.find(key)
+    entry = _usable(cache.find(key), interpret)
     if entry is not None:
         return _from_entry(entry, "cache")
     return _compile(path, key, root, precision, interpret)
+
+
+def _usable(entry: cache.Entry | None, interpret: bool | None) -> cache.Entry | None:
+    """The entry, unless it lacks kernels that could be had or have to be."""
+    if entry is None or interpret or entry.module is not None:
+        return entry
+    from arael.compiler import build
+
+    changed = entry.manifest.without != build.compiler_identity()
+    return None if changed or interpret is False else entry
 
 
 def find_model(model: str | os.PathLike[str]) -> Path:
@@ -137,11 +148,11 @@ def find_model(model: str | os.PathLike[str]) -> Path:
     Raises
     ------
     AraelError
-        E0701 if there is neither.
+        E0812 if there is neither.
     """
     name = os.fspath(model)
     path = Path(name)
-    if path.suffix == ".arael" or path.exists() or os.sep in name:
+    if path.suffix == ".arael" or path.is_file() or os.sep in name:
         return path
     known = standard_models()
     if name in known:
@@ -171,9 +182,8 @@ def standard_models() -> dict[str, Path]:
 def _read(path: Path) -> str:
     """Text of the model; what is wrong with the file is told by the syntax room."""
     try:
-        data = path.read_bytes()
-        if len(data) <= 1 << 20:
-            return data.decode("utf-8")
+        if path.is_file() and path.stat().st_size <= 1 << 20:
+            return path.read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError):
         pass
     from arael.syntax.files import read_source
@@ -230,7 +240,7 @@ def _warn_interpreted(why: str) -> None:
 
 
 def _compile(
-    path: Path, key: str, root: str | None, precision: str | None, interpret: bool
+    path: Path, key: str, root: str | None, precision: str | None, interpret: bool | None
 ) -> Compiled:
     """Compile a model and keep the result; another process may have done so meanwhile."""
     from arael.compiler import build, compiler
@@ -240,19 +250,30 @@ def _compile(
     layout = program.layout
     try:
         with cache.building(key) as folder:
-            entry = cache.find(key)
+            entry = _usable(cache.find(key), interpret)
             if entry is not None:
                 return _from_entry(entry, "cache")
             (folder / "layout.json").write_bytes(to_json(layout))
-            why = ""
+            described, without = "", ""
             if not interpret:
                 source = compiler.emit(program, cache.digest(path.read_bytes())[:16])
-                why = build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
-                if why:
-                    cache.keep_failure(key, why)
-            described = why or ("" if interpret else build.compiler_version())
+                try:
+                    build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
+                    described = build.compiler_version()
+                except build.NoCompiler as error:
+                    described, without = error.diagnostics[0].message, build.compiler_identity()
+                    cache.keep_failure(key, str(error))
+                    if interpret is False:
+                        raise
             entry = cache.store(
-                key, folder, layout.name, str(path.resolve()), described, seconds, dependencies
+                key,
+                folder,
+                layout.name,
+                str(path.resolve()),
+                described,
+                seconds,
+                dependencies,
+                without,
             )
     except AraelError as error:
         if interpret and any(d.code.startswith("E080") for d in error.diagnostics):
@@ -263,26 +284,28 @@ def _compile(
 
 def build_module(
     folder: Path, name: str, source: str, seconds: dict[str, float], target: str = "native"
-) -> str:
-    """Write, cythonise and compile kernels into `folder`; return why not, or ""."""
+) -> None:
+    """Write, cythonise and compile kernels into `folder`.
+
+    Raises
+    ------
+    arael.compiler.build.NoCompiler
+        There is none, or it does not work; the source stays.
+    """
     from arael.compiler import build
 
     pyx = folder / f"{name}.pyx"
     pyx.write_text(source, encoding="utf-8")
-    if build.find_compiler() is None:
-        return "no C compiler found"
+    build.require_compiler()
     started = time.perf_counter()
     c_file = build.cython_to_c(pyx)
     seconds["cython"] = time.perf_counter() - started
     started = time.perf_counter()
     try:
         build.compile_c(c_file, target)
-    except build.NoCompiler as error:
-        return error.diagnostics[0].message
     finally:
         c_file.unlink(missing_ok=True)
     seconds["compile"] = time.perf_counter() - started
-    return ""
 
 
 def compile_program(

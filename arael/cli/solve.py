@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +34,11 @@ if TYPE_CHECKING:
 @precision_option
 @threads_option
 @click.option("--max-iters", type=click.IntRange(min=1), help="Most attempts at a step per pass.")
-@click.option("--interpret", is_flag=True, help="Run on the NumPy interpreter, without a compiler.")
+@click.option(
+    "--interpret/--compiled",
+    default=None,
+    help="Run on the NumPy interpreter, or on compiled kernels or not at all.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
 @click.option(
     "--covariance", type=click.Path(dir_okay=False), help="Write sigmas here (.npz, .json)."
@@ -51,7 +56,7 @@ def command(
     precision: str | None,
     threads: int,
     max_iters: int | None,
-    interpret: bool,
+    interpret: bool | None,
     verbose: bool,
     covariance: str | None,
     plot: str | None,
@@ -171,7 +176,12 @@ def _rehearse_writing(instance: Any, output: str | None) -> None:
     import arael
 
     with tempfile.TemporaryDirectory(prefix="arael-") as folder:
-        arael.write(instance, Path(folder) / Path(output).name)
+        try:
+            arael.write(instance, Path(folder) / Path(output).name)
+        except AraelError as error:
+            beside = str(Path(output).parent)
+            found = (replace(d, origin=d.origin.replace(folder, beside)) for d in error.diagnostics)
+            raise AraelError(found) from None
 
 
 def _write_all(

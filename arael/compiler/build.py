@@ -85,6 +85,22 @@ def find_compiler() -> str | None:
     return None
 
 
+def require_compiler() -> None:
+    """Raise NoCompiler (E0801) if there is none."""
+    if find_compiler() is None:
+        raise NoCompiler(_no_compiler())
+
+
+def compiler_identity() -> str:
+    """Path and age of the compiler, or "": what fails with it need not be tried again."""
+    path = find_compiler()
+    if path is None:
+        return "none"
+    with contextlib.suppress(OSError):
+        return f"{path}:{os.stat(path).st_mtime_ns}"
+    return path
+
+
 def compiler_version() -> str:
     """First line of what the compiler says of itself, or ""."""
     path = find_compiler()
@@ -138,8 +154,7 @@ def compile_c(c_file: Path, target: str = NATIVE) -> Path:
     NoCompiler
         There is none, or it cannot compile an extension module here.
     """
-    if find_compiler() is None:
-        raise NoCompiler(_no_compiler())
+    require_compiler()
     module = c_file.with_name(c_file.stem + (sysconfig.get_config_var("EXT_SUFFIX") or ".so"))
     if sys.platform == "win32":
         return _compile_with_setuptools(c_file, module, target)

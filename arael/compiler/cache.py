@@ -50,6 +50,7 @@ class Manifest(msgspec.Struct, frozen=True):
     files: dict[str, str]  # name -> SHA-256
     key: str = ""
     dependencies: dict[str, str] = {}  # imported file -> SHA-256 of its text
+    without: str = ""  # where there are no kernels: the compiler that failed
 
 
 @dataclass(frozen=True)
@@ -261,11 +262,12 @@ def store(
     compiler: str,
     seconds: dict[str, float],
     dependencies: dict[str, str],
+    without: str = "",
 ) -> Entry:
     """Move the files of the folder `built` into place as the entry of `key`."""
     root = directory()
     try:
-        manifest = seal(built, key, name, source, compiler, seconds, dependencies)
+        manifest = seal(built, key, name, source, compiler, seconds, dependencies, without)
         target = root / key
         if target.exists():
             shutil.rmtree(target)
@@ -298,6 +300,7 @@ def seal(
     compiler: str,
     seconds: dict[str, float],
     dependencies: dict[str, str],
+    without: str = "",
 ) -> Manifest:
     """Write the manifest of a folder, which makes it an entry."""
     manifest = Manifest(
@@ -311,6 +314,7 @@ def seal(
         files={p.name: digest(p.read_bytes()) for p in sorted(folder.iterdir())},
         key=key,
         dependencies=dependencies,
+        without=without,
     )
     (folder / "manifest.json").write_bytes(msgspec.json.encode(manifest))
     return manifest

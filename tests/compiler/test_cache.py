@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import arael
-from arael.compiler import cache
+from arael.compiler import build, cache
 from arael.diagnostics.records import AraelError
 from arael.loading import InterpretedWarning, load_compiled
 
@@ -118,12 +118,24 @@ def test_without_compiler_the_interpreter_stands_in(
     model: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.warns(InterpretedWarning, match="no C compiler"):
+    with pytest.warns(InterpretedWarning, match="no-such-compiler"):
         line = arael.load(model)(a=0.0)
     assert type(line).compiled.origin == "interpreted"  # type: ignore[attr-defined]
     line.data.extend(x=[1.0, 2.0], y=[3.0, 6.0])
     line.solve()
     assert line.a.value == pytest.approx(3)
+
+
+def test_once_there_is_a_compiler_it_is_used(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as without:
+        without.setattr(build, "find_compiler", lambda: None)
+        with pytest.warns(InterpretedWarning, match="no C compiler"):
+            load_compiled(model)
+        with pytest.warns(InterpretedWarning):  # from the cache
+            assert load_compiled(model).origin == "interpreted"
+        with pytest.raises(AraelError, match="no C compiler found"):
+            load_compiled(model, interpret=False)
+    assert load_compiled(model).origin == "compiled"
 
 
 def test_broken_compiler_is_reported_and_its_words_are_kept(

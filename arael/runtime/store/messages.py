@@ -67,7 +67,7 @@ def unknown_field(
         "E0701",
         f"`{struct}` has no field `{shorten(name)}`",
         origin=str(origin),
-        notes=(f"`{struct}` is declared at {where}",) if where else (),
+        notes=(f"this `{struct}` is declared at {where}",) if where else (),
         help=(suggestion(name, known),) if known else (),
     )
 
