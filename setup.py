@@ -68,9 +68,14 @@ class BuildExt(build_ext):
         super().run()
         sys.path.insert(0, str(ROOT))
         from arael.compiler.ship import ship
+        from arael.diagnostics.records import AraelError
+        from arael.diagnostics.render import render
 
         package = ROOT if self.inplace or self.editable_mode else Path(self.build_lib)
-        ship(sorted((ROOT / "models").glob("*.arael")), package / "arael" / "models")
+        try:
+            ship(sorted((ROOT / "models").glob("*.arael")), package / "arael" / "models")
+        except AraelError as error:
+            raise SystemExit(render(error.diagnostics)) from None
 
 
 setup(ext_modules=extensions(), cmdclass={"build_py": BuildPy, "build_ext": BuildExt})

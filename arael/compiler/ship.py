@@ -30,6 +30,7 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
         A model is wrong, or there is no working C compiler.
     """
     chosen = list(targets or processor.shipped_targets())
+    folder = folder.resolve()  # the C compiler runs elsewhere
     folder.mkdir(parents=True, exist_ok=True)
     # Deriving and Cython hold the interpreter lock, the C compiler does not.
     with ThreadPoolExecutor(2) as pool:
