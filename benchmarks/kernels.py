@@ -76,9 +76,12 @@ def _measure(precision: str) -> dict[str, object]:
     problem = Problem(compiled.layout, model._store, compiled.kernels)
     number = [g.label for g in compiled.layout.groups].index("PointFrine.bearing")
     evaluation = problem.evaluation
+    gradient, values = evaluation.room()
     return {
         "observations": len(problem.structure.active[number]),
-        "linearise": timed(lambda: evaluation.group_linearised(number), RUNS).runs,
+        "linearise": timed(
+            lambda: evaluation.group_linearised(number, gradient, values), RUNS
+        ).runs,
         "cost": timed(lambda: evaluation.group_cost(number), RUNS).runs,
     }
 

@@ -15,7 +15,7 @@ GRAPHS = {
     "parking-garage": ("pose_graph_3d", "pose_graph_3d/parking-garage.g2o"),
 }
 SOLVERS = ("sparse", "cholmod")
-SHORT, LONG = 2, 8
+SHORT, LONG = 1, 4
 
 
 def run() -> list[str]:
@@ -50,13 +50,11 @@ def _slope(model: str, path: Path, solver: str) -> Timing:
             arael.read(instance, path)
             result = instance.solve(
                 solver=solver,
-                config=arael.LmConfig(
-                    max_iters=iterations,
-                    min_iters=iterations,
-                    patience=iterations,
-                    abs_precision=0.0,
-                    rel_precision=0.0,
-                ),
+                max_iters=iterations,
+                min_iters=iterations,
+                patience=iterations,
+                abs_precision=0.0,
+                rel_precision=0.0,
             )
             seconds.append((sum(record["seconds"] for record in result.history), result.iterations))
         (short, n), (long, m) = seconds

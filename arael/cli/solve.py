@@ -180,7 +180,10 @@ def _rehearse_writing(instance: Any, output: str | None) -> None:
             arael.write(instance, Path(folder) / Path(output).name)
         except AraelError as error:
             beside = str(Path(output).parent)
-            found = (replace(d, origin=d.origin.replace(folder, beside)) for d in error.diagnostics)
+            found = (
+                replace(d, origin=d.origin.replace(folder, beside).removeprefix("./"))
+                for d in error.diagnostics
+            )
             raise AraelError(found) from None
 
 

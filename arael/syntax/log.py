@@ -11,6 +11,9 @@ from arael.syntax.limits import MAX_ERRORS
 _MAX_MESSAGE = 240
 
 
+STRAY = "E0110"
+
+
 class ErrorLog:
     """Errors of `source`; gives up with `AraelError` when there are too many to be of use."""
 
@@ -51,6 +54,8 @@ class ErrorLog:
     def add(self, diagnostic: Diagnostic) -> None:
         """Record `diagnostic`, which must have a span."""
         assert diagnostic.span is not None
+        if (diagnostic.span.start, STRAY) in self._found:
+            return  # what stands for a stray character is our guess, not the writer's
         self._found.setdefault((diagnostic.span.start, diagnostic.code), diagnostic)
         if len(self._found) >= MAX_ERRORS:
             *others, last = self.in_order()
