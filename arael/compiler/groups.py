@@ -211,7 +211,7 @@ def _assemble(
         guard_raw=guard_raw,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         index_column=site.index_column,
-        operations_before=graph.tree_operations(outputs),
+        operations_before=kernel.tree_operations(everything),
         operations_after=linearise.operations,
         doc=site.doc,
     )
