@@ -17,8 +17,16 @@ FORMATS = {
     "npz": "NumPy columns by path (.npz)",
     "csv": "one collection, a row a line (.csv, .tsv)",
     "g2o": "pose graphs of pose_graph_2d and pose_graph_3d (.g2o)",
+    "bal": "bundle adjustment of bundle_adjustment (.bal, .txt)",
 }
-EXTENSIONS = {".json": "json", ".npz": "npz", ".csv": "csv", ".tsv": "csv", ".g2o": "g2o"}
+EXTENSIONS = {
+    ".json": "json",
+    ".npz": "npz",
+    ".csv": "csv",
+    ".tsv": "csv",
+    ".g2o": "g2o",
+    ".bal": "bal",
+}
 
 
 class HasStore(Protocol):
@@ -84,10 +92,14 @@ def read(
         from arael.io import csv_reader
 
         csv_reader.read(store, content, name, collection)
-    else:
+    elif found == "g2o":
         from arael.io import g2o
 
         g2o.read(store, content, name)
+    else:
+        from arael.io import bal
+
+        bal.read(store, content, name)
 
 
 def write(
@@ -147,6 +159,10 @@ def _content(store: Store, format: str, name: str, collection: str | None) -> by
         from arael.io import csv_writer
 
         return csv_writer.dump(store, name, collection)
+    if format == "bal":
+        from arael.io import bal
+
+        return bal.dump(store, name)
     from arael.io import g2o
 
     return g2o.dump(store, name)
@@ -158,6 +174,10 @@ def format_of(path: StrPath, content: bytes) -> str:
     extension = os.path.splitext(name)[1]
     if extension in EXTENSIONS:
         return EXTENSIONS[extension]
+    from arael.io.bal import HEAD
+
+    if HEAD.match(content[:4096]) or (extension == ".txt" and not content):
+        return "bal"
     start = content[:4096].lstrip()
     if start.startswith(b"PK\x03\x04"):
         return "npz"

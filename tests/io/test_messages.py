@@ -1,7 +1,7 @@
 """Messages about data files, as the Markdown files in ``messages`` show them.
 
 The first ```` ```arael ```` block of a file is the model of all its cases (pose_graph_2d if
-there is none). A case is a block of data (```` ```json ````, ```` ```csv ````, ```` ```g2o ````)
+there is none). A case is a block of data of any text format
 followed by a ```` ```text ```` block with what arael says of it. ``pytest --update`` writes the
 present output into the files.
 """
@@ -20,7 +20,7 @@ FOLDER = Path(__file__).parent / "messages"
 MODEL = re.compile(r"^```arael\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CASE = re.compile(
     r"^## (?P<title>[^\n]*)\n(?:(?!^```|^#)[^\n]*\n)*?"
-    r"^```(?P<kind>json|csv|g2o)\n(?P<data>.*?)^```\n\n```text\n(?P<said>.*?)^```$",
+    r"^```(?P<kind>json|csv|g2o|bal)\n(?P<data>.*?)^```\n\n```text\n(?P<said>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
 CASES = [

@@ -102,6 +102,22 @@ def quaternion_from_euler(euler: Array) -> Array:
     )
 
 
+def quaternion_from_vector(v: Array) -> Array:
+    """(..., 3) rotation vectors [rad] -> (..., 4)."""
+    half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
+    # sin(h) / (2 h) without the quotient of two zeros; numpy's sinc has a pi in it.
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
+
+
+def vector_from_quaternion(q: Array) -> Array:
+    """(..., 4) unit -> (..., 3) rotation vectors [rad] of at most pi."""
+    q = np.where(q[..., :1] < 0, -q, q)
+    length = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(length, q[..., :1])
+    small = length < 1e-150
+    return np.where(small, 2.0, angle / np.where(small, 1.0, length)) * q[..., 1:]
+
+
 def is_unit(q: Array) -> NDArray[np.bool_]:
     """Whether quaternions (..., 4) are unit up to the rounding of a data file."""
     return np.asarray(np.abs(np.linalg.norm(q, axis=-1) - 1) <= UNIT_TOLERANCE)
