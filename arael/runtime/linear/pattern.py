@@ -79,7 +79,11 @@ class BlockPattern:
         column, row = keys // max(nb, 1), keys % max(nb, 1)
         column_start = np.searchsorted(column, np.arange(nb + 1)).astype(np.int64)
         lengths = sizes[row] * sizes[column]
-        value_start = np.concatenate(([0], np.cumsum(lengths)))[:-1].astype(np.int64)
+        # Values lie by block rows: what observes one landmark writes to one place in memory, and
+        # what eliminates it reads from there.
+        by_row = np.argsort(row * max(nb, 1) + column)
+        value_start = np.empty(len(row), dtype=np.int64)
+        value_start[by_row] = np.concatenate(([0], np.cumsum(lengths[by_row])))[:-1]
         named = {} if name_of is None else {"name_of": name_of}
         return cls(
             np.asarray(sizes, dtype=np.int64),
