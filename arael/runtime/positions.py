@@ -18,13 +18,16 @@ def diagonal_positions(pattern: BlockPattern) -> Ints:
 
 def coordinates(pattern: BlockPattern) -> tuple[Ints, Ints]:
     """Row and column of every value, (value_count,) each, squares of diagonal blocks whole."""
+    in_memory = np.argsort(pattern.value_start)
+    block_row = pattern.rows[in_memory]
     block_column = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-    height, width = pattern.sizes[pattern.rows], pattern.sizes[block_column]
+    block_column = block_column[in_memory]
+    height, width = pattern.sizes[block_row], pattern.sizes[block_column]
     lengths = height * width
     block = np.repeat(np.arange(len(lengths)), lengths)
-    inner = np.arange(int(lengths.sum())) - np.repeat(pattern.value_start, lengths)
+    inner = np.arange(int(lengths.sum())) - np.repeat(pattern.value_start[in_memory], lengths)
     offsets = pattern.offsets
-    row = offsets[pattern.rows][block] + inner // width[block]
+    row = offsets[block_row][block] + inner // width[block]
     column = offsets[block_column][block] + inner % width[block]
     return row, column
 
