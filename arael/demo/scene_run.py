@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import arael
+from arael.geometry import rotation_matrix
 from arael.plot.sparsity import hessian_pattern
 from arael.runtime.layout import Layout
 from arael.scenes import Scene, SceneConfig, columns, fill, make_scene
-from arael.scenes.rotation import rotation_matrices
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class SceneRun:
     @cached_property
     def rotations(self) -> Array:
         """Solved attitudes (n, 3, 3), body to world."""
-        return rotation_matrices(np.array(self.instance.poses.ea.value, dtype=np.float64))
+        return rotation_matrix(np.array(self.instance.poses.ea.value, dtype=np.float64))
 
     @cached_property
     def hessian(self) -> Array:

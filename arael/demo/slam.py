@@ -15,9 +15,9 @@ from arael.demo.landmark_table import LandmarkLine, landmark_lines, spread
 from arael.demo.report import scene_lines, solve_lines
 from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
 from arael.demo.uncertainty import ellipsoid_axes, relative_covariances
+from arael.geometry import rotation_matrix
 from arael.scenes import SceneConfig
 from arael.scenes.evaluate import Errors, errors_against_truth, motions, rigid, seen_from
-from arael.scenes.rotation import rotation_matrices
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -48,7 +48,7 @@ class SlamRun(SceneRun):
         """Error (m,) of each landmark as seen from its closest pose [m], without alignment."""
         scene, closest = self.scene, self.errors.closest
         found = seen_from(closest, self.poses, self.rotations, self.landmarks)
-        true = seen_from(closest, scene.pos, rotation_matrices(scene.ea), scene.landmarks)
+        true = seen_from(closest, scene.pos, rotation_matrix(scene.ea), scene.landmarks)
         errors: Array = np.linalg.norm(found - true, axis=1)
         return errors
 
@@ -56,7 +56,7 @@ class SlamRun(SceneRun):
     def motion_errors(self) -> tuple[Array, Array]:
         """Errors (n-1,) of the motion from pose to pose: position [m] and attitude [rad]."""
         found = motions(self.poses, self.rotations)
-        true = motions(self.scene.pos, rotation_matrices(self.scene.ea))
+        true = motions(self.scene.pos, rotation_matrix(self.scene.ea))
         pos, ea = (np.linalg.norm(f - t, axis=1) for f, t in zip(found, true, strict=True))
         return pos, ea
 

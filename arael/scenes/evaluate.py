@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from arael.scenes.rotation import euler_angles
+from arael.geometry import euler_angles
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from arael.scenes.cameras import camera_ring, pixel_angles
+from arael.scenes.cameras import camera_ring
 from arael.scenes.config import SceneConfig
 
 Array = NDArray[np.float64]
@@ -83,6 +83,6 @@ def observe(
         pixel=pixel,
         mf2r=frames,
         camera_pos=np.stack([one.pos for one in cameras])[camera],
-        isigma=1 / pixel_angles(pixel),
+        isigma=1 / cameras[0].pixel_angles(pixel),
         wrong=wrong,
     )

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.random import PCG64, Generator
 from numpy.typing import NDArray
 
+from arael.geometry import rotation_matrix
 from arael.scenes.config import SceneConfig
 from arael.scenes.landmarks import place_landmarks, visibility_ranges, visible_pairs
 from arael.scenes.observations import Observations, observe
-from arael.scenes.rotation import rotation_matrices
 from arael.scenes.sensors import Sensors, measure
 from arael.scenes.trajectory import trajectory
 
@@ -66,7 +66,7 @@ def make_scene(config: SceneConfig | None = None) -> Scene:
     placing, seeing, measuring, starting = Generator(PCG64(config.seed)).spawn(4)
 
     pos, ea = trajectory(config.trajectory, config.poses)
-    rotation = rotation_matrices(ea)
+    rotation = rotation_matrix(ea)
     landmarks, anchors = place_landmarks(pos, config.landmark_count, placing)
     reach = visibility_ranges(config, len(landmarks), placing)
     pairs = visible_pairs(config, pos, anchors, reach)

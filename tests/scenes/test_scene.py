@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from arael.geometry import euler_angles, rotation_matrix
 from arael.scenes import SceneConfig, benchmark_config, demo_config, make_scene
-from arael.scenes.cameras import FOCAL, camera_ring, pixel_angles
+from arael.scenes.cameras import camera_ring
 from arael.scenes.evaluate import closest_pose
 from arael.scenes.landmarks import visible_pairs
-from arael.scenes.rotation import euler_angles, rotation_matrices
 from arael.scenes.trajectory import SPACING, TRAJECTORIES, trajectory
+
+FOCAL = 512 / np.tan(np.deg2rad(40))
 
 
 def test_default_size() -> None:
@@ -125,7 +127,7 @@ def test_some_landmarks_are_seen_widely() -> None:
 def test_pixels_are_where_the_truth_projects_plus_noise() -> None:
     scene = make_scene()
     seen = scene.observations
-    rotation = rotation_matrices(scene.ea)[seen.pose]
+    rotation = rotation_matrix(scene.ea)[seen.pose]
     body = np.einsum("kji,kj->ki", rotation, scene.landmarks[seen.landmark] - scene.pos[seen.pose])
     for k, camera in enumerate(camera_ring()):
         mine = seen.camera == k
@@ -165,7 +167,7 @@ def test_cameras_see_nothing_behind_or_too_near() -> None:
 
 def test_odometry_follows_the_truth_within_its_sigma() -> None:
     scene = make_scene(demo_config(2000, landmarks=10))
-    rotation = rotation_matrices(scene.ea)
+    rotation = rotation_matrix(scene.ea)
     moved = np.einsum("kji,kj->ki", rotation[:-1], np.diff(scene.pos, axis=0))
     off = (scene.sensors.delta_pos[1:] - moved) / scene.sensors.delta_pos_sigma[1:]
     assert off.std(axis=0) == pytest.approx([1, 1, 1], abs=0.07)
@@ -186,7 +188,7 @@ def test_start_is_off_by_what_was_asked() -> None:
 
 def test_rotation_round_trip() -> None:
     ea = np.random.default_rng(1).uniform(-1.5, 1.5, size=(50, 3))
-    assert euler_angles(rotation_matrices(ea)) == pytest.approx(ea)
+    assert euler_angles(rotation_matrix(ea)) == pytest.approx(ea)
 
 
 def test_closest_pose() -> None:
@@ -218,5 +220,5 @@ def test_angular_size_of_pixels() -> None:
         moved = camera.feature_frames(pixel + np.array(shift))[:, :, 0]
         local = np.einsum("kji,kj->ki", frames, moved)
         angle = np.abs(np.arctan2(local[:, axis], local[:, 0])) / step
-        assert pixel_angles(pixel)[:, axis - 1] == pytest.approx(angle, rel=1e-4)
-    assert pixel_angles(np.array([[512.0, 384.0]])) == pytest.approx(1 / FOCAL)
+        assert camera.pixel_angles(pixel)[:, axis - 1] == pytest.approx(angle, rel=1e-4)
+    assert camera.pixel_angles(np.array([[512.0, 384.0]])) == pytest.approx(1 / FOCAL)

@@ -1,0 +1,56 @@
+"""Cameras, rotations, quaternions and covariances, on whole arrays."""
+
+from arael.geometry.camera import PinholeCamera, level_axes
+from arael.geometry.covariances import (
+    compose_covariance,
+    decompose_covariance,
+    ellipsoid,
+    whiten,
+)
+from arael.geometry.quaternions import (
+    quat_conjugate,
+    quat_exp,
+    quat_from_euler,
+    quat_from_matrix,
+    quat_log,
+    quat_product,
+    quat_rotate,
+    quat_slerp,
+    quat_to_euler,
+    quat_to_matrix,
+)
+from arael.geometry.rotations import (
+    euler_angles,
+    rotation_from_vector,
+    rotation_matrix,
+    rotation_vector,
+    skew,
+    vee,
+    wrap_angle,
+)
+
+__all__ = [
+    "PinholeCamera",
+    "compose_covariance",
+    "decompose_covariance",
+    "ellipsoid",
+    "euler_angles",
+    "level_axes",
+    "quat_conjugate",
+    "quat_exp",
+    "quat_from_euler",
+    "quat_from_matrix",
+    "quat_log",
+    "quat_product",
+    "quat_rotate",
+    "quat_slerp",
+    "quat_to_euler",
+    "quat_to_matrix",
+    "rotation_from_vector",
+    "rotation_matrix",
+    "rotation_vector",
+    "skew",
+    "vee",
+    "whiten",
+    "wrap_angle",
+]

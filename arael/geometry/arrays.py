@@ -1,0 +1,44 @@
+"""The check of shapes that all functions of this room share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+Array = NDArray[np.float64]
+
+
+def as_array(values: ArrayLike, tail: tuple[int, ...], what: str) -> Array:
+    """Return `values` as f64 of shape ``(..., *tail)``.
+
+    Parameters
+    ----------
+    tail : the last extents
+    what : name of the argument, for the message
+
+    Raises
+    ------
+    AraelError
+        E1031 if the values are not numbers or their last extents are others.
+    """
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise _refused(what, tail, "something that is no array of numbers") from None
+    if found.ndim < len(tail) or found.shape[found.ndim - len(tail) :] != tail:
+        raise _refused(what, tail, f"shape {found.shape}")
+    return found
+
+
+def _refused(what: str, tail: tuple[int, ...], found: str) -> AraelError:
+    expected = ", ".join(["...", *map(str, tail)])
+    return AraelError(
+        Diagnostic(
+            "E1031",
+            f"`{what}` must have shape ({expected}), found {found}",
+            origin="arael.geometry",
+            help=("one item or many of them: the leading extents are free",),
+        )
+    )
