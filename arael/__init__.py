@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from arael.io import read as read
     from arael.io import write as write
     from arael.loading import load as load
+    from arael.log import log_to as log_to
     from arael.model import Model as Model
     from arael.model import Ref as Ref
     from arael.result import Result as Result
@@ -38,6 +39,7 @@ _HOMES = {
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",
     "load": "arael.loading",
+    "log_to": "arael.log",
     "read": "arael.io",
     "write": "arael.io",
 }

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from arael.compiler import cache, processor
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.log import log
 from arael.runtime.layout import Layout, from_json, to_json
 
 if TYPE_CHECKING:
@@ -212,6 +213,11 @@ def _from_entry(
     if module is None:
         _warn_interpreted(entry.manifest.compiler)
         return Compiled(layout, None, entry.folder, "interpreted", seconds or {})
+    if seconds:
+        stages = ", ".join(f"{stage} {time:.2f} s" for stage, time in seconds.items())
+        log("compile", "info", f"compiled {layout.name} ({layout.precision}): {stages}")
+    else:
+        log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: {origin}")
     return Compiled(layout, _kernels(module), entry.folder, origin, seconds or {})
 
 

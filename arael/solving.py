@@ -14,6 +14,7 @@ import numpy as np
 
 from arael.config import LmConfig, Observer
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.log import LEVELS, log, logger
 from arael.result import ENDING, Plan, Result, joined
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, Pass
@@ -22,6 +23,8 @@ from arael.runtime.linear.base import LinearSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.runtime.structure import Structure
+
+Trace = Callable[[str], object]
 
 
 class Solvable(Protocol):
@@ -39,7 +42,7 @@ def solve(
     *,
     freeze: str | Iterable[str] = (),
     observer: Observer | None = None,
-    trace: Callable[[str], object] | None = None,
+    trace: Trace | None = None,
     solver_options: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Result:
@@ -88,8 +91,9 @@ def solve(
     kept: tuple[Structure, LinearSolver] | None = None
     for one, pass_config in zip(schedule, configs, strict=True):
         _set_root(model, one)
-        if len(schedule) > 1 and (trace is not None or pass_config.verbose):
-            (trace or to_stderr)(f"pass {one.name}")
+        write = _writer(trace, pass_config.verbose)
+        if len(schedule) > 1 and write is not None:
+            write(f"pass {one.name}")
         frozen = (frozen | set(one.freeze)) - set(one.free)
         if pass_config.time_limit is not None:
             left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
@@ -100,7 +104,7 @@ def solve(
         kept = (problem.structure, linear)
         try:
             with blas_threads(pass_config.num_threads):
-                outcome = minimise(problem, pass_config, linear, trace, seconds)
+                outcome = minimise(problem, pass_config, linear, write, seconds)
         except SolveError as error:
             if error.best is not None:
                 done = [*results, _result(error.best, one.name)]
@@ -108,6 +112,7 @@ def solve(
             raise
         problem.write_back()
         results.append(_result(outcome, one.name))
+        _log_result(layout.name, results[-1])
         if outcome.status in ENDING:
             break
     return joined(results, layout.name)
@@ -202,6 +207,29 @@ def _set_root(model: Solvable, one: Pass) -> None:
     for setting in one.settings:
         column = root.column(setting.column)
         column[0] = np.reshape(np.asarray(setting.value), column.shape[1:])
+
+
+def _writer(trace: Trace | None, verbose: bool) -> Trace | None:
+    """Who takes the lines of the trace: `trace`, stderr if `verbose`, the log if it is heard."""
+    first = trace or (to_stderr if verbose else None)
+    heard = logger("solve", LEVELS["debug"])
+    if heard is None:
+        return first
+    if first is None:
+        return lambda line: heard.debug("%s", line)
+
+    def both(line: str) -> None:
+        first(line)
+        heard.debug("%s", line)
+
+    return both
+
+
+def _log_result(model: str, result: Result) -> None:
+    level = "info" if result.converged else "warning"
+    if logger("solve", LEVELS[level]) is not None:
+        name = model if result.name == "solve" else f"{model}, pass {result.name}"
+        log("solve", level, f"{name}: {str(result).splitlines()[0]}, solver {result.plan}")
 
 
 def _result(outcome: Outcome, name: str) -> Result:

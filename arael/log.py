@@ -1,0 +1,145 @@
+"""What arael says of its work: the logger ``arael`` of Python's `logging`, silent until asked.
+
+| logger | level | says |
+|---|---|---|
+| ``arael.solve`` | debug | every attempt at a step, the lines of the verbose trace |
+| ``arael.solve`` | info | every pass: how it ended, cost, iterations, time, linear solver |
+| ``arael.solve`` | warning | a pass that ended without converging |
+| ``arael.compile`` | info | a model that had to be compiled, and how long that took |
+| ``arael.compile`` | debug | where a model was found that had been compiled before |
+
+Nothing is printed unless somebody listens. Who configures `logging` hears arael as every other
+library; `log_to` serves those who do not want to.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TextIO
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+if TYPE_CHECKING:
+    import logging
+
+Sink = Callable[[str], object]
+
+LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40}
+"""Levels by name, with the numbers that `logging` gives them."""
+
+
+def logger(name: str, level: int) -> logging.Logger | None:
+    """The logger ``arael.<name>`` if somebody hears it at `level`, else None.
+
+    Where nobody has imported `logging`, nobody listens, and it stays unimported: that takes as long
+    as a small solve.
+    """
+    loaded = sys.modules.get("logging")
+    if loaded is None:
+        return None
+    found: logging.Logger = loaded.getLogger(f"arael.{name}")
+    # A library does not use the handler of last resort, which prints warnings on stderr.
+    return found if found.isEnabledFor(level) and found.hasHandlers() else None
+
+
+def log(name: str, level: str, message: str) -> None:
+    """Say `message` on the logger ``arael.<name>``, if somebody listens."""
+    number = LEVELS[level]
+    found = logger(name, number)
+    if found is not None:
+        found.log(number, "%s", message)
+
+
+class LogSink:
+    """A listener that `log_to` has put in place; `close`, or the end of a ``with``, removes it."""
+
+    def __init__(self, handler: logging.Handler) -> None:
+        self._handler = handler
+        _sinks.append(self)
+        _adjust()
+
+    def close(self) -> None:
+        """Listen no more."""
+        if self in _sinks:
+            _sinks.remove(self)
+            _adjust()
+
+    def __enter__(self) -> LogSink:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+_sinks: list[LogSink] = []
+_level_before: list[int] = []
+
+
+def _adjust() -> None:
+    """Let the logger hear what its sinks want, and have its own level back when there are none."""
+    import logging
+
+    root = logging.getLogger("arael")
+    for handler in [h for h in root.handlers if getattr(h, "of_arael", False)]:
+        root.removeHandler(handler)
+    if not _sinks:
+        root.setLevel(_level_before.pop() if _level_before else logging.NOTSET)
+        return
+    if not _level_before:
+        _level_before.append(root.level)
+    root.setLevel(min(sink._handler.level for sink in _sinks))
+    for sink in _sinks:
+        root.addHandler(sink._handler)
+
+
+def log_to(sink: Sink | TextIO | None = None, level: str = "info") -> LogSink:
+    """Send what arael says to `sink`.
+
+    Parameters
+    ----------
+    sink : called with each message; or an open text file; None: stderr
+    level : least level that is heard: ``"debug"`` (every step of a solve), ``"info"`` (every pass,
+        every compilation), ``"warning"`` or ``"error"``
+
+    Returns
+    -------
+    LogSink
+        Its ``close()`` ends it, or use it in a ``with``.
+
+    Raises
+    ------
+    AraelError
+        E1010 for an unknown level or a sink that takes no messages.
+    """
+    if level not in LEVELS:
+        raise _refused(f"there is no log level {level!r}", f"levels are {', '.join(LEVELS)}")
+    write = _writer(sys.stderr if sink is None else sink)
+    import logging
+
+    class Handler(logging.Handler):
+        of_arael = True
+
+        def emit(self, record: logging.LogRecord) -> None:
+            # What a sink raises is its owner's business and must not be swallowed.
+            write(record.getMessage())
+
+    return LogSink(Handler(LEVELS[level]))
+
+
+def _writer(sink: Any) -> Sink:
+    if callable(sink):
+        write: Sink = sink
+        return write
+    if not hasattr(sink, "write"):
+        raise _refused(f"{sink!r} takes no messages", "give a function of one string, or a file")
+
+    def to_file(message: str) -> None:
+        sink.write(message + "\n")
+        sink.flush()
+
+    return to_file
+
+
+def _refused(message: str, advice: str) -> AraelError:
+    return AraelError(Diagnostic("E1010", message, origin="log_to", help=(advice,)))
