@@ -46,8 +46,10 @@ class NotConstant(Exception):
         self.reason = reason
 
 
-def evaluate(expression: Typed) -> Values:
+def evaluate(expression: Typed, data: Callable[[Typed], Values | None] = lambda _: None) -> Values:
     """Values of a constant expression, flat (matrices row by row).
+
+    `data` may give values to what is read; by default nothing has one.
 
     Raises
     ------
@@ -56,7 +58,8 @@ def evaluate(expression: Typed) -> Values:
     """
     known: dict[int, Values] = {}
     for node in postorder([expression]):
-        known[id(node)] = _value(node, known)
+        given = data(node)
+        known[id(node)] = _value(node, known) if given is None else given
     values = known[id(expression)]
     if not all(map(math.isfinite, values)):
         raise NotConstant(expression, "has no finite value")

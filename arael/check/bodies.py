@@ -9,6 +9,7 @@ from arael.check.constants import Constants
 from arael.check.expressions import HANDLERS, condition
 from arael.check.guards import Fact, facts_of
 from arael.check.limits import MAX_MODEL_OPERATIONS
+from arael.check.losses import loss_of
 from arael.check.paths import Paths
 from arael.check.places import Place
 from arael.check.reading import bind_field, presence
@@ -85,6 +86,7 @@ class Bodies:
             guard = self._guard(t, home, node.guard)
             facts = facts_of(guard, t.slots.steps)[0] if guard is not None else frozenset()
             with t.knowing(facts):
+                loss = loss_of(t, node.loss) if node.loss is not None else None
                 self._lets(t, node.body, lets)
                 residual = residual_of(t, node.body.result)
         self.operations += t.operations
@@ -111,6 +113,7 @@ class Bodies:
             slots=tuple(t.slots.items),
             residual=tuple(residual),
             guard=guard,
+            loss=loss,
             index_column=index_column,
             doc=node.doc,
         )

@@ -104,24 +104,9 @@ def _constraints(
     for place in sites.places():
         for node in place.struct.constraints:
             check_into(place, node, paths, report)
-            if node.loss is not None:
-                _loss(node, report)
             found.append(bodies.constraint(place, node))
     root = sites.root.place
     names = fit_names(root.struct.fits, {c.name.id for c in root.struct.constraints})
     for fit, name in zip(root.struct.fits, names, strict=True):
-        if fit.loss is not None:
-            _loss(fit, report)
         found.append(bodies.fit(root, fit, name))
     return [site for site in found if site is not None]
-
-
-def _loss(node: tree.Constraint | tree.Fit, report: Reporter) -> None:
-    assert node.loss is not None
-    report.error(
-        "E0904",
-        node.loss.span,
-        "loss: it is part of the language, but this version does not compile it",
-        label="not compiled",
-        help=["robustify the residual itself: `starship(r, gamma)`"],
-    )

@@ -166,6 +166,27 @@ class Apply(Typed):
     args: tuple[Typed, ...]
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SquaredNorm(Typed):
+    """The argument of a loss of one's own: the sum of the squared residuals of an instance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loss:
+    """What robustifies a constraint as a block.
+
+    `name` is one of `arael.check.losses.LOSSES`, or "" for a loss of the model's own. `value` is
+    then its expression over `argument`; else it is the scale, and `argument` is None. `text` is the
+    loss as written.
+    """
+
+    name: str
+    value: Typed
+    argument: SquaredNorm | None
+    span: Span
+    text: str
+
+
 # --- the model --------------------------------------------------------------------------------
 
 
@@ -196,6 +217,7 @@ class ConstraintSite:
     slots: tuple[Slot, ...]
     residual: tuple[Typed, ...]  # scalars and vectors, to be flattened in order
     guard: Typed | None = None
+    loss: Loss | None = None
     index_column: str = ""  # constraint_index column of the struct, if any
     doc: str = ""
 

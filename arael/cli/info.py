@@ -45,6 +45,7 @@ def summary(layout: Layout) -> dict[str, Any]:
                 "table": group.table,
                 "residuals": group.residuals,
                 "guard": group.guard_text,
+                "loss": group.loss_text,
                 "operations_before": group.operations_before,
                 "operations_after": group.operations_after,
                 "where": group.where,
@@ -120,10 +121,11 @@ def _entity(entity: Entity) -> str:
 
 
 def _group(group: Group) -> Iterator[str]:
-    guard = f" when {group.guard_text}" if group.guard_text else ""
+    clauses = f" when {group.guard_text}" if group.guard_text else ""
+    clauses += f" loss {group.loss_text}" if group.loss_text else ""
     noun = "residual" if group.residuals == 1 else "residuals"
     yield (
-        f"  {group.label}{guard}: {group.residuals} {noun}, "
+        f"  {group.label}{clauses}: {group.residuals} {noun}, "
         f"{group.operations_before} -> {group.operations_after} operations  ({group.where})"
     )
     yield from _doc(group.doc, "    ")

@@ -68,6 +68,8 @@ def _program(group: Group, layout: Layout) -> str:
     ]
     if group.guard_text:
         lines.append(f"  when {group.guard_text}")
+    if group.loss_text:
+        lines.append(f"  loss {group.loss_text}")
     lines += [f"  {line}" for line in _tape(group.tape, _input_names(group, layout))]
     outputs = group.tape.outputs
     lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]

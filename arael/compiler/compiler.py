@@ -55,7 +55,8 @@ def derive(
 ) -> Program:
     """Typed model to IR: residuals and their derivatives as straight-line programs."""
     states: list[StateModel] = [model_state(site) for site in model.entities]
-    kernels = tuple(compile_constraint(site, states) for site in model.constraints)
+    single = (precision or model.precision) == "f32"
+    kernels = tuple(compile_constraint(site, states, single) for site in model.constraints)
     operations = sum(k.group.operations_after for k in kernels)
     if operations > MAX_OPERATIONS:
         largest = max(kernels, key=lambda k: k.group.operations_after).group

@@ -1,7 +1,8 @@
 """From a typed constraint to what is evaluated: residuals, derivatives, and what can be done once.
 
-The steps, each a function: scalarise the residual; differentiate the straight-line program; hoist
-what depends on data alone into a program that runs once per solve; form the products J'J and J'r.
+The steps, each a function: scalarise the residual; put its loss into it; differentiate the
+straight-line program; hoist what depends on data alone into a program that runs once per solve;
+form the products J'J and J'r.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
+from arael.compiler.losses import robustify
 from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
@@ -99,12 +101,16 @@ class _Uses:
         return [(use, offset) for offset in state.caches[column][cache]]
 
 
-def compile_constraint(site: ConstraintSite, states: Sequence[StateModel]) -> Kernel:
-    """Derive everything about one constraint at one place."""
+def compile_constraint(
+    site: ConstraintSite, states: Sequence[StateModel], single: bool = False
+) -> Kernel:
+    """Derive everything about one constraint at one place, for f32 where `single`."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
+    if site.loss is not None:
+        residuals = robustify(scalariser, residuals, site.loss, single)
     jacobian = _differentiate(graph, residuals, uses)
     return _assemble(site, states, graph, scalariser, uses, residuals, jacobian)
 
@@ -210,6 +216,7 @@ def _assemble(
         guard=guard,
         guard_raw=guard_raw,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
+        loss_text="" if site.loss is None else site.loss.text,
         index_column=site.index_column,
         operations_before=kernel.tree_operations(everything),
         operations_after=linearise.operations,

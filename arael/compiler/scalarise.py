@@ -28,6 +28,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
 from arael.symbolic import inverse, linear, quaternion, rotation
 from arael.symbolic.graph import Graph
@@ -90,6 +91,16 @@ class Scalariser:
             self._done[id(expression)] = found
         return found
 
+    def assume(self, expression: Typed, nodes: Nodes) -> None:
+        """Let `expression` have these scalars."""
+        self._done[id(expression)] = nodes
+
+    @contextmanager
+    def at(self, span: Span) -> Iterator[None]:
+        """Let nodes made within remember the expression at `span`."""
+        with _at(self.graph, self._place(span)):
+            yield
+
     def _scalarise(self, e: Typed) -> Nodes:
         g = self.graph
         if isinstance(e, Literal_):
@@ -105,14 +116,14 @@ class Scalariser:
         if isinstance(e, Select):
             cond = self.nodes(e.cond)[0]
             arms = zip(self.nodes(e.then), self.nodes(e.otherwise), strict=True)
-            with _at(g, self._place(e)):
+            with _at(g, self._place(e.span)):
                 return [g.op("select", cond, a, b) for a, b in arms]
         assert isinstance(e, Apply), type(e)
         cached = self._cached(e)
         if cached is not None:
             return cached
         args = [self.nodes(a) for a in e.args]
-        with _at(g, self._place(e)):
+        with _at(g, self._place(e.span)):
             return apply(g, e.name, [a.type for a in e.args], args)
 
     def _read(self, e: Read) -> Nodes:
@@ -148,8 +159,8 @@ class Scalariser:
             found = [found[component]]
         return [self.graph.input(StateInput(use, offset)) for use, offset in found]
 
-    def _place(self, e: Typed) -> int:
-        key = (str(e.span), e.span.text)
+    def _place(self, span: Span) -> int:
+        key = (str(span), span.text)
         if key not in self._place_of:
             self._place_of[key] = len(self.places)
             self.places.append(Place(where=key[0], text=" ".join(key[1].split())[:200]))

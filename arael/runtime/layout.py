@@ -198,7 +198,8 @@ class Group(msgspec.Struct, frozen=True):
     lane inputs of the kernel, then the `uniform_count` ones that are the same for all instances.
     `tape` is the kernel: inputs are the state scalars `states` (use, offset), then the lane inputs,
     then the uniforms; outputs are the residuals, then the structurally non-zero Jacobian entries
-    `jacobian` as (residual, use, tangent index).
+    `jacobian` as (residual, use, tangent index). Where the constraint has a loss, residuals are
+    those whose squares sum to it, so whoever squares and differentiates need not know of it.
     """
 
     label: str
@@ -221,6 +222,7 @@ class Group(msgspec.Struct, frozen=True):
     guard: Tape | None = None
     guard_raw: tuple[Raw, ...] = ()
     guard_text: str = ""
+    loss_text: str = ""
     index_column: str = ""
     operations_before: int = 0
     operations_after: int = 0

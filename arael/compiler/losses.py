@@ -1,0 +1,154 @@
+"""Block losses: residuals whose squares sum to a function of the squared residual.
+
+A constraint with residuals r and a loss rho costs ``rho(s)``, s = |r|^2. Its residuals are replaced
+by ``r sqrt(rho(s) / s)``, whose squares sum to exactly that. They are then differentiated like any
+others, so that cost, gradient (``2 rho'(s) J' r``), Gauss-Newton Hessian, Jacobian rows and
+covariance agree with each other. For a scalar residual the Hessian is that of Gauss-Newton on
+``sqrt(rho(r^2))``, the same as if the residual had been robustified from within.
+
+At s = 0 the factor is ``sqrt(rho'(0))``, which is 1 for the losses that have a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from arael.check.typed import Loss
+from arael.compiler.scalarise import Scalariser
+from arael.symbolic.derive import forward
+from arael.symbolic.graph import Graph
+
+# Of a loss of the model's own, below this share of curvature in its slope, rho(s) / s is taken from
+# derivatives: there, rounding of rho(s) would cost more than the term that is left out.
+_STRAIGHT = {False: 1e-5, True: 5e-3}
+
+# Least s at which a loss of the model's own is evaluated, in f64 and in f32: a square root in it
+# has no slope at zero.
+_LEAST = {False: 1e-30, True: 1e-12}
+
+
+def robustify(
+    scalariser: Scalariser, residuals: list[int], loss: Loss, single: bool = False
+) -> list[int]:
+    """Residuals whose squares sum to `loss` of the sum of the squares of `residuals`."""
+    g = scalariser.graph
+    with scalariser.at(loss.span):
+        s = g.op("mul", residuals[0], residuals[0])
+        for r in residuals[1:]:
+            s = g.op("add", s, g.op("mul", r, r))
+        argument = g.input(loss)
+        if loss.argument is None:
+            ratio, slope = _named(scalariser, argument, loss)
+        else:
+            ratio, slope = _own(scalariser, argument, loss, single)
+            s = g.op("max", s, g.const(_LEAST[single]))
+        weight = g.op("sqrt", ratio)
+        if len(residuals) == 1:
+            # Along the residual alone: rho' sqrt(s / rho), exactly 0 where the loss is flat.
+            along = g.op("div", slope, weight)
+            weight, along = g.substitute([weight, along], {argument: s})
+            (r,) = residuals
+            return [g.custom(g.op("mul", weight, r), [(r, along)])]
+        weight, slope = g.substitute([weight, _slope(g, weight, argument)], {argument: s})
+        factor = g.custom(weight, [(s, slope)])
+        return [g.op("mul", factor, r) for r in residuals]
+
+
+def _named(scalariser: Scalariser, s: int, loss: Loss) -> tuple[int, int]:
+    """``rho(s) / s`` and ``rho'(s)`` of a loss that has a name."""
+    g = scalariser.graph
+    (scale,) = scalariser.nodes(loss.value)
+    rho, ratio = _LOSSES[loss.name]
+    return ratio(g, s, scale), _slope(g, rho(g, s, scale), s)
+
+
+def _own(scalariser: Scalariser, s: int, loss: Loss, single: bool) -> tuple[int, int]:
+    """The same of a loss of the model's own, from its expression and two derivatives of it."""
+    g = scalariser.graph
+    assert loss.argument is not None
+    scalariser.assume(loss.argument, [s])
+    (rho,) = scalariser.nodes(loss.value)
+    first = _slope(g, rho, s)
+    bend = g.op("mul", s, _slope(g, first, s))
+    straight = g.op("lt", g.op("abs", bend), g.op("mul", g.const(_STRAIGHT[single]), first))
+    expanded = g.op("sub", first, g.op("mul", g.const(0.5), bend))
+    return g.op("select", straight, expanded, g.op("div", rho, s)), first
+
+
+def _slope(g: Graph, node: int, argument: int) -> int:
+    """Derivative of `node` by `argument`."""
+    (row,) = forward(g, [node], {argument: {0: g.const(1.0)}})
+    return row.get(0, g.const(0.0))
+
+
+def _share(g: Graph, s: int, c: int) -> int:
+    """The squared residual in units of the scale, s / c^2."""
+    return g.op("div", s, g.op("mul", c, c))
+
+
+def _cauchy(g: Graph, s: int, c: int) -> int:
+    """c^2 log(1 + s / c^2)."""
+    logarithm = g.op("log", g.op("add", g.const(1.0), _share(g, s, c)))
+    return g.op("mul", g.op("mul", c, c), logarithm)
+
+
+def _cauchy_ratio(g: Graph, s: int, c: int) -> int:
+    """log(1 + x) / x after Kahan: log(u) / (u - 1) at the rounded u = 1 + x."""
+    one = g.const(1.0)
+    u = g.op("identity", g.op("add", one, _share(g, s, c)))
+    nothing = g.op("eq", u, one)
+    beyond = g.op("select", nothing, one, g.op("sub", u, one))
+    return g.op("select", nothing, one, g.op("div", g.op("log", u), beyond))
+
+
+def _geman_mcclure(g: Graph, s: int, c: int) -> int:
+    """c^2 s / (c^2 + s), as c^2 (1 - 1 / (1 + s / c^2)), whose slope does not cancel."""
+    one = g.const(1.0)
+    rest = g.op("div", one, g.op("add", one, _share(g, s, c)))
+    return g.op("mul", g.op("mul", c, c), g.op("sub", one, rest))
+
+
+def _geman_mcclure_ratio(g: Graph, s: int, c: int) -> int:
+    one = g.const(1.0)
+    return g.op("div", one, g.op("add", one, _share(g, s, c)))
+
+
+def _huber(g: Graph, s: int, k: int) -> int:
+    """Linear beyond k: s up to k^2, 2 k sqrt(s) - k^2 beyond."""
+    square = g.op("mul", k, k)
+    beyond = g.op("sub", g.op("mul", g.op("mul", g.const(2.0), k), g.op("sqrt", s)), square)
+    return g.op("select", g.op("le", s, square), s, beyond)
+
+
+def _huber_ratio(g: Graph, s: int, k: int) -> int:
+    """That is q (2 - q) with q = k / sqrt(s), and s not under k^2, where it is 1."""
+    share = g.op("div", k, g.op("sqrt", g.op("max", s, g.op("mul", k, k))))
+    return g.op("mul", share, g.op("sub", g.const(2.0), share))
+
+
+def _tukey(g: Graph, s: int, c: int) -> int:
+    """c^2 (1 - (1 - s / c^2)^3) / 3 up to c^2, c^2 / 3 beyond."""
+    one, third = g.const(1.0), g.const(1 / 3)
+    left = g.op("max", g.op("sub", one, _share(g, s, c)), g.const(0.0))
+    cube = g.op("mul", left, g.op("mul", left, left))
+    return g.op("mul", g.op("mul", third, g.op("mul", c, c)), g.op("sub", one, cube))
+
+
+def _tukey_ratio(g: Graph, s: int, c: int) -> int:
+    """1 - x + x^2 / 3 up to x = 1, 1 / (3 x) beyond."""
+    one, third = g.const(1.0), g.const(1 / 3)
+    x = _share(g, s, c)
+    inside = g.op("sub", one, g.op("sub", x, g.op("mul", third, g.op("mul", x, x))))
+    return g.op("select", g.op("le", x, one), inside, g.op("div", third, x))
+
+
+_Function = Callable[[Graph, int, int], int]
+
+# rho(s), from which its slope is derived, and rho(s) / s in a form that is finite and loses no
+# digits from s = 0 on.
+_LOSSES: dict[str, tuple[_Function, _Function]] = {
+    "cauchy": (_cauchy, _cauchy_ratio),
+    "geman_mcclure": (_geman_mcclure, _geman_mcclure_ratio),
+    "huber": (_huber, _huber_ratio),
+    "tukey": (_tukey, _tukey_ratio),
+}
