@@ -102,6 +102,12 @@ def analyse(pattern: BlockPattern, ordering: str = "auto") -> Analysis:
     return best
 
 
+def analyse_order(pattern: BlockPattern, name: str, order: Ints) -> Analysis:
+    """Symbolic factorisation in an order found elsewhere, called `name`."""
+    start, neighbours = adjacency(pattern)
+    return _price(name, pattern, start, neighbours, order, {})
+
+
 def _price(
     name: str,
     pattern: BlockPattern,

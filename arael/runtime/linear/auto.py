@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.linear.analysis import ORDERINGS, Analysis, analyse
+from arael.runtime.linear.analysis import ORDERINGS, Analysis, analyse, analyse_order
 from arael.runtime.linear.costs import Cost, predict
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.reduced import INNER, Reduced, plan_reduced
 
 if TYPE_CHECKING:
     from arael.runtime.linear.base import LinearSolver
@@ -17,16 +18,21 @@ _BANDS = ("half_bandwidth", "block_half_bandwidth")
 
 #: Solvers by name, with the options each of them takes.
 SOLVERS: dict[str, tuple[str, ...]] = {
-    "auto": ("ordering",),
+    "auto": ("ordering", "eliminate"),
     "dense": (),
     "band": _BANDS,
     "sparse": ("ordering",),
+    "schur": ("eliminate", "reduced", "ordering"),
     "cholmod": (),
     "lapack_band": _BANDS,
 }
 
 #: Those that `auto` chooses from; they need nothing that may be missing.
-CANDIDATES = ("dense", "band", "sparse")
+CANDIDATES = ("dense", "band", "sparse", "schur")
+
+# With more entities, orderings of the whole system take longer than the elimination of a kind of
+# entities that makes up half of it, and hardly ever find a better order.
+_MANY = 2000
 
 
 def make_solver(
@@ -45,7 +51,9 @@ def make_solver(
         ``ordering`` (`sparse`, `auto`): ``"auto"`` or one of
         `arael.runtime.linear.analysis.ORDERINGS`. ``half_bandwidth`` in scalars,
         ``block_half_bandwidth`` in entities (`band`, `lapack_band`): the band the problem is
-        declared to have.
+        declared to have. ``eliminate`` (`schur`, `auto`): ``"auto"``, or block rows no two of which
+        are coupled. ``reduced`` (`schur`): solver for what is left, ``"auto"`` or one of
+        `arael.runtime.linear.reduced.INNER`.
 
     Returns
     -------
@@ -60,12 +68,24 @@ def make_solver(
     """
     _check(name, options)
     ordering = options.pop("ordering", "auto")
-    analysis = analyse(pattern, ordering)
+    eliminate = options.pop("eliminate", "auto")
+    asked = name == "schur"
+    reduced = plan_reduced(pattern, single, eliminate, ordering if asked else "auto", asked)
+    analysis = _analysis(pattern, "auto" if asked else ordering, name, reduced)
     costs = predict(pattern, single, analysis)
+    inner = options.pop("reduced", "auto")
+    if reduced is not None:
+        inner = reduced.cheapest() if inner == "auto" else inner
+        costs["schur"] = reduced.cost(inner)
     chosen = name
     if name == "auto":
-        chosen = min(CANDIDATES, key=lambda candidate: costs[candidate].milliseconds)
-    solver = _construct(chosen, pattern, single, analysis, options)
+        able = [candidate for candidate in CANDIDATES if candidate in costs]
+        chosen = min(able, key=lambda candidate: costs[candidate].milliseconds)
+    if chosen == "schur":
+        assert reduced is not None
+        solver = _schur(pattern, single, reduced, inner)
+    else:
+        solver = _construct(chosen, pattern, single, analysis, options)
     solver.plan.update(
         asked=name,
         why=_reason(name, chosen, pattern, costs),
@@ -73,6 +93,30 @@ def make_solver(
         predicted_ms=costs[chosen].milliseconds,
         orderings=dict(analysis.tried),
         costs={candidate: cost.as_dict() for candidate, cost in costs.items()},
+    )
+    return solver
+
+
+def _analysis(
+    pattern: BlockPattern, ordering: str, name: str, reduced: Reduced | None
+) -> Analysis:
+    """Symbolic factor of the whole system; the elimination's own order where that will do."""
+    if reduced is None or ordering != "auto" or name not in ("auto", "schur"):
+        return analyse(pattern, ordering)
+    half = 2 * int(reduced.reduction.eliminated.sum()) >= pattern.block_count
+    if name == "schur" or (half and pattern.block_count > _MANY):
+        return analyse_order(pattern, "eliminate_first", reduced.order())
+    return analyse(pattern, ordering)
+
+
+def _schur(pattern: BlockPattern, single: bool, reduced: Reduced, inner: str) -> LinearSolver:
+    from arael.runtime.linear.schur import SchurSolver
+
+    below = _construct(inner, reduced.pattern, single, reduced.analysis, {})
+    solver = SchurSolver(pattern, single, reduced.reduction, reduced.products, below)
+    solver.plan.update(
+        flops=reduced.cost(inner).flops,
+        reduced_costs={name: cost.as_dict() for name, cost in reduced.costs.items()},
     )
     return solver
 
@@ -110,13 +154,16 @@ def _reason(asked: str, chosen: str, pattern: BlockPattern, costs: dict[str, Cos
     """Why this solver, in a sentence."""
     if asked != "auto":
         return f"{asked} was asked for"
-    rest = sorted((costs[name].milliseconds, name) for name in CANDIDATES if name != chosen)
+    rest = sorted(
+        (costs[name].milliseconds, name) for name in CANDIDATES if name in costs and name != chosen
+    )
     mine = costs[chosen].milliseconds
     others = ", ".join(f"{name} {time:.3g} ms" for time, name in rest)
     what = {
         "dense": "nearly everything is coupled with everything, or there is little of it",
         "band": "entities are coupled with close neighbours only",
         "sparse": "couplings are few and fill-in stays low in a good order",
+        "schur": "many entities are coupled only with others than themselves and go block by block",
     }[chosen]
     return (
         f"{chosen} is predicted to factorise {pattern.size} unknowns in {mine:.3g} ms, "
@@ -149,16 +196,21 @@ def _check(name: str, options: dict[str, Any]) -> None:
                     help=(f"did you mean {near[0]!r}?",) if near else (),
                 )
             )
-    ordering = options.get("ordering", "auto")
-    if ordering != "auto" and ordering not in ORDERINGS:
-        known = ["auto", *ORDERINGS]
-        near = closest(str(ordering), known)
+    _one_of("ordering", options.get("ordering", "auto"), ("auto", *ORDERINGS))
+    _one_of("reduced", options.get("reduced", "auto"), ("auto", *INNER))
+    if isinstance(options.get("eliminate"), str):
+        _one_of("eliminate", options["eliminate"], ("auto",))
+
+
+def _one_of(option: str, value: Any, known: tuple[str, ...]) -> None:
+    if value not in known:
+        near = closest(str(value), known)
         raise AraelError(
             Diagnostic(
                 "E0842",
-                f"there is no ordering {ordering!r}",
+                f"there is no {option} {value!r}",
                 origin="solver options",
-                notes=(f"orderings are {', '.join(known)}",),
+                notes=(f"{option} is one of {', '.join(known)}",),
                 help=(f"did you mean {near[0]!r}?",) if near else (),
             )
         )

@@ -1,0 +1,48 @@
+# The numeric side of a block elimination; see elimination.pyx.
+
+from arael.runtime.linear.blas cimport real
+from arael.runtime.linear.eliminate cimport Coupling, Entity
+
+cdef class Elimination:
+    cdef readonly object reduction      # Reduction
+    cdef readonly Py_ssize_t n          # scalars of the reduced system
+    cdef object _keep
+    cdef Py_ssize_t _count
+    cdef const Entity* _entities
+    cdef const Coupling* _couplings
+    cdef const long long* _scalar       # (n,) scalar of the whole system
+    cdef const long long* _padded       # (n,) place in a padded vector
+    cdef Py_ssize_t _padded_size
+    cdef void* _factors
+    cdef void* _stored                  # Z
+    cdef void* _eliminated              # the eliminated scalars of a vector, at their own places
+    cdef void* _input                   # padded vectors
+    cdef void* _output
+
+    # Factor the eliminated diagonal blocks; 0 or 1 + the scalar of the whole system that failed.
+    cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil
+
+    # Right-hand side of the reduced system; `b` of the whole one is kept for `ascend`.
+    cdef void descend(self, const real* b, real* reduced) noexcept nogil
+
+    # Solution of the whole system from that of the reduced one.
+    cdef void ascend(self, const real* reduced, real* x) noexcept nogil
+
+    # y -= W' D^-1 W x
+    cdef void apply(self, const real* x, real* y) noexcept nogil
+
+
+cdef class Sums:
+    cdef readonly object products       # Products
+    cdef Elimination _of
+    cdef object _keep
+    cdef Py_ssize_t _count, _blocks
+    cdef const long long* _tasks
+    cdef const int* _pairs
+    cdef const long long* _copies       # (nblocks, 3) place, place in the whole values or -1, size
+    cdef const long long* _diagonal     # (n,) places of the diagonal's scalars
+    cdef void* _values
+    cdef void* _damped                  # (n,) diagonal
+
+    # Sum the blocks of the reduced system into `_values` and its diagonal into `_damped`.
+    cdef void form(self, const real* values, const real* diagonal) noexcept nogil

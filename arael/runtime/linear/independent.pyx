@@ -1,0 +1,124 @@
+# cython: language_level=3, boundscheck=False, cdivision=True
+"""Which entities to eliminate first: a set of which no two are coupled."""
+
+import numpy as np
+
+cimport cython
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+# An entity coupled with this many times as many others as the average would fill the reduced
+# system, and stays; few couplings never hurt.
+_HUB = 10
+_FEW = 64
+
+
+def independent_set(pattern):
+    """Choose entities to eliminate, no two of them coupled.
+
+    Entities of one size are taken for one kind (points, landmarks); a kind that is uncoupled within
+    itself and makes up half of the entities is taken as a whole, but for hubs that nearly everything
+    is coupled with. Otherwise entities are taken one by one, those with the fewest couplings first.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+
+    Returns
+    -------
+    (nb,) bool
+    """
+    nb = pattern.block_count
+    sizes = np.asarray(pattern.sizes)
+    low, high = _couplings(pattern)
+    degree = np.bincount(low, minlength=nb) + np.bincount(high, minlength=nb)
+    often = max(_FEW, _HUB * (degree.sum() / max(nb, 1)))
+    usable = (sizes > 0) & (degree <= often)
+    for size in np.flatnonzero(np.bincount(sizes, minlength=1) * 2 >= max(nb, 1)):
+        kind = (sizes == size) & usable
+        if size > 0 and kind.sum() * 2 >= nb and not (kind[low] & kind[high]).any():
+            return kind
+    return _greedy(nb, low, high, sizes, usable)
+
+
+def named_set(pattern, blocks):
+    """Check a set that the user names.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    blocks : sequence of int
+        Block rows to eliminate.
+
+    Returns
+    -------
+    (nb,) bool
+
+    Raises
+    ------
+    AraelError
+        E0842 for a block that does not exist, or naming two that are coupled.
+    """
+    chosen = np.asarray(blocks, dtype=np.int64).ravel()
+    nb = pattern.block_count
+    if len(chosen) and (chosen.min() < 0 or chosen.max() >= nb):
+        raise AraelError(
+            Diagnostic(
+                "E0842",
+                f"eliminate must name blocks from 0 to {nb - 1}, "
+                f"found {chosen[(chosen < 0) | (chosen >= nb)][0]}",
+                origin="solver options",
+            )
+        )
+    named = np.zeros(nb, dtype=bool)
+    named[chosen] = True
+    low, high = _couplings(pattern)
+    both = np.flatnonzero(named[low] & named[high])
+    if len(both):
+        offsets = pattern.offsets
+        a = pattern.name_of(int(offsets[low[both[0]]]))
+        b = pattern.name_of(int(offsets[high[both[0]]]))
+        raise AraelError(
+            Diagnostic(
+                "E0842",
+                f"{a} and {b} are coupled, so they cannot both be eliminated first",
+                origin="solver options",
+                help=(
+                    "eliminate only entities that share no residual with each other",
+                    "or leave the choice to the solver: eliminate='auto'",
+                ),
+            )
+        )
+    return named & (np.asarray(pattern.sizes) > 0)
+
+
+def _couplings(pattern):
+    """Off-diagonal blocks as pairs of block rows, the lower number first."""
+    columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
+    off = pattern.rows != columns
+    return columns[off], pattern.rows[off]
+
+
+@cython.wraparound(False)
+def _greedy(Py_ssize_t nb, low, high, sizes, usable):
+    """Take entities in order of the scalars they are coupled with, if no neighbour is taken."""
+    here = np.concatenate((low, high))
+    there = np.concatenate((high, low))
+    coupled = np.bincount(here, weights=sizes[there], minlength=nb)
+    sequence = np.argsort(here, kind="stable")
+    start_array = np.searchsorted(here[sequence], np.arange(nb + 1)).astype(np.int64)
+    there_array = np.append(there[sequence], 0).astype(np.int64)
+    order_array = np.argsort(coupled, kind="stable").astype(np.int64)
+    # 1 taken, 2 beside one that is taken or not usable.
+    state_array = np.append(np.where(usable, 0, 2), 0).astype(np.int8)
+    cdef long long[::1] start = start_array, other = there_array, order = order_array
+    cdef signed char[::1] state = state_array
+    cdef Py_ssize_t i, v, k
+    for i in range(nb):
+        v = order[i]
+        if state[v]:
+            continue
+        state[v] = 1
+        for k in range(start[v], start[v + 1]):
+            state[other[k]] = 2
+    return state_array[:nb] == 1

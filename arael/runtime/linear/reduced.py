@@ -1,0 +1,135 @@
+"""The reduced system of a block elimination: what is eliminated, how the rest is solved, its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.linear.analysis import Analysis, analyse
+from arael.runtime.linear.costs import Cost, predict
+from arael.runtime.linear.independent import independent_set, named_set
+from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.reduction import Products, Reduction, products, reduce
+
+Ints = NDArray[np.int64]
+
+#: Solvers for the reduced system.
+INNER = ("dense", "band", "sparse")
+
+# Beyond this many products their list would be larger than most problems.
+_TOO_MANY = 100_000_000
+
+# Scalars of the stored blocks from which they no longer fit the second cache, f64.
+_CACHE = 128 * 1024
+
+_SINGLE = 0.65
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A planned elimination and the solver for what is left.
+
+    Attributes
+    ----------
+    reduction : Reduction
+    products : Products
+        All blocks of the reduced system.
+    analysis : Analysis
+        Symbolic factor of the reduced system.
+    costs : dict
+        Cost of each solver for the reduced system alone.
+    elimination : Cost
+        Of forming the reduced system.
+    """
+
+    reduction: Reduction
+    products: Products
+    analysis: Analysis
+    costs: dict[str, Cost]
+    elimination: Cost
+
+    @property
+    def pattern(self) -> BlockPattern:
+        """Pattern of the reduced system."""
+        return self.products.pattern
+
+    def cheapest(self) -> str:
+        """Name of the direct solver for the reduced system with the lowest predicted cost."""
+        return min(INNER, key=lambda name: self.costs[name].milliseconds)
+
+    def cost(self, inner: str) -> Cost:
+        """Cost of the whole factorisation with the named solver for the reduced system."""
+        own, rest = self.elimination, self.costs[inner]
+        return Cost(
+            own.flops + rest.flops, own.nnz + rest.nnz, own.milliseconds + rest.milliseconds
+        )
+
+    def order(self) -> Ints:
+        """Elimination order of the whole system that does the same: the eliminated first."""
+        gone = np.flatnonzero(self.reduction.eliminated)
+        return np.concatenate((gone, self.reduction.kept[self.analysis.supernodes.order]))
+
+
+def product_count(reduction: Reduction) -> int:
+    """Count the pairs of stored blocks that meet at an eliminated entity, each with itself too."""
+    m = np.diff(reduction.entities["couplings"])
+    return int((m * (m + 1) // 2).sum())
+
+
+def choose_set(pattern: BlockPattern, eliminate: str | Sequence[int] | Ints) -> NDArray[np.bool_]:
+    """Entities to eliminate: those named, or an independent set found in the pattern."""
+    if isinstance(eliminate, str):
+        return independent_set(pattern)
+    return named_set(pattern, eliminate)
+
+
+def plan_reduced(
+    pattern: BlockPattern,
+    single: bool,
+    eliminate: str | Sequence[int] | Ints = "auto",
+    ordering: str = "auto",
+    patient: bool = True,
+) -> Reduced | None:
+    """Plan the elimination of an independent set and price it.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    single : bool
+        f32 if true, else f64.
+    eliminate : str or sequence of int
+        ``"auto"``, or the block rows to eliminate.
+    ordering : str
+        For the sparse solver of the reduced system.
+    patient : bool
+        Whether to plan however long it takes; if not, None is returned where an elimination would
+        be out of proportion.
+    """
+    reduction = reduce(pattern, choose_set(pattern, eliminate))
+    if not patient and product_count(reduction) > _TOO_MANY:
+        return None
+    blocks = products(reduction)
+    analysis = analyse(blocks.pattern, ordering)
+    costs = predict(blocks.pattern, single, analysis)
+    return Reduced(reduction, blocks, analysis, costs, elimination_cost(reduction, blocks, single))
+
+
+def elimination_cost(reduction: Reduction, blocks: Products, single: bool) -> Cost:
+    """Predict what forming the reduced system costs; fitted to measurements like `costs`."""
+    d = reduction.entities["size"][:-1].astype(np.float64)
+    of = reduction.entity_of
+    width = reduction.couplings["width"].astype(np.float64)
+    _, height, wide, depth, _, count = blocks.tasks.astype(np.float64).T
+    work = depth * height * wide * count
+    far = 6.0 if reduction.stored_size > _CACHE * (2 if single else 1) else 0.0
+    nanoseconds = (
+        float((40.0 + 2.0 * d * d + 0.2 * d * d * d).sum())
+        + float((8.0 + 0.2 * d[of] * d[of] * width).sum())
+        + float((12.0 + 0.15 * height * wide + (2.0 + far) * count + work / 28.0).sum())
+    )
+    flops = float((d**3 / 3).sum() + (d[of] ** 2 * width).sum() + work.sum())
+    nnz = reduction.stored_size + int((d * (d + 1) / 2).sum())
+    return Cost(flops, nnz, nanoseconds * 1e-6 * (_SINGLE if single else 1.0))

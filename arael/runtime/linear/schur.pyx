@@ -1,0 +1,78 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Elimination of an independent set of entities, and another direct solver on what is left."""
+
+from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.linear.blas cimport real
+from arael.runtime.linear.blocks cimport address
+from arael.runtime.linear.elimination cimport Elimination, Sums
+
+from arael.runtime.linear.elimination import Elimination, Sums
+from arael.runtime.linear.memory import aligned
+
+
+cdef class SchurSolver(LinearSolver):
+    """Cholesky factorisation that begins with many small uncoupled blocks.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    single : bool
+        f32 if true, else f64.
+    reduction : Reduction
+        Plan of the elimination.
+    products : Products
+        All blocks of the reduced system.
+    inner : LinearSolver
+        Solver for the reduced system's pattern, in the same precision.
+    """
+
+    cdef readonly LinearSolver inner
+    cdef Elimination _elimination
+    cdef Sums _sums
+    cdef object _keep
+    cdef void* _reduced             # right-hand side and solution of the reduced system
+
+    def __init__(self, pattern, bint single, reduction, products, LinearSolver inner):
+        super().__init__(pattern, single)
+        self.inner = inner
+        self._elimination = Elimination(reduction, self.dtype)
+        self._sums = Sums(self._elimination, products, self.dtype)
+        reduced = aligned(inner.n, self.dtype)
+        self._keep = reduced
+        self._reduced = address(reduced)
+        self.plan = {
+            "solver": "schur",
+            "n": self.n,
+            "eliminated": int(reduction.eliminated.sum()),
+            "reduced_n": inner.n,
+            "reduced_solver": inner.plan["solver"],
+            "products": len(products.pairs),
+            "nnz_l": inner.plan["nnz_l"] + reduction.factor_size + reduction.stored_size,
+        }
+
+    cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
+        cdef Py_ssize_t status
+        if self.single:
+            status = self._reduce(<const float*>values, <const float*>diagonal)
+        else:
+            status = self._reduce(<const double*>values, <const double*>diagonal)
+        if status:
+            return status
+        status = self.inner.factor(self._sums._values, self._sums._damped)
+        return 1 + self._elimination._scalar[status - 1] if status else 0
+
+    cdef void solve(self, void* b) noexcept nogil:
+        if self.single:
+            self._elimination.descend(<float*>b, <float*>self._reduced)
+            self.inner.solve(self._reduced)
+            self._elimination.ascend(<float*>self._reduced, <float*>b)
+        else:
+            self._elimination.descend(<double*>b, <double*>self._reduced)
+            self.inner.solve(self._reduced)
+            self._elimination.ascend(<double*>self._reduced, <double*>b)
+
+    cdef Py_ssize_t _reduce(self, const real* values, const real* diagonal) noexcept nogil:
+        cdef Py_ssize_t status = self._elimination.eliminate(values, diagonal)
+        if status == 0:
+            self._sums.form(values, diagonal)
+        return status
