@@ -25,7 +25,7 @@ SMALL = ("intel", "tinyGrid3D", "smallGrid3D")
 CASES = [
     (n, name, solver)
     for n, name in OPTIMA
-    for solver in ("auto", "sparse", "cholmod", "dense", "band")
+    for solver in ("auto", "sparse", "schur", "cholmod", "dense", "band")
     if name in SMALL or solver not in ("dense", "band")
 ]
 
@@ -58,7 +58,7 @@ def test_a_solved_graph_written_as_g2o_has_its_cost(n: int, name: str, tmp_path:
 def test_every_solver_takes_the_same_first_step() -> None:
     """Damped steps agree to 1e-8, so the states after one iteration do."""
     states = {}
-    for solver in ("dense", "band", "lapack_band", "sparse", "cholmod"):
+    for solver in ("dense", "band", "lapack_band", "sparse", "schur", "cholmod"):
         if solver == "cholmod":
             pytest.importorskip("sksparse", reason="the CHOLMOD backend is optional")
         graph = arael.load("pose_graph_3d")()

@@ -10,7 +10,7 @@ from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from tests.runtime import toys
 
-SOLVERS = ["dense", "band", "lapack_band", "sparse", "cholmod", "auto"]
+SOLVERS = ["dense", "band", "lapack_band", "sparse", "schur", "cholmod", "auto"]
 
 
 @pytest.mark.parametrize("name", SOLVERS)

@@ -97,9 +97,7 @@ def make_solver(
     return solver
 
 
-def _analysis(
-    pattern: BlockPattern, ordering: str, name: str, reduced: Reduced | None
-) -> Analysis:
+def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced | None) -> Analysis:
     """Symbolic factor of the whole system; the elimination's own order where that will do."""
     if reduced is None or ordering != "auto" or name not in ("auto", "schur"):
         return analyse(pattern, ordering)

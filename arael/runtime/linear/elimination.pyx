@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: language_level=3, boundscheck=False, cdivision=True
 """Block elimination of an independent set: the Schur complement and what is needed to go back.
 
 With the eliminated entities first, ``[D W; W' K] [x; y] = [a; b]``. D is block diagonal; with its
@@ -123,7 +123,7 @@ cdef class Sums:
         cdef const long long* task = self._tasks
         cdef real* to = <real*>self._values
         cdef real* damped = <real*>self._damped
-        for k in range(self._blocks):
+        for _ in range(self._blocks):
             if copy[1] >= 0:
                 memcpy(to + copy[0], values + copy[1], copy[2] * sizeof(real))
             else:
@@ -131,7 +131,7 @@ cdef class Sums:
             copy += 3
         for k in range(self._of.n):
             to[self._diagonal[k]] = diagonal[self._of._scalar[k]]
-        for k in range(self._count):
+        for _ in range(self._count):
             kernels.gram(<int>task[3], <int>task[1], <int>task[2], task[5],
                          self._pairs + 2 * task[4], <const real*>self._of._stored, to + task[0])
             task += 6

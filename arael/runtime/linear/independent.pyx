@@ -17,8 +17,9 @@ def independent_set(pattern):
     """Choose entities to eliminate, no two of them coupled.
 
     Entities of one size are taken for one kind (points, landmarks); a kind that is uncoupled within
-    itself and makes up half of the entities is taken as a whole, but for hubs that nearly everything
-    is coupled with. Otherwise entities are taken one by one, those with the fewest couplings first.
+    itself and makes up half of the entities is taken as a whole, but for hubs that nearly
+    everything is coupled with. Otherwise entities are taken one by one, those with the fewest
+    couplings first.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The reduced system of a block elimination: what is eliminated, how the rest is solved, its cost."""
+"""Plans a block elimination: what is eliminated, how the rest is solved, what that costs."""
 
 from __future__ import annotations
 

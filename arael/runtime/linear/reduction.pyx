@@ -146,7 +146,7 @@ def products(Reduction r, group=None, reach=None):
     Products
     """
     cdef Products p = Products()
-    cdef Py_ssize_t nk = len(r.kept), i, j, k, o, first, last, count, total, block, tasks
+    cdef Py_ssize_t nk = len(r.kept), i, j, k, o, first, count, total, block
     everything = group is None and reach is None
     cdef bint whole = everything
     cdef long long near = nk if reach is None and everything else (reach or 0)
@@ -154,7 +154,6 @@ def products(Reduction r, group=None, reach=None):
     cdef long long[::1] same = np.ascontiguousarray(same_array, dtype=np.int64)
 
     couplings = r.couplings
-    m = len(couplings)
     by_kept = np.argsort(couplings["kept"], kind="stable")
     cdef long long[::1] of_kept = np.append(by_kept, 0).astype(np.int64)
     cdef long long[::1] kept_start = np.searchsorted(

@@ -81,3 +81,25 @@ def dense(
             matrix[offsets[i] : offsets[i + 1], offsets[j] : offsets[j + 1]] = part
     lower = np.tril(matrix, -1)
     return lower + lower.T + np.diag(diagonal.astype(float))
+
+
+def bundle(cameras: int, points: int, size: int = 9, first: bool = False) -> BlockPattern:
+    """Cameras and points of 3 seen by two to five of them; `first`: points before cameras."""
+    rng = np.random.default_rng(cameras)
+    at_camera, at_point = (points, 0) if first else (0, cameras)
+    pairs = []
+    for point in range(points):
+        start = int(rng.integers(0, cameras))
+        seen = (start + rng.permutation(min(cameras, 7))[: rng.integers(2, 6)]) % cameras
+        pairs += [(at_camera + int(camera), at_point + point) for camera in seen]
+    sizes = [3] * points + [size] * cameras if first else [size] * cameras + [3] * points
+    return build(sizes, pairs)
+
+
+def branches(count: int, length: int, size: int) -> BlockPattern:
+    """Trajectories of many robots that start from one place."""
+    pairs = []
+    for branch in range(count):
+        begin = 1 + branch * length
+        pairs += [(0, begin)] + [(begin + i, begin + i + 1) for i in range(length - 1)]
+    return build([size] * (1 + count * length), pairs)

@@ -10,8 +10,16 @@ import pytest
 import scipy.sparse
 
 from arael.diagnostics.records import AraelError
-from arael.runtime.linear.auto import SOLVERS, make_solver
-from tests.runtime.linear.block_matrices import build, chain, dense, grid, positive, slam
+from arael.runtime.linear.auto import CANDIDATES, SOLVERS, make_solver
+from tests.runtime.linear.block_matrices import (
+    branches,
+    build,
+    bundle,
+    chain,
+    dense,
+    grid,
+    positive,
+)
 
 
 @pytest.mark.parametrize("name", sorted(SOLVERS))
@@ -31,14 +39,14 @@ def test_plan_reports_every_solver(name: str) -> None:
         (build([3, 3], [(0, 1)]), "dense"),
         (build([6] * 20, [(i, j) for i in range(20) for j in range(i)]), "dense"),
         (chain(500, 6), "band"),
-        (slam(60, 240), "sparse"),
-        (grid(40, 40, 3), "sparse"),
+        (branches(30, 30, 6), "sparse"),
+        (bundle(30, 2000), "schur"),
     ],
 )
 def test_auto_takes_the_fitting_one(pattern: object, expected: str) -> None:
     plan = make_solver("auto", pattern).plan  # type: ignore[arg-type]
     assert plan["solver"] == expected
-    cheapest = min(("dense", "band", "sparse"), key=lambda s: plan["costs"][s]["predicted_ms"])
+    cheapest = min(CANDIDATES, key=lambda s: plan["costs"][s]["predicted_ms"])
     assert cheapest == expected
 
 
