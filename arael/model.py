@@ -129,7 +129,7 @@ class Model(Fields):
         return jacobian(self._problem())
 
     def covariance(self) -> Covariance:
-        """Covariance of the solution, by a dense inverse.
+        """Covariance of the solution: marginal, cross, conditional, relative.
 
         Raises
         ------

@@ -12,7 +12,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 
 ENDINGS = (".npz", ".json")
 DENSE_LIMIT = 8000
-"""Most parameters whose covariance is worked out: the matrix is inverted as a whole."""
+"""Most parameters whose covariance is written as a whole; its memory grows with the square."""
 
 
 def check_ending(path: str) -> None:
@@ -37,25 +37,17 @@ def check_ending(path: str) -> None:
 def write_marginals(instance: Any, parameters: int, path: str) -> None:
     """Write the uncertainty of every parameter.
 
-    NPZ: ``names`` (n,), ``sigma`` (n,) and ``covariance`` (n, n). JSON: names and their sigma.
+    JSON: names and their sigma. NPZ: ``names`` (n,), ``sigma`` (n,), ``units`` (n,); up to
+    `DENSE_LIMIT` parameters also ``covariance`` (n, n), beyond it the marginal covariances
+    (rows, k, k) of every collection that is solved for, under its path.
 
     Raises
     ------
     AraelError
-        E0853 if the file cannot be written, E0855 if there are too many parameters, E1008 if the
-        system is singular.
+        E0853 if the file cannot be written, E1008 if the system is singular.
     """
-    if parameters > DENSE_LIMIT:
-        raise AraelError(
-            Diagnostic(
-                "E0855",
-                f"the covariance of {parameters} parameters would take too much memory",
-                origin=f"--covariance {path}",
-                help=(f"up to {DENSE_LIMIT} parameters are possible",),
-            )
-        )
     found = instance.covariance()
-    sigma = np.sqrt(np.diag(found.matrix))
+    sigma = found.sigma()
     try:
         if Path(path).suffix.lower() == ".json":
             rows = dict(zip(found.names, sigma.tolist(), strict=True))
@@ -63,9 +55,20 @@ def write_marginals(instance: Any, parameters: int, path: str) -> None:
         else:
             with open(path, "wb") as file:
                 np.savez_compressed(
-                    file, names=np.array(found.names), sigma=sigma, covariance=found.matrix
+                    file,
+                    names=np.array(found.names),
+                    sigma=sigma,
+                    units=np.array(found.units),
+                    **_matrices(instance, found, parameters),
                 )
     except OSError as error:
         raise AraelError(
             Diagnostic("E0853", f"cannot write the result: {error.strerror}", origin=path)
         ) from error
+
+
+def _matrices(instance: Any, found: Any, parameters: int) -> dict[str, Any]:
+    if parameters <= DENSE_LIMIT:
+        return {"covariance": found.matrix}
+    paths = (entity.table for entity in instance._compiled.layout.entities)
+    return {path: found.marginals(path) for path in paths if path}

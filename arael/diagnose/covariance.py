@@ -1,53 +1,156 @@
-"""Covariance of the solution by a dense inverse: for problems of some thousand parameters."""
+"""Covariance of the solution: marginal, cross, conditional, relative; never the whole inverse.
+
+``C = 2 H^-1 = (J'J)^-1``, the inverse of the information of all measurements, where residuals are
+counts of sigmas. One query is a few solves with the factor; all marginals at once are a selected
+inverse (`arael.runtime.linear.selected`). See S. Kay, "Fundamentals of Statistical Signal
+Processing: Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for what it means.
+"""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnose.normal import NormalEquations
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.failures import SolveError
+from arael.geometry import ellipsoid
+from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # A row of the model: a ref (`poses[3]` of the Python face), its name, or (path of the table, row).
 Where = Any
 
+_KEPT = 300
+"""Columns of the inverse that are kept for the next query."""
+
 
 class Covariance:
-    """Covariance ``2 H^-1`` of all scalars that move, H = 2 J'J at the present values.
+    """Covariance of all scalars that move, at the values the model had when it was asked for.
 
     What is kept fixed has no variance. A `where` is a ref (``path.landmarks[4]``), the name of a
     row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
+    Entry (i, j) is in the unit of scalar i times that of scalar j (`units`); rotations are in
+    radians of the parameter's own tangent: Euler angles directly, others by a rotation vector.
 
     Attributes
     ----------
-    matrix : (n, n)
-    names : (n,) names of its rows and columns
+    names : (n,) names of the scalars
+    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" where it does not
+
+    Raises
+    ------
+    SolveError
+        E1008: the system is singular; the free directions are named.
     """
 
-    def __init__(self, matrix: Floats, names: list[str], problem: Problem) -> None:
-        self.matrix = matrix
-        self.names = names
+    def __init__(self, problem: Problem) -> None:
+        self._equations = NormalEquations(problem)
         self._problem = problem
+        self.names = self._equations.names
+        self._number = {name: i for i, name in enumerate(self.names)}
+        self._columns: dict[int, Floats] = {}
+        # Here, so that a singular system is told at once.
+        self._solver = self._equations.solver
+
+    @cached_property
+    def units(self) -> list[str]:
+        """Unit of each scalar."""
+        found: list[str] = []
+        system = self._problem.structure.system
+        for entity, blocks in zip(self._problem.layout.entities, system.blocks, strict=True):
+            table = self._problem.layout.table(entity.table)
+            own = [""] * entity.tangent
+            for use in entity.params:
+                unit = table.column(use.column).unit
+                if use.kind in _TURNS:
+                    unit = unit or "rad"
+                own[use.tangent_start : use.tangent_start + use.tangent] = [unit] * use.tangent
+            free = blocks.free[blocks.first >= 0]
+            found += [unit for row in free for unit, moves in zip(own, row, strict=True) if moves]
+        return found
+
+    @cached_property
+    def matrix(self) -> Floats:
+        """(n, n) the whole covariance, dense: for some thousand scalars."""
+        return self._equations.solve(np.eye(len(self.names)))
+
+    @cached_property
+    def _selected(self) -> SelectedInverse:
+        return SelectedInverse(self._solver)
+
+    def sigma(self) -> Floats:
+        """(n,) standard deviation of each scalar, in its unit; all in one pass."""
+        scale = self._equations.scale
+        variance = self._selected.diagonal() * scale**2
+        found: Floats = np.sqrt(variance[self._equations.free])
+        return found
 
     def marginal(self, where: Where) -> Floats:
-        """(k, k) covariance of the scalars of an entity or of one parameter."""
+        """(k, k) covariance of the scalars of an entity or of one parameter, others unknown."""
         found = self._scalars(where)
-        return self.matrix[np.ix_(found, found)]
+        return self._block(found, found)
+
+    def marginals(self, path: str) -> Floats:
+        """Marginal covariances (rows, k, k) of a whole collection, in one pass.
+
+        Parameters
+        ----------
+        path : of a collection (``"landmarks"``) or of a parameter in it (``"poses.pos"``)
+
+        Rows that do not move have zeros.
+        """
+        entity, first, tangents = self._entity(path)
+        scale = self._equations.scale
+        found = np.zeros((len(first), len(tangents), len(tangents)))
+        rows = np.flatnonzero(first >= 0)
+        blocks = self._selected.diagonal_blocks(first[rows], entity.tangent)
+        units = scale[first[rows, None] + np.arange(entity.tangent)]
+        moves = self._problem.structure.system.blocks[self._index(entity)].free[rows]
+        blocks *= (units * moves)[:, :, None] * (units * moves)[:, None, :]
+        found[rows] = blocks[:, tangents[:, None], tangents]
+        return found
 
     def cross(self, a: Where, b: Where) -> Floats:
         """(k, l) covariance between the scalars of `a` and those of `b`."""
-        return self.matrix[np.ix_(self._scalars(a), self._scalars(b))]
+        return self._block(self._scalars(a), self._scalars(b))
+
+    def conditional(self, a: Where, given: Where | None = None) -> Floats:
+        """(k, k) covariance of `a` if `given` were known exactly; None: if all others were.
+
+        ``C_aa - C_ab C_bb^-1 C_ba``. How much smaller it is than the marginal tells how much of
+        the uncertainty of `a` is that of `given`.
+        """
+        mine = self._scalars(a)
+        if given is None:
+            unit = self._equations.scale[self._equations.free][mine]
+            scaled = self._equations.matrix[mine][:, mine].toarray()
+            found: Floats = np.linalg.inv(scaled) * unit[:, None] * unit[None, :]
+            return found
+        known = self._scalars(given)
+        if set(mine.tolist()) & set(known.tolist()):
+            raise AraelError(
+                Diagnostic(
+                    "E1009",
+                    f"`{_shown(a)}` cannot be conditioned on `{_shown(given)}`: they overlap",
+                    origin="covariance",
+                    help=("what is given must be other parameters",),
+                )
+            )
+        both = self._block(np.concatenate([mine, known]), np.concatenate([mine, known]))
+        k = len(mine)
+        return both[:k, :k] - both[:k, k:] @ np.linalg.solve(both[k:, k:], both[k:, :k])
 
     def relative(self, a: Where, b: Where) -> Floats:
         """(k, k) covariance of the difference a - b: ``C_aa - C_ab - C_ba + C_bb``.
 
         Of the scalars that bear the same name in both (``pos.x``): a landmark relative to a pose is
-        the difference of their positions.
+        the difference of their positions. What both share, such as where the whole map is, cancels.
         """
         of_a, of_b = self._local_names(a), self._local_names(b)
         common = [name for name in of_a if name in of_b]
@@ -60,12 +163,41 @@ class Covariance:
                     notes=(f"they have {', '.join(of_a)} and {', '.join(of_b)}",),
                 )
             )
-        i, j = [of_a[name] for name in common], [of_b[name] for name in common]
-        c = self.matrix
-        return c[np.ix_(i, i)] - c[np.ix_(i, j)] - c[np.ix_(j, i)] + c[np.ix_(j, j)]
+        i = np.array([of_a[name] for name in common])
+        j = np.array([of_b[name] for name in common])
+        cross = self._block(i, j)
+        return self._block(i, i) - cross - cross.T + self._block(j, j)
+
+    def ellipsoid(self, where: Where, relative_to: Where | None = None) -> tuple[Floats, Floats]:
+        """One-sigma ellipsoid of `where`, or of its difference from `relative_to`.
+
+        Returns
+        -------
+        semi_axes : (k,) descending, in the unit of the parameter
+        directions : (k, k) unit vectors along them as columns
+        """
+        if relative_to is None:
+            return ellipsoid(self.marginal(where))
+        return ellipsoid(self.relative(where, relative_to))
 
     def __repr__(self) -> str:
         return f"<Covariance of {len(self.names)} parameters>"
+
+    # --- entries -------------------------------------------------------------------------------
+
+    def _block(self, a: Ints, b: Ints) -> Floats:
+        if "matrix" in self.__dict__:
+            return self.matrix[np.ix_(a, b)]
+        missing = [int(i) for i in b if int(i) not in self._columns]
+        if missing:
+            unit = np.zeros((len(self.names), len(missing)))
+            unit[missing, np.arange(len(missing))] = 1
+            solved = self._equations.solve(unit)
+            if len(self._columns) + len(missing) > _KEPT:
+                kept = {int(i): self._columns[int(i)] for i in b if int(i) in self._columns}
+                self._columns = kept
+            self._columns |= {i: solved[:, k] for k, i in enumerate(missing)}
+        return np.stack([self._columns[int(i)][a] for i in b], axis=1)
 
     def _name(self, where: Where) -> str:
         if isinstance(where, str):
@@ -76,8 +208,8 @@ class Covariance:
             path, row = where._table.layout.path, where._table.row_of(where._handle)
         return str(self._problem.store.tables[path].row_name(row)) if path else ""
 
-    def _scalars(self, where: Where) -> list[int]:
-        return list(self._local_names(where).values())
+    def _scalars(self, where: Where) -> Ints:
+        return np.array(list(self._local_names(where).values()), dtype=np.int64)
 
     def _local_names(self, where: Where) -> dict[str, int]:
         """Names within `where` of its scalars, and their columns."""
@@ -85,12 +217,12 @@ class Covariance:
         if not name:
             entities = self._problem.layout.entities
             own = {e.prefix + t for e in entities if not e.table for t in e.tangent_names}
-            found = {n: i for i, n in enumerate(self.names) if n in own}
+            found = {n: i for n, i in self._number.items() if n in own}
+        elif name in self._number:
+            found = {"": self._number[name]}
         else:
             head = f"{name}."
-            found = {n[len(head) :]: i for i, n in enumerate(self.names) if n.startswith(head)}
-            if name in self.names:
-                found[""] = self.names.index(name)
+            found = {n[len(head) :]: i for n, i in self._number.items() if n.startswith(head)}
         if not found:
             raise AraelError(
                 Diagnostic(
@@ -102,51 +234,39 @@ class Covariance:
             )
         return found
 
+    def _entity(self, path: str) -> tuple[Any, Ints, Ints]:
+        """The entity at a path, the first scalar of its rows, and the tangents that are meant."""
+        layout = self._problem.layout
+        for number, entity in enumerate(layout.entities):
+            first = self._problem.structure.system.blocks[number].first
+            place = f"{entity.table}.{entity.prefix}" if entity.table else entity.prefix
+            if path == place.rstrip("."):
+                return entity, first, np.arange(entity.tangent)
+            for use in entity.params:
+                full = f"{entity.table}.{use.column}" if entity.table else use.column
+                if path == full:
+                    return entity, first, use.tangent_start + np.arange(use.tangent)
+        known = [f"{e.table}.{e.prefix}".rstrip(".") for e in layout.entities if e.table]
+        raise AraelError(
+            Diagnostic(
+                "E1009",
+                f"`{path}` holds no parameters, so it has no covariance",
+                origin="covariance",
+                help=(f"there are {', '.join(known)}",) if known else (),
+            )
+        )
+
+    def _index(self, entity: Any) -> int:
+        return next(i for i, e in enumerate(self._problem.layout.entities) if e is entity)
+
+
+# Parameters whose tangent is an angle or a rotation vector.
+_TURNS = frozenset({"euler", "rotation", "quaternion", "angle", "direction"})
+
 
 def covariance(problem: Problem) -> Covariance:
-    """Invert the Gauss-Newton Hessian.
-
-    Raises
-    ------
-    SolveError
-        E1008: the system is singular; the free directions are named.
-    """
-    names = problem.parameter_names()
-    hessian = problem.hessian()
-    diagonal = np.diag(hessian).copy()
-    diagonal[diagonal == 0] = 1
-    # Unit diagonal first, so that metres and radians are measured alike.
-    scale = 1 / np.sqrt(diagonal)
-    scaled = hessian * scale[:, None] * scale[None, :]
-    if not np.isfinite(scaled).all():
-        raise SolveError(
-            Diagnostic("E1008", "the Hessian has non-finite entries", origin=problem.layout.name)
-        )
-    values, vectors = np.linalg.eigh(scaled)
-    epsilon = 1.2e-7 if problem.layout.precision == "f32" else 2.2e-16
-    free = values <= max(len(values), 1) * epsilon * max(float(values[-1]) if len(values) else 0, 1)
-    if free.any():
-        raise SolveError(_singular(names, vectors[:, free], problem))
-    half = vectors / np.sqrt(values)
-    matrix = 2 * (half @ half.T) * scale[:, None] * scale[None, :]
-    return Covariance(matrix, names, problem)
-
-
-def _singular(names: list[str], directions: Floats, problem: Problem) -> Diagnostic:
-    count = directions.shape[1]
-    shown = []
-    for k in range(min(count, 3)):
-        weight = np.abs(directions[:, k])
-        strongest = np.argsort(-weight, kind="stable")[:3]
-        parts = [f"{directions[i, k]:+.2f} {names[i]}" for i in strongest if weight[i] > 0.05]
-        shown.append(f"free direction: {' '.join(parts)}" + (" ..." if len(names) > 3 else ""))
-    return Diagnostic(
-        "E1008",
-        f"the system is singular: {count} of {len(names)} directions are free",
-        origin=problem.layout.name,
-        notes=tuple(shown),
-        help=("add measurements or a prior that fix them, or fix a parameter (an anchor pose)",),
-    )
+    """Covariance of all scalars that move; see `Covariance`."""
+    return Covariance(problem)
 
 
 def _shown(where: Where) -> str:

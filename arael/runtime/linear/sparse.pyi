@@ -1,3 +1,8 @@
+from typing import Any
+
+from numpy import int64
+from numpy.typing import NDArray
+
 from arael.runtime.linear.analysis import Analysis
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.pattern import BlockPattern
@@ -10,3 +15,6 @@ class SparseSolver(LinearSolver):
         ordering: str = "auto",
         analysis: Analysis | None = None,
     ) -> None: ...
+    def parts(
+        self,
+    ) -> tuple[NDArray[int64], NDArray[Any], NDArray[Any], NDArray[Any], NDArray[int64]]: ...

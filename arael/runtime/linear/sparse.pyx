@@ -134,6 +134,19 @@ cdef class SparseSolver(LinearSolver):
         else:
             self._solve(<double*>b)
 
+    def parts(self):
+        """The factor as it lies in memory, for what is done with it outside of a solve.
+
+        Returns
+        -------
+        fronts : (ns + 1, 14) int64, see `Front`; the first row is zero
+        storage : triangles and panels, column by column
+        runs, strips : moves of each front's rows, see `Fronts`
+        scalar : (n,) int64, original scalar at each place of the elimination
+        """
+        table, _, _, runs, strips, scalar, storage = self._keep[:7]
+        return table, storage, runs, strips, scalar
+
     cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Py_ssize_t s, i, status
         cdef const Front* f
