@@ -1,0 +1,1 @@
+"""Systems that solve the same problems, each in a process of its own."""

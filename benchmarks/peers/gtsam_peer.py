@@ -1,0 +1,191 @@
+"""GTSAM: Levenberg-Marquardt as Ceres has it, multifrontal Cholesky in a METIS ordering.
+
+Rotations of pose graphs are weighed by the rotation vector, in the limit of small errors the same
+as the model's. Scenes have GTSAM's reprojection factor with a body-to-sensor transform in the place
+of the angular residuals, an attitude factor for the tilt, and no damping towards the start.
+"""
+
+from __future__ import annotations
+
+import gtsam
+import numpy as np
+
+from benchmarks.peers.runner import main
+
+FOCAL = 512 / np.tan(np.deg2rad(40))
+
+
+class Gtsam:
+    """A factor graph with a start."""
+
+    settings = "LM (Ceres defaults), multifrontal Cholesky, METIS"
+
+    def __init__(self, graph: gtsam.NonlinearFactorGraph, initial: gtsam.Values) -> None:
+        self.graph, self.initial = graph, initial
+        self.optimizer = None
+
+    def start(self) -> None:
+        parameters = gtsam.LevenbergMarquardtParams.CeresDefaults()
+        parameters.setLinearSolverType("MULTIFRONTAL_CHOLESKY")
+        parameters.setOrderingType("METIS")
+        self.optimizer = gtsam.LevenbergMarquardtOptimizer(self.graph, self.initial, parameters)
+
+    def iterate(self, count: int) -> int:
+        before = self.optimizer.error()
+        for k in range(count):
+            self.optimizer.iterate()
+            if count > 50:  # the run that is compared ends where nothing changes any more
+                after = self.optimizer.error()
+                if before - after <= 1e-9 * before:
+                    return k + 1
+                before = after
+        return count
+
+
+class PoseGraph(Gtsam):
+    """A g2o file; the first pose is held as the model holds it."""
+
+    def __init__(self, path: str) -> None:
+        with open(path, encoding="utf-8") as file:
+            self.spatial = "SE3" in file.readline()
+        graph, initial = gtsam.readG2o(path, self.spatial)
+        first = min(initial.keys())
+        with open(path, encoding="utf-8") as file:
+            for line in file:
+                if line.startswith("VERTEX"):
+                    first = int(line.split()[1])
+                    break
+        if self.spatial:
+            prior = gtsam.PriorFactorPose3(
+                first, initial.atPose3(first), gtsam.noiseModel.Unit.Create(6)
+            )
+        else:
+            prior = gtsam.PriorFactorPose2(
+                first, initial.atPose2(first), gtsam.noiseModel.Unit.Create(3)
+            )
+        graph.push_back(prior)
+        super().__init__(graph, initial)
+
+    def answer(self) -> dict[str, np.ndarray]:
+        values = self.optimizer.values()
+        keys = sorted(values.keys())
+        if not self.spatial:
+            poses = [values.atPose2(k) for k in keys]
+            t = np.array([[p.x(), p.y()] for p in poses])
+            return {"id": np.array(keys), "t": t, "th": np.array([p.theta() for p in poses])}
+        poses = [values.atPose3(k) for k in keys]
+        q = np.array([p.rotation().toQuaternion().coeffs() for p in poses])[:, [3, 0, 1, 2]]
+        t = np.array([p.translation() for p in poses])
+        return {"id": np.array(keys), "t": t, "q": q}
+
+
+class Bundle(Gtsam):
+    """A BAL file, with GTSAM's camera of f, k1 and k2."""
+
+    def __init__(self, path: str) -> None:
+        self.data = gtsam.SfmData.FromBalFile(path)
+        graph = gtsam.NonlinearFactorGraph()
+        noise = gtsam.noiseModel.Unit.Create(2)
+        for j in range(self.data.numberTracks()):
+            track = self.data.track(j)
+            for k in range(track.numberMeasurements()):
+                i, pixel = track.measurement(k)
+                graph.add(gtsam.GeneralSFMFactorCal3Bundler(pixel, noise, i, gtsam.symbol("p", j)))
+        initial = gtsam.Values()
+        for i in range(self.data.numberCameras()):
+            initial.insert(i, self.data.camera(i))
+        for j in range(self.data.numberTracks()):
+            initial.insert(gtsam.symbol("p", j), self.data.track(j).point3())
+        super().__init__(graph, initial)
+
+    def answer(self) -> dict[str, np.ndarray]:
+        values, found = self.optimizer.values(), {k: [] for k in ("r", "t", "f", "k1", "k2")}
+        # GTSAM's cameras look along +z, with y down: BAL's turned by pi about x.
+        turn = np.diag([1.0, -1.0, -1.0])
+        for i in range(self.data.numberCameras()):
+            camera = values.atPinholeCameraCal3Bundler(i)
+            rotation = turn @ camera.pose().rotation().matrix().T
+            found["r"].append(gtsam.Rot3.Logmap(gtsam.Rot3(rotation)))
+            found["t"].append(-rotation @ camera.pose().translation())
+            calibration = camera.calibration()
+            for name, value in zip(
+                ("f", "k1", "k2"),
+                (calibration.fx(), calibration.k1(), calibration.k2()),
+                strict=True,
+            ):
+                found[name].append(value)
+        points = [values.atPoint3(gtsam.symbol("p", j)) for j in range(self.data.numberTracks())]
+        return {**{k: np.array(v) for k, v in found.items()}, "pos": np.array(points)}
+
+
+class Slam(Gtsam):
+    """A scene; `known` landmarks make it a localisation."""
+
+    def __init__(self, path: str, known: bool = False) -> None:
+        data = dict(np.load(path))
+        self.poses, self.landmarks, self.known = len(data["pos"]), len(data["landmarks"]), known
+        graph, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        for k in range(self.poses):
+            rotation = gtsam.Rot3.Ypr(*data["ea"][k, ::-1])
+            initial.insert(k, gtsam.Pose3(rotation, data["pos"][k]))
+        if not known:
+            for j in range(self.landmarks):
+                initial.insert(gtsam.symbol("l", j), data["landmarks"][j])
+        self._bearings(graph, data)
+        self._motion(graph, data)
+        super().__init__(graph, initial)
+
+    def _bearings(self, graph: gtsam.NonlinearFactorGraph, data: dict[str, np.ndarray]) -> None:
+        calibration = gtsam.Cal3_S2(FOCAL, FOCAL, 0.0, 512.0, 384.0)
+        noise = gtsam.noiseModel.Unit.Create(2)
+        sensors = [
+            gtsam.Pose3(gtsam.Rot3(axes), pos)
+            for axes, pos in zip(data["camera_axes"], data["camera_pos"], strict=True)
+        ]
+        for i, j, c, pixel in zip(
+            data["obs_pose"], data["obs_landmark"], data["obs_camera"], data["obs_pixel"],
+            strict=True,
+        ):  # fmt: skip
+            key = gtsam.symbol("l", int(j))
+            graph.add(
+                gtsam.GenericProjectionFactorCal3_S2(
+                    pixel, noise, int(i), key, calibration, sensors[c]
+                )
+            )
+
+    def _motion(self, graph: gtsam.NonlinearFactorGraph, data: dict[str, np.ndarray]) -> None:
+        for k in range(1, self.poses):
+            sigmas = np.concatenate([data["delta_ea_sigma"][k], data["delta_pos_sigma"][k]])
+            motion = gtsam.Pose3(gtsam.Rot3.Ypr(*data["delta_ea"][k, ::-1]), data["delta_pos"][k])
+            noise = gtsam.noiseModel.Diagonal.Sigmas(sigmas)
+            graph.add(gtsam.BetweenFactorPose3(k - 1, k, motion, noise))
+        tilt = gtsam.noiseModel.Isotropic.Sigma(2, np.deg2rad(0.25))
+        gps = gtsam.noiseModel.Isotropic.Sigma(3, 2.5)
+        for k in range(self.poses):
+            roll, pitch = data["tilt"][k]
+            up = gtsam.Rot3.Ypr(0.0, pitch, roll).matrix().T @ [0.0, 0.0, 1.0]
+            graph.add(
+                gtsam.AttitudeFactorPose3(
+                    k, gtsam.Unit3(np.array([0.0, 0.0, 1.0])), tilt, gtsam.Unit3(up)
+                )
+            )
+            if not self.known:
+                graph.add(gtsam.GPSFactor(k, data["gps"][k], gps))
+
+    def answer(self) -> dict[str, np.ndarray]:
+        values = self.optimizer.values()
+        poses = [values.atPose3(k) for k in range(self.poses)]
+        return {
+            "pos": np.array([p.translation() for p in poses]),
+            "rotation": np.array([p.rotation().matrix() for p in poses]),
+            "landmarks": np.array(
+                [values.atPoint3(gtsam.symbol("l", j)) for j in range(self.landmarks)]
+            ),
+        }
+
+
+if __name__ == "__main__":
+    main(
+        "GTSAM " + getattr(gtsam, "__version__", "4.3"),
+        {"pose_graph": PoseGraph, "bundle": Bundle, "slam": Slam},
+    )

@@ -1,0 +1,155 @@
+"""The problems of the suites as files, and the states by which answers are compared.
+
+A *state* is a dict of arrays that every system can give. Pose graphs: ``id``, ``t`` and ``q``
+(w x y z) or ``th``. Bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``. Scenes:
+``pos``, ``rotation`` (matrices, body to world), ``landmarks``. `cost` is the one reference: arael's
+model in f64, whoever solved it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import arael
+from arael.runtime.store import rotations
+from arael.scenes import Scene, columns, fill
+from arael.scenes.cameras import camera_ring
+from arael.scenes.rotation import euler_angles
+
+State = dict[str, np.ndarray]
+
+
+def pose_graph_model(path: str | Path) -> str:
+    """Name of the standard model of a g2o file."""
+    with open(path, encoding="utf-8") as file:
+        return "pose_graph_3d" if "SE3" in file.readline() else "pose_graph_2d"
+
+
+@dataclass(frozen=True)
+class PoseGraph:
+    """g2o files."""
+
+    def load(self, path: str, precision: Any = None) -> Any:
+        instance = arael.load(pose_graph_model(path), precision=precision)()
+        instance.read(path)
+        return instance
+
+    def state(self, instance: Any) -> State:
+        poses = instance.poses
+        turn = "th" if instance.layout.name.endswith("2d") else "q"
+        found = {"id": poses.id, "t": poses.t.value, turn: poses[turn].value}
+        return {name: np.array(value) for name, value in found.items()}
+
+    def put(self, instance: Any, state: State) -> None:
+        row = {int(i): k for k, i in enumerate(state["id"])}
+        order = [row[int(i)] for i in instance.poses.id]
+        instance.poses.t.value[:] = state["t"][order]
+        turn = "th" if "th" in state else "q"
+        instance.poses[turn].value[:] = state[turn][order]
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """BAL files."""
+
+    def load(self, path: str, precision: Any = None) -> Any:
+        instance = arael.load("bundle_adjustment", precision=precision)()
+        instance.read(path, "bal")
+        return instance
+
+    def state(self, instance: Any) -> State:
+        cameras = instance.cameras
+        found = {
+            "r": rotations.vector_from_quaternion(np.asarray(cameras.r.value, dtype=np.float64))
+        }
+        found |= {name: np.array(cameras[name].value) for name in ("t", "f", "k1", "k2")}
+        return {**found, "pos": np.array(instance.points.pos.value)}
+
+    def put(self, instance: Any, state: State) -> None:
+        instance.cameras.r.value[:] = rotations.quaternion_from_vector(state["r"])
+        for name in ("t", "f", "k1", "k2"):
+            instance.cameras[name].value[:] = state[name]
+        instance.points.pos.value[:] = state["pos"]
+
+
+@dataclass(frozen=True)
+class Slam:
+    """Scenes as `write_scene` writes them."""
+
+    model: str = "slam"
+
+    def load(self, path: str, precision: Any = None) -> Any:
+        model = arael.load(self.model, precision=precision)
+        # Robust weights far out: a peer has none, and no association is wrong here.
+        instance = model(gamma=1e6)
+        with np.load(path) as file:
+            prefix = f"{self.model}/"
+            found = {k.removeprefix(prefix): file[k] for k in file.files if k.startswith(prefix)}
+        fill(instance, model.layout, found)
+        return instance
+
+    def state(self, instance: Any) -> State:
+        found = {"pos": instance.poses.pos.value, "rotation": instance.poses.ea.matrix}
+        if self.model == "slam":
+            found["landmarks"] = instance.landmarks.pos.value
+        return {name: np.array(value, dtype=np.float64) for name, value in found.items()}
+
+    def put(self, instance: Any, state: State) -> None:
+        instance.poses.pos.value[:] = state["pos"]
+        instance.poses.ea.value[:] = euler_angles(state["rotation"])
+        if "landmarks" in state:
+            instance.landmarks.pos.value[:] = state["landmarks"]
+
+
+KINDS = {
+    "pose_graph": PoseGraph(),
+    "bundle": Bundle(),
+    "slam": Slam(),
+    "localization": Slam("localization"),
+}
+
+
+def cost(suite: str, path: str, state: State) -> float:
+    """Cost of a state by the reference."""
+    kind = KINDS[suite]
+    instance = kind.load(path, precision="f64")
+    kind.put(instance, state)
+    return float(instance.cost())
+
+
+def write_scene(scene: Scene, path: Path) -> None:
+    """Write a scene for all systems: columns of the models, and what peers need by plain names.
+
+    Cameras of the scene mirror their images; a peer's do not, so axes and pixels have x turned.
+    """
+    found: dict[str, Any] = {}
+    for name in ("slam", "localization"):
+        found |= {f"{name}/{k}": v for k, v in columns(scene, name).items()}  # type: ignore[arg-type]
+    seen, sensors = scene.observations, scene.sensors
+    pixel = seen.pixel.copy()
+    pixel[:, 0] = 1024 - pixel[:, 0]
+    cameras = camera_ring()
+    np.savez(
+        path,
+        **found,
+        pos=scene.start_pos,
+        ea=scene.start_ea,
+        landmarks=scene.start_landmarks,
+        true_landmarks=scene.landmarks,
+        obs_pose=seen.pose,
+        obs_landmark=seen.landmark,
+        obs_camera=seen.camera,
+        obs_pixel=pixel,
+        camera_pos=np.stack([c.pos for c in cameras]),
+        camera_axes=np.stack([c.axes * [-1.0, 1.0, 1.0] for c in cameras]),
+        gps=sensors.gps,
+        tilt=sensors.tilt,
+        delta_pos=sensors.delta_pos,
+        delta_ea=sensors.delta_ea,
+        delta_pos_sigma=sensors.delta_pos_sigma,
+        delta_ea_sigma=sensors.delta_ea_sigma,
+    )
