@@ -1,8 +1,8 @@
 """The problems of the suites as files, and the states by which answers are compared.
 
 A *state* is a dict of arrays that every system can give. Pose graphs: ``id``, ``t`` and ``q``
-(w x y z) or ``th``. Bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``. Scenes:
-``pos``, ``rotation`` (matrices, body to world), ``landmarks``. `cost` is the one reference: arael's
+(w x y z) or ``th``. Bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``.
+Scenes: ``pos``, ``rotation`` (matrices, body to world), ``landmarks``. `cost` is the one reference: arael's
 model in f64, whoever solved it.
 """
 

@@ -117,8 +117,7 @@ def write(
     path : the file; ``.gz`` at the end compresses
     format : one of `FORMATS`; by default told from the file's name
     collection : for CSV, the collection to write; by default the one the file is named after, or
-    the
-        model's only one
+        the model's only one
 
     Raises
     ------
