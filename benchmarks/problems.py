@@ -1,9 +1,12 @@
 """The problems of the suites as files, and the states by which answers are compared.
 
-A *state* is a dict of arrays that every system can give. Pose graphs: ``id``, ``t`` and ``q``
-(w x y z) or ``th``. Bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``.
-Scenes: ``pos``, ``rotation`` (matrices, body to world), ``landmarks``. `cost` is the one reference: arael's
-model in f64, whoever solved it.
+A *state* is a dict of arrays that every system can give:
+
+- pose graphs: ``id``, ``t`` and ``q`` (w x y z) or ``th``;
+- bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``;
+- scenes: ``pos``, ``rotation`` (matrices, body to world), ``landmarks``.
+
+`cost` is the one reference: arael's model in f64, whoever solved it.
 """
 
 from __future__ import annotations
@@ -13,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from arael.scenes.rotation import euler_angles
 
 import arael
 from arael.runtime.store import rotations
 from arael.scenes import Scene, columns, fill
 from arael.scenes.cameras import camera_ring
-from arael.scenes.rotation import euler_angles
 
 State = dict[str, np.ndarray]
 
