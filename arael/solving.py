@@ -153,13 +153,14 @@ def chosen_passes(
 
 
 def parameter_paths(layout: Layout) -> list[str]:
-    """Paths of all parameters: ``poses.ea``, ``scale``."""
-    return [
-        f"{table.path}.{column.path}" if table.path else column.path
-        for table in layout.tables
-        for column in table.columns
-        if column.param is not None
-    ]
+    """Paths of all parameters and of their parts: ``poses.ea``, ``poses.T.rotation``."""
+    found = []
+    for table in layout.tables:
+        for column in table.columns:
+            if column.param is not None:
+                path = f"{table.path}.{column.path}" if table.path else column.path
+                found += [path, *(f"{path}.{part.name}" for part in column.param.parts)]
+    return found
 
 
 def check_paths(layout: Layout, paths: Iterable[str]) -> None:

@@ -14,6 +14,7 @@ from arael.check.typed import (
     Literal_,
     MatrixType,
     Read,
+    TransformType,
     Typed,
     VectorType,
 )
@@ -155,11 +156,20 @@ def _of_value(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
             label=f"it has {', '.join(list(VECTOR_PARTS)[: type_.n])}",
             labels=t.origin(value),
         )
+    if isinstance(type_, TransformType):
+        if node.name == "translation":
+            return t.apply(node, "translation", [value], VectorType(3))
+        if node.name == "rotation":
+            return t.apply(node, "rotation", [value], QUATERNION)
+        if node.name == "scale" and type_.scaled:
+            return _component(t, node, value, 7)
     help_ = []
     if node.name in METHODS:
         help_ = [f"`{node.name}` is a method: write `{node.name}()`"]
     elif isinstance(type_, MatrixType):
         help_ = ["write `M[row, column]`, `M.row(i)` or `M.col(i)`"]
+    elif isinstance(type_, TransformType):
+        help_ = [f"{type_} has translation, rotation{' and scale' if type_.scaled else ''}"]
     return t.fail(
         "E0204",
         node.name_span,

@@ -13,9 +13,12 @@ from arael.check.typed import (
     INT,
     QUATERNION,
     REAL,
+    SIMILARITY,
+    TRANSFORM,
     MatrixType,
     QuaternionType,
     ScalarType,
+    TransformType,
     ValueType,
     VectorType,
 )
@@ -25,7 +28,9 @@ Types = Sequence[ValueType]
 
 MAT2 = MatrixType(2, 2)
 MAT3 = MatrixType(3, 3)
+MAT4 = MatrixType(4, 4)
 VEC3 = VectorType(3)
+TWISTS: dict[ValueType, ValueType] = {VectorType(6): TRANSFORM, VectorType(7): SIMILARITY}
 
 # Functions of one scalar; on a vector they work element by element.
 ELEMENTWISE = frozenset(
@@ -92,12 +97,16 @@ def _starship(types: Types) -> ValueType | None:
 def _exp(types: Types) -> ValueType | tuple[str, ValueType] | None:
     if types[0] == VEC3:
         return "quat_exp", QUATERNION
+    if types[0] in TWISTS:
+        return "tf_exp", TWISTS[types[0]]
     return REAL if is_number(types[0]) else None
 
 
 def _log(types: Types) -> ValueType | tuple[str, ValueType] | None:
     if types[0] == QUATERNION:
         return "quat_log", VEC3
+    if isinstance(types[0], TransformType):
+        return "tf_log", VectorType(7 if types[0].scaled else 6)
     return _elementwise(types)
 
 
@@ -132,7 +141,9 @@ def _square(m: ValueType, largest: int) -> bool:
 
 
 def _inverse(types: Types) -> ValueType | None:
-    return types[0] if types[0] == QUATERNION or _square(types[0], LARGEST_INVERSE) else None
+    if types[0] == QUATERNION or isinstance(types[0], TransformType):
+        return types[0]
+    return types[0] if _square(types[0], LARGEST_INVERSE) else None
 
 
 def _det(types: Types) -> ValueType | None:
@@ -148,7 +159,19 @@ def _rotation_matrix(types: Types) -> ValueType | None:
     x = types[0]
     if is_number(x):
         return MAT2
-    return MAT3 if x in (VEC3, QUATERNION) else None
+    return MAT3 if x in (VEC3, QUATERNION, TRANSFORM, SIMILARITY) else None
+
+
+def _matrix(types: Types) -> ValueType | None:
+    return MAT4 if isinstance(types[0], TransformType) else None
+
+
+def _transform(types: Types) -> ValueType | None:
+    return TRANSFORM if list(types) == [VEC3, QUATERNION] else None
+
+
+def _similarity(types: Types) -> ValueType | None:
+    return SIMILARITY if list(types[:2]) == [VEC3, QUATERNION] and is_number(types[2]) else None
 
 
 def _exactly(takes: ValueType, gives: ValueType) -> Callable[[Types], ValueType | None]:
@@ -180,8 +203,12 @@ FUNCTIONS: dict[str, Signature] = {
     "max": Signature(2, None, "scalars", _scalars),
     "clamp": Signature(3, 3, "three scalars: value, low, high", _scalars),
     "starship": Signature(2, 2, "a scalar or a vector, and a scalar gamma", _starship),
-    "exp": _one("a scalar, or a rotation vector (vec3) for a quaternion", _exp),
-    "log": _one("a scalar, a vector or a quaternion", _log),
+    "exp": _one(
+        "a scalar, a rotation vector (vec3) for a quaternion, or a twist (vec<6>, vec<7>) for a "
+        "transform",
+        _exp,
+    ),
+    "log": _one("a scalar, a vector, a quaternion or a transform", _log),
     "dot": Signature(2, 2, "two vectors of the same length", _same_vectors, method=True),
     "cross": Signature(2, 2, "two vectors of length 3", _cross, method=True),
     "norm": _one("a vector", _vector_to_scalar),
@@ -189,13 +216,20 @@ FUNCTIONS: dict[str, Signature] = {
     "unit": _one("a vector", _vector_to_vector),
     "perp": _one("a vec2", _perp),
     "transpose": _one("a matrix", _transpose),
-    "inverse": _one(f"a square matrix of up to {LARGEST_INVERSE} rows, or a quaternion", _inverse),
+    "inverse": _one(
+        f"a square matrix of up to {LARGEST_INVERSE} rows, a quaternion, or a transform", _inverse
+    ),
     "det": _one(f"a square matrix of up to {LARGEST_DETERMINANT} rows", _det),
     "trace": _one("a square matrix", _trace),
     "skew": _one("a vec3", _exactly(VEC3, MAT3)),
     "vee": _one("a mat3", _exactly(MAT3, VEC3)),
     "rotation_matrix": _one(
-        "Euler angles (vec3), a quaternion, or an angle (real)", _rotation_matrix
+        "Euler angles (vec3), a quaternion, a transform, or an angle (real)", _rotation_matrix
+    ),
+    "matrix": _one("a transform", _matrix),
+    "transform": Signature(2, 2, "a translation (vec3) and a quaternion", _transform),
+    "similarity": Signature(
+        3, 3, "a translation (vec3), a quaternion, and a scale (real)", _similarity
     ),
     "euler_angles": _one("a mat3 or a quaternion", _euler_angles),
     "rotation_vector": _one("a mat3", _exactly(MAT3, VEC3)),

@@ -8,6 +8,8 @@ bound above the upper one.
 
 from __future__ import annotations
 
+import math
+
 from arael.check.constants import Constants
 from arael.check.declared import FieldDecl
 from arael.check.report import Reporter
@@ -41,7 +43,37 @@ def default_of(
     if isinstance(node, tree.String):
         report.error("E0310", node.span, f"expected {field.text}", label="this is a string")
         return None
-    return constant_for(field, node, constants, report)
+    values = constant_for(field, node, constants, report)
+    return values if values is None or _is_valid(field, values, node, report) else None
+
+
+# Which scalars of a type form a unit quaternion or a unit vector.
+_UNIT = {
+    "quat": slice(4),
+    "rotation": slice(4),
+    "quaternion": slice(4),
+    "direction": slice(3),
+    "transform": slice(3, 7),
+    "similarity": slice(3, 7),
+}
+_UNIT_TOLERANCE = 1e-3  # as of data
+
+
+def _is_valid(
+    field: FieldDecl, values: tuple[float, ...], node: tree.Expr, report: Reporter
+) -> bool:
+    """Whether a default is a rotation, direction or transform, where that is declared."""
+    name = field.text.split(" ")[0]
+    part = values[_UNIT[name]] if name in _UNIT else (1.0,)
+    norm = math.hypot(*part)
+    if abs(norm - 1) > _UNIT_TOLERANCE:
+        what = "a unit vector" if name == "direction" else "a unit quaternion (w, x, y, z)"
+        report.error("E0310", node.span, f"expected {what}", label=f"its norm is {norm:.6g}")
+        return False
+    if name == "similarity" and values[7] <= 0:
+        report.error("E0310", node.span, "expected a positive scale", label="the last number")
+        return False
+    return True
 
 
 def constant_for(
@@ -124,7 +156,7 @@ def replace_bounds(
     param: Param, low: tuple[float | None, ...], high: tuple[float | None, ...]
 ) -> Param:
     """`param` with these bounds."""
-    return Param(param.kind, param.stored, param.tangent, low, high)
+    return Param(param.kind, param.stored, param.tangent, low, high, param.parts)
 
 
 def _bound(

@@ -22,6 +22,7 @@ from arael.check.typed import (
     Pack,
     ScalarType,
     Select,
+    TransformType,
     Typed,
     VectorType,
 )
@@ -217,6 +218,8 @@ def _list(t: Typist, node: tree.ListExpr) -> Binding:
         else:
             broken = True
             help_ = ["take a part of it: `q.vec`"] if value.type == QUATERNION else []
+            if isinstance(value.type, TransformType):
+                help_ = ["take its twist, `T.log()`, or a part of it: `T.translation`"]
             t.fail(
                 "E0312",
                 part.span,

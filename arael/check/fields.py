@@ -17,7 +17,6 @@ from arael.check.suggest import nearest
 from arael.check.typed import BOOL, REAL, ValueType, VectorType
 from arael.check.types import (
     FIXED_TYPES,
-    LATER_PARAM_TYPES,
     PARAM_TYPES,
     BadSize,
     shape_of,
@@ -136,16 +135,6 @@ class Fields:
             reading, param = PARAM_TYPES[type_.name]
             shape: tuple[int, ...] = () if param.stored == 1 else (param.stored,)
             return FieldDecl(name, node, "column", text, reading, shape, unit=unit, param=param)
-        if type_.name in LATER_PARAM_TYPES:
-            self.report.error(
-                "E0906",
-                type_.span,
-                f"parameter type `{type_.name}`: it is part of the language, but this version does "
-                "not compile it",
-                label="not compiled",
-                help=["this version solves for: real, vec<n>, euler, rotation, quaternion, angle"],
-            )
-            return None
         value = value_type(type_)
         if isinstance(value, BadSize):
             return self._size(type_, value)
@@ -158,7 +147,7 @@ class Fields:
         if value is None and type_.name not in self.declarations.structs:
             self._unknown(type_)
             return None
-        help_ = "a parameter is: real, vec2, vec3, vec<n>, euler, rotation, quaternion, angle"
+        help_ = f"a parameter is: real, vec2, vec3, vec<n>, {', '.join(PARAM_TYPES)}"
         if type_.name == "quat":
             help_ = "write `quaternion` for a parameter"
         elif type_.name in self.declarations.structs:

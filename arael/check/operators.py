@@ -13,6 +13,7 @@ from arael.check.typed import (
     QUATERNION,
     REAL,
     MatrixType,
+    TransformType,
     ValueType,
     VectorType,
 )
@@ -41,17 +42,21 @@ def result_type(operator: str, a: ValueType, b: ValueType) -> ValueType | None:
     if is_number(a) and is_number(b):
         return REAL
     if operator in ("+", "-"):
-        return a if a == b else None
+        return a if a == b and not isinstance(a, TransformType) else None
     if operator == "*":
         return _product(a, b)
     if operator == "/":
-        return a if is_number(b) else None
+        return a if is_number(b) and not isinstance(a, TransformType) else None
     if operator in (".*", "./"):
         return _elementwise(operator, a, b)
     return None
 
 
 def _product(a: ValueType, b: ValueType) -> ValueType | None:
+    if isinstance(a, TransformType):
+        return b if b in (a, VectorType(3)) else None
+    if isinstance(b, TransformType):
+        return None
     if is_number(a):
         return b
     if is_number(b):
@@ -74,6 +79,8 @@ def _elementwise(operator: str, a: ValueType, b: ValueType) -> ValueType | None:
 
 def advice(operator: str, a: ValueType, b: ValueType) -> list[str]:
     """What to write instead of an operation that does not fit."""
+    if isinstance(a, TransformType) or isinstance(b, TransformType):
+        return _transform_advice(operator, a, b)
     vectors = isinstance(a, VectorType) and isinstance(b, VectorType)
     if operator == "*" and vectors and a == b:
         return ["write `dot(a, b)` for the inner product, `a .* b` to multiply element by element"]
@@ -94,3 +101,13 @@ def advice(operator: str, a: ValueType, b: ValueType) -> list[str]:
     if operator == "^":
         return ["both sides of `^` are scalars"]
     return []
+
+
+def _transform_advice(operator: str, a: ValueType, b: ValueType) -> list[str]:
+    if operator in ("+", "-", "/") and a == b:
+        return ["write `A.inverse() * B` for the transform between two"]
+    if operator == "*" and isinstance(a, TransformType) and isinstance(b, TransformType):
+        return ["a transform becomes a similarity by `similarity(T.translation, T.rotation, 1)`"]
+    if operator == "*" and isinstance(b, TransformType):
+        return ["the transform stands on the left: `T * x`"]
+    return ["a transform multiplies a vec3 or a transform: `T * x`, `A.inverse() * B`"]

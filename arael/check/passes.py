@@ -188,6 +188,8 @@ class Passes:
         here: Entity | Collection | Broken = Entity((), self.root)
         for i, part in enumerate(before):
             place = here.site.place if isinstance(here, Collection) else here.place  # type: ignore[union-attr]
+            if part is before[-1] and _is_part(place.struct.fields.get(part.id), last.id):
+                return str(path).removeprefix("root.")
             here = self._step(place, part, skip=i == 0)
             if isinstance(here, Broken):
                 return None
@@ -237,6 +239,15 @@ class Passes:
             labels=[Label(place.struct.node.name.span, "this struct")],
             help=did_you_mean(part.id, place.struct.fields),
         )
+
+
+def _is_part(field: FieldDecl | None, name: str) -> bool:
+    """Whether `name` is a part of a parameter that freezes by itself (``T.rotation``)."""
+    return (
+        field is not None
+        and field.param is not None
+        and any(part.name == name for part in field.param.parts)
+    )
 
 
 def _below(place: Place) -> list[Place]:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from arael.check.binding import Broken
 from arael.check.builtins import is_number
-from arael.check.typed import BOOL, QUATERNION, MatrixType, Read, Typed, VectorType
+from arael.check.typed import BOOL, QUATERNION, MatrixType, Read, TransformType, Typed, VectorType
 from arael.check.typist import Typist
 from arael.check.walk import postorder
 from arael.diagnostics.records import Label
@@ -51,6 +51,8 @@ def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
         help_ = ["pick what should vanish: `rotation_vector(M)`, `M.col(i)`, `M[i, j]`"]
     elif value.type == QUATERNION:
         help_ = ["write `2 * q.vec` for a small rotation, or `q.log()`"]
+    elif isinstance(value.type, TransformType):
+        help_ = ["write `T.log()` for its twist, or a part of it: `T.translation`"]
     elif value.type == BOOL:
         help_ = ["a condition belongs behind `when`, or into `if ... then ... else`"]
     t.fail(

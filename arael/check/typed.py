@@ -56,13 +56,25 @@ class QuaternionType:
         return "quat"
 
 
-ValueType = ScalarType | VectorType | MatrixType | QuaternionType
+@dataclass(frozen=True)
+class TransformType:
+    """A rigid transform: translation, unit quaternion and, if `scaled`, a scale."""
+
+    scaled: bool = False
+
+    def __str__(self) -> str:
+        return "similarity" if self.scaled else "transform"
+
+
+ValueType = ScalarType | VectorType | MatrixType | QuaternionType | TransformType
 
 REAL = ScalarType("real")
 INT = ScalarType("int")
 BOOL = ScalarType("bool")
 STRING = ScalarType("string")
 QUATERNION = QuaternionType()
+TRANSFORM = TransformType()
+SIMILARITY = TransformType(scaled=True)
 
 
 # --- expressions ------------------------------------------------------------------------------
@@ -90,7 +102,8 @@ class Read(Typed):
     `version` is ``trial`` for a parameter under optimisation, ``stored`` for what it held when the
     solve began (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the
     column (``euler``, ``rotation``, ...) or "" for data: an ``euler`` or ``angle`` reads as its
-    angles (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion.
+    angles (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion, ``direction`` as a vec3,
+    ``transform`` and ``similarity`` as transforms.
     """
 
     slot: int
@@ -109,7 +122,10 @@ class Present(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Component(Typed):
-    """Scalar of a vector (index), matrix (row * columns + column) or quaternion (0 = w)."""
+    """Scalar of a vector (index), matrix (row * columns + column), quaternion (0 = w) or transform.
+
+    Of a transform: translation 0 to 2, quaternion 3 to 6, scale 7.
+    """
 
     of: Typed
     index: int
@@ -135,25 +151,31 @@ class Select(Typed):
 class Apply(Typed):
     """An operator or built-in function on values whose shapes have been checked.
 
-    Names and argument types (S scalar, V vector, M matrix, Q quaternion):
+    Names and argument types (S scalar, V vector, M matrix, Q quaternion, T transform):
 
     ==================  =====================================================================
     name                meaning
     ==================  =====================================================================
     neg                 S V M Q, elementwise
     add sub             two of the same shape
-    mul                 S*S S*V V*S S*M M*S S*Q Q*S, M*M M*V, V*M (row vector), Q*Q
+    mul                 S*S S*V V*S S*M M*S S*Q Q*S, M*M M*V, V*M (row vector), Q*Q, T*T T*V
     div                 S/S V/S M/S Q/S
     emul ediv           elementwise ``.*`` ``./`` of the same shape (or with a scalar)
     pow                 S^S
     lt le gt ge eq ne   S, S -> bool
     and or not          bool
     transpose           M
-    inverse             M, Q
+    inverse             M, Q, T
     row column          M with a literal index as second argument
     quat_vec            Q -> vec3
-    rotation_matrix     euler vec3 -> M3, angle S -> M2, Q -> M3 (as method or function)
+    translation         T -> vec3
+    rotation            T -> Q
+    rotation_matrix     euler vec3 -> M3, angle S -> M2, Q -> M3, T -> M3 (as method or function)
+    matrix              T -> M4, homogeneous
     euler_angles        M3 or Q -> vec3
+    transform           V, Q -> T
+    similarity          V, Q, S -> T
+    tf_log tf_exp       T -> its twist V6 or V7, and back
     rotation_vector     M3 -> vec3
     dot cross norm norm2 unit perp det trace skew vee identity2 identity3
     conj rotate log exp of quaternions: conj(Q), rotate(Q, V), quat_log(Q), quat_exp(V)

@@ -10,12 +10,16 @@ from arael.check.typed import (
     INT,
     QUATERNION,
     REAL,
+    SIMILARITY,
     STRING,
+    TRANSFORM,
     MatrixType,
+    TransformType,
     ValueType,
     VectorType,
 )
-from arael.runtime.layout import Param
+from arael.runtime.layout import Param, Part
+from arael.symbolic.parameters import parameter_type
 from arael.syntax import tree
 
 FIXED_TYPES: dict[str, ValueType] = {
@@ -30,20 +34,32 @@ FIXED_TYPES: dict[str, ValueType] = {
     "quat": QUATERNION,
 }
 
-# Parameter types that are not plain: what a reading gives, stored scalars, tangent scalars.
-PARAM_TYPES: dict[str, tuple[ValueType, Param]] = {
-    "euler": (VectorType(3), Param("euler", 3, 3)),
-    "rotation": (QUATERNION, Param("rotation", 4, 3)),
-    "quaternion": (QUATERNION, Param("quaternion", 4, 3)),
-    "angle": (REAL, Param("angle", 1, 1)),
+# What a reading of each parameter type that is not plain gives.
+PARAM_READINGS: dict[str, ValueType] = {
+    "euler": VectorType(3),
+    "rotation": QUATERNION,
+    "quaternion": QUATERNION,
+    "angle": REAL,
+    "direction": VectorType(3),
+    "transform": TRANSFORM,
+    "similarity": SIMILARITY,
 }
 
-# Parameter types of the language that this version reads but does not compile.
-LATER_PARAM_TYPES = frozenset({"direction", "transform", "similarity"})
 
-TYPE_NAMES = frozenset(
-    {*FIXED_TYPES, *PARAM_TYPES, *LATER_PARAM_TYPES, "vec", "mat", "constraint_index"}
-)
+def _param(name: str) -> Param:
+    kind = parameter_type(name)
+    parts = tuple(Part(*part) for part in kind.parts)
+    return Param(name, kind.storage, kind.tangent_width, parts=parts)  # type: ignore[arg-type]
+
+
+PARAM_TYPES: dict[str, tuple[ValueType, Param]] = {
+    name: (reading, _param(name)) for name, reading in PARAM_READINGS.items()
+}
+
+# Parameter types that data may have as well, as measurements of what is solved for.
+DATA_TYPES = frozenset({"direction", "transform", "similarity"})
+
+TYPE_NAMES = frozenset({*FIXED_TYPES, *PARAM_TYPES, "vec", "mat", "constraint_index"})
 
 
 @dataclass(frozen=True)
@@ -56,6 +72,8 @@ class BadSize:
 def value_type(node: tree.NamedType) -> ValueType | BadSize | None:
     """The value type that `node` names; None if it names none (a struct, say)."""
     if not node.dims:
+        if node.name in DATA_TYPES:
+            return PARAM_READINGS[node.name]
         if node.name in ("vec", "mat"):
             example = "vec<4>" if node.name == "vec" else "mat<2,3>"
             return BadSize(f"needs its size, as in `{example}`")
@@ -81,6 +99,8 @@ def shape_of(type_: ValueType) -> tuple[int, ...]:
         return (type_.n,)
     if isinstance(type_, MatrixType):
         return (type_.rows, type_.columns)
+    if isinstance(type_, TransformType):
+        return (8 if type_.scaled else 7,)
     return (4,) if type_ == QUATERNION else ()
 
 

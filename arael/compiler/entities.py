@@ -14,12 +14,11 @@ from arael.check.typed import EntitySite
 from arael.runtime.layout import Entity, ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import ParameterType, parameter_type
+from arael.symbolic.parameters.kind import numbered
 
 # A derivative of a cached value that takes more operations than this is cached as well: reading a
 # scalar per lane costs about as much as two or three vector operations.
 INLINE_OPERATIONS = 2
-
-AXES = "xyz"
 
 
 @dataclass
@@ -41,17 +40,6 @@ class StateModel:
     tangents: list[dict[int, int]]
     names: list[str]
     stored_at: dict[str, ParamUse] = field(default_factory=dict)
-
-
-def component_names(kind: str, count: int) -> list[str]:
-    """Suffixes of the scalars of a parameter: nothing, ``.x``, or ``[4]``."""
-    if count == 1:
-        return [""]
-    if kind in ("rotation", "quaternion") and count == 4:
-        return [".w", ".x", ".y", ".z"]
-    if count <= 3:
-        return [f".{AXES[i]}" for i in range(count)]
-    return [f"[{i}]" for i in range(count)]
 
 
 def model_state(site: EntitySite) -> StateModel:
@@ -83,8 +71,8 @@ def model_state(site: EntitySite) -> StateModel:
         step = step_in[use.tangent_start : use.tangent_start + use.tangent]
         outputs += kind.retract(move, stored, step)
         short = use.column.removeprefix(site.prefix)
-        names += [short + suffix for suffix in component_names(use.kind, use.stored)]
-        tangent_names += [short + suffix for suffix in component_names("", use.tangent)]
+        names += [short + suffix for suffix in kind.stored_names]
+        tangent_names += [short + suffix for suffix in kind.tangent_names]
 
     tangents: list[dict[int, int]] = [{} for _ in range(stored_total)]
     caches: dict[str, dict[str, tuple[int, ...]]] = {}
@@ -92,10 +80,6 @@ def model_state(site: EntitySite) -> StateModel:
     for use in uses:
         kind = _type_of(use)
         offsets = range(use.stored_start, use.stored_start + use.stored)
-        for offset, row in zip(
-            offsets, kind.tangent(see, [see.input(o) for o in offsets]), strict=True
-        ):
-            tangents[offset] = {use.tangent_start + k: node for k, node in row.items()}
         seen: dict[str, list[int]] = {}
         caches[use.column] = {}
         short = use.column.removeprefix(site.prefix)
@@ -106,7 +90,10 @@ def model_state(site: EntitySite) -> StateModel:
             seen[name] = [see.input(o) for o in caches[use.column][name]]
             names += _cache_names(short, name, len(nodes))
             tangents += [{} for _ in nodes]
-        pending.append((use, seen, [see.input(o) for o in offsets]))
+        stored = [see.input(o) for o in offsets]
+        for offset, row in zip(offsets, kind.tangent(see, stored, seen), strict=True):
+            tangents[offset] = {use.tangent_start + k: node for k, node in row.items()}
+        pending.append((use, seen, stored))
 
     extra: dict[int, int] = {}  # derivative node of `see` -> offset of its cache
     for use, seen, stored in pending:
@@ -157,7 +144,7 @@ def see_inputs(see: Graph, nodes: list[int]) -> list[int]:
 
 
 def _cache_names(param: str, cache: str, count: int) -> list[str]:
-    if cache == "R":
+    if cache.isupper():
         n = 3 if count == 9 else 2
-        return [f"{param}.R[{i // n},{i % n}]" for i in range(count)]
-    return [f"{cache}({param}{s})" for s in component_names("", count)]
+        return [f"{param}.{cache}[{i // n},{i % n}]" for i in range(count)]
+    return [f"{cache}({param}{s})" for s in numbered(count)]

@@ -1,7 +1,7 @@
 """From typed expressions to scalars of a graph.
 
 Every value becomes a flat list of nodes: a vector its components, a matrix row by row, a quaternion
-w, x, y, z. Reads become inputs of the graph, keyed by what they read:
+w, x, y, z, a transform its translation, its quaternion and its scale. Reads become inputs of the graph, keyed by what they read:
 
 - `StateInput`: a scalar of the state of a used entity,
 - `RawInput`: data, the stored value of a parameter, or (``path?``) whether an optional is there.
@@ -24,13 +24,15 @@ from arael.check.typed import (
     Read,
     ScalarType,
     Select,
+    TransformType,
     Typed,
     ValueType,
     VectorType,
 )
+from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
-from arael.symbolic import inverse, linear, quaternion, rotation
+from arael.symbolic import inverse, linear, quaternion, rigid, rotation
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 
@@ -70,6 +72,8 @@ def width(type_: ValueType) -> int:
         return type_.n
     if isinstance(type_, MatrixType):
         return type_.rows * type_.columns
+    if isinstance(type_, TransformType):
+        return 8 if type_.scaled else 7
     return 4 if isinstance(type_, QuaternionType) else 1
 
 
@@ -82,6 +86,7 @@ class Scalariser:
         self.places: list[Place] = []
         self._done: dict[int, Nodes] = {}
         self._place_of: dict[tuple[str, str], int] = {}
+        self._transforms = Transforms(graph, self.nodes, lambda read: self._state(read, "R"))
 
     def nodes(self, expression: Typed) -> Nodes:
         """Scalars of `expression`; the same list for the same expression."""
@@ -122,6 +127,9 @@ class Scalariser:
         cached = self._cached(e)
         if cached is not None:
             return cached
+        if e.args and isinstance(e.args[0].type, TransformType):
+            with _at(g, self._place(e.span)):
+                return self._transforms.apply(e)
         args = [self.nodes(a) for a in e.args]
         with _at(g, self._place(e.span)):
             return apply(g, e.name, [a.type for a in e.args], args)
@@ -152,11 +160,15 @@ class Scalariser:
             return None
         if arg.parameter not in ("euler", "angle", "rotation", "quaternion"):
             return None
-        found = self.uses.cached(arg.slot, arg.column, cache)
-        if cache != "R":
-            if not isinstance(e.args[0].type, ScalarType):
-                return None
-            found = [found[component]]
+        if cache == "R":
+            return self._state(arg, cache)
+        if not isinstance(e.args[0].type, ScalarType):
+            return None
+        return [self._state(arg, cache)[component]]
+
+    def _state(self, read: Read, cache: str) -> Nodes:
+        """Scalars of a cache of the parameter that `read` reads."""
+        found = self.uses.cached(read.slot, read.column, cache)
         return [self.graph.input(StateInput(use, offset)) for use, offset in found]
 
     def _place(self, span: Span) -> int:
@@ -286,4 +298,7 @@ _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], N
     "rotate": lambda g, t, a: list(quaternion.rotate(g, a[0], a[1])),
     "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),
     "quat_exp": lambda g, t, a: list(quaternion.exp(g, a[0])),
+    "tf_exp": lambda g, t, a: rigid.exp(g, a[0]),
+    "transform": lambda g, t, a: [*a[0], *a[1]],
+    "similarity": lambda g, t, a: [*a[0], *a[1], *a[2]],
 }

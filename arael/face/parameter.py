@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.store import Table, rotations
+from arael.face.forms import Forms
+from arael.runtime.layout import Column
+from arael.runtime.store import Table
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import error
 
@@ -23,7 +25,7 @@ def taken(array: Array, rows: Rows) -> Any:
     return part
 
 
-class Parameter:
+class Parameter(Forms):
     """Value and flags of a parameter: of one row (``poses[3].pos``) or of many (``poses.pos``)."""
 
     __slots__ = ("_path", "_rows", "_table", "_whole")
@@ -44,11 +46,16 @@ class Parameter:
         return f"{self._table.label}.{self._path}"
 
     @property
-    def value(self) -> Any:
+    def _column(self) -> Column:
+        return self._table.data[self._path]
+
+    @property
+    def value(self) -> Any:  # type: ignore[override]
         """What the parameter holds: (N, ...) or (...) as a live view; a number for one scalar.
 
-        Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z). Valid
-        until rows are added or removed. Writing into the view is not checked; assigning is.
+        Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z);
+        directions as unit vectors; transforms as translation, quaternion and scale. Valid until
+        rows are added or removed. Writing into the view is not checked; assigning is.
         """
         part = taken(self._table.column(self._path), self._rows())
         return part if isinstance(part, np.ndarray) else part.item()
@@ -77,87 +84,56 @@ class Parameter:
     @optimize.setter
     def optimize(self, value: Any) -> None:
         self._set_flag("optimize", value)
-        if self._whole and isinstance(value, (bool, np.bool_)):
-            self._table.optimize_new[self._path] = bool(value)
+
+    @property
+    def optimize_translation(self) -> Any:
+        """Whether the translation of a transform is solved for, where the transform is."""
+        return self._part_flag("optimize_translation")
+
+    @optimize_translation.setter
+    def optimize_translation(self, value: Any) -> None:
+        self._set_flag("optimize_translation", value)
+
+    @property
+    def optimize_rotation(self) -> Any:
+        """Whether the rotation of a transform is solved for, where the transform is."""
+        return self._part_flag("optimize_rotation")
+
+    @optimize_rotation.setter
+    def optimize_rotation(self, value: Any) -> None:
+        self._set_flag("optimize_rotation", value)
+
+    @property
+    def optimize_scale(self) -> Any:
+        """Whether the scale of a similarity is solved for, where the similarity is."""
+        return self._part_flag("optimize_scale")
+
+    @optimize_scale.setter
+    def optimize_scale(self, value: Any) -> None:
+        self._set_flag("optimize_scale", value)
+
+    def _part_flag(self, name: str) -> Any:
+        self._need_flag(name)
+        return self._flag(self._table.column_of_flags(self._path, name))
+
+    def _need_flag(self, name: str) -> None:
+        if name != "fixed" and f"{self._path}.{name}" not in self._table.optimize_new:
+            part = name.removeprefix("optimize_")
+            raise error("E0703", f"the parameter has no {part}", self._name, self._column)
 
     def _flag(self, flags: Array) -> Any:
         part = taken(flags, self._rows())
         return part if isinstance(part, np.ndarray) else bool(part)
 
     def _set_flag(self, name: str, value: Any) -> None:
+        self._need_flag(name)
         array = np.asarray(value)
         flags, rows = self._table.column_of_flags(self._path, name), self._rows()
         if array.dtype != np.bool_ or array.shape not in ((), np.shape(flags[rows])):
             raise error("E0703", "expected true or false for each row", f"{self._name}.{name}")
         flags[rows] = array
-
-    # --- rotations in other forms ----------------------------------------------------------------
-
-    @property
-    def _kind(self) -> str:
-        param = self._table.data[self._path].param
-        return param.kind if param is not None else ""
-
-    @property
-    def matrix(self) -> Array:
-        """Rotation matrices (..., 3, 3), body to world; of an angle (..., 2, 2). Assignable."""
-        value = np.asarray(self.value)
-        if self._kind == "euler":
-            return rotations.matrix_from_euler(value)
-        if self._kind == "angle":
-            c, s = np.cos(value), np.sin(value)
-            return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-        return rotations.matrix_from_quaternion(self._rotation(value))
-
-    @matrix.setter
-    def matrix(self, value: Any) -> None:
-        self._assign(value, (3, 3))
-
-    @property
-    def quaternion(self) -> Array:
-        """Unit quaternions (..., 4): w, x, y, z. Assignable."""
-        value = np.asarray(self.value)
-        if self._kind == "euler":
-            return rotations.quaternion_from_euler(value)
-        return self._rotation(value).copy()
-
-    @quaternion.setter
-    def quaternion(self, value: Any) -> None:
-        self._assign(value, (4,))
-
-    @property
-    def euler(self) -> Array:
-        """Roll, pitch, yaw (..., 3) [rad]: ``R = Rz(yaw) Ry(pitch) Rx(roll)``. Assignable."""
-        value = np.asarray(self.value)
-        if self._kind == "euler":
-            return value.copy()
-        return rotations.euler_from_matrix(rotations.matrix_from_quaternion(self._rotation(value)))
-
-    @euler.setter
-    def euler(self, value: Any) -> None:
-        self._assign(value, (3,))
-
-    def _rotation(self, value: Array) -> Array:
-        if self._kind not in ("rotation", "quaternion"):
-            raise self._not_a_rotation()
-        return value
-
-    def _assign(self, value: Any, shape: tuple[int, ...]) -> None:
-        if self._kind not in ("rotation", "quaternion", "euler"):
-            raise self._not_a_rotation()
-        if np.shape(value)[-len(shape) :] != shape:
-            raise error(
-                "E0704",
-                f"expected values of shape {shape}, found shape {np.shape(value)}",
-                self._name,
-                self._table.data[self._path],
-            )
-        self.value = value
-
-    def _not_a_rotation(self) -> Exception:
-        return error(
-            "E0703", "the parameter is not a rotation", self._name, self._table.data[self._path]
-        )
+        if self._whole and name != "fixed" and array.shape == ():
+            self._table.optimize_new[f"{self._path}.{name}"] = bool(array)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         """Let NumPy take the parameter for its value."""

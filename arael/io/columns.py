@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
-from arael.runtime.store.values import is_unit_quaternion
+from arael.runtime.store.manifolds import SUFFIXES, kind_of
 
 
 def full_path(table: Table, path: str) -> str:
@@ -33,9 +33,9 @@ def scalar_names(column: Column) -> Iterator[tuple[str, tuple[int, ...]]]:
         for i in range(shape[0]):
             for j in range(shape[1]):
                 yield f"{path}[{i}][{j}]", (i, j)
-    elif shape == (4,) and is_unit_quaternion(column):
-        for i, axis in enumerate("wxyz"):
-            yield f"{path}.{axis}", (i,)
+    elif kind_of(column):
+        for i, suffix in enumerate(SUFFIXES[kind_of(column)]):
+            yield f"{path}{suffix}", (i,)
     elif shape[0] in (2, 3):
         for i, axis in enumerate("xyz"[: shape[0]]):
             yield f"{path}.{axis}", (i,)

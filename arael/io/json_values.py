@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arael.io.report import Report
 from arael.runtime.layout import Column
+from arael.runtime.store.manifolds import forms_of
 from arael.runtime.store.messages import SCALAR_WORDS, describe, expected
 
 ALLOWED: dict[str, set[type]] = {
@@ -18,16 +19,13 @@ ALLOWED: dict[str, set[type]] = {
     "bool": {bool},
     "string": {str},
 }
-ROTATION_SHAPES: tuple[tuple[int, ...], ...] = ((4,), (3,), (3, 3))
 
 
 def shapes_of(column: Column) -> tuple[tuple[int, ...], ...]:
     """Shapes in which a value may be given, the declared one first."""
-    if column.param is not None and column.param.kind in ("euler", "rotation", "quaternion"):
-        return (column.shape, *(s for s in ROTATION_SHAPES if s != column.shape))
     if len(column.shape) == 2:
         return (column.shape, (column.shape[0] * column.shape[1],))  # also flat, row by row
-    return (column.shape,)
+    return forms_of(column)
 
 
 def fast_array(column: Column, values: list[Any]) -> NDArray[Any] | None:
@@ -54,12 +52,7 @@ def fast_array(column: Column, values: list[Any]) -> NDArray[Any] | None:
             return None
         if array.dtype == object:
             return None
-        given = (
-            column.shape
-            if len(column.shape) == 2 and len(shape) == 1 and shape not in ROTATION_SHAPES
-            else shape
-        )
-        return array.reshape(len(values), *(column.shape if _is_flat(column, shape) else given))
+        return array.reshape(len(values), *(column.shape if _is_flat(column, shape) else shape))
     return None
 
 

@@ -28,6 +28,7 @@ from arael.io.json_writer import refuse_not_finite
 from arael.io.report import Report
 from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.manifolds import forms_of
 from arael.runtime.store.messages import problem, shorten, suggestion
 from arael.runtime.store.slots import Ints
 from arael.runtime.store.values import convert
@@ -262,7 +263,7 @@ class _Reader:
             if column.default is None and there.any():
                 self.report.add("E0702", "the column is missing", name, column)
             return None
-        if not table.layout.path and array.shape in (column.shape, (3, 3)):
+        if not table.layout.path and array.shape in forms_of(column):
             array = array[None]
         if array.shape[:1] != (count,):
             self.report.add(

@@ -36,6 +36,9 @@ class TableLike(Protocol):
     def free(self, path: str) -> Array:
         """Whether a parameter is solved for (size,)."""
 
+    def column_of_flags(self, path: str, name: str) -> Array:
+        """Live flags (size,) of a parameter: ``optimize_translation``."""
+
     def parent_rows(self) -> Array:
         """Row of each row's owner (size,)."""
 

@@ -37,18 +37,38 @@ class Step(msgspec.Struct, frozen=True):
     ref: str = ""
 
 
+class Part(msgspec.Struct, frozen=True):
+    """Tangent scalars that are frozen together: ``translation`` of a transform."""
+
+    name: str
+    first: int
+    count: int
+
+
 class Param(msgspec.Struct, frozen=True):
     """How a column is solved for.
 
-    `stored` scalars hold the value, `tangent` scalars are solved for. Bounds are one number per
-    tangent scalar, or None where open; only plain parameters have them.
+    `stored` scalars hold the value, `tangent` scalars are solved for; `parts` of them have
+    `optimize` flags of their own. Bounds are one number per tangent scalar, or None where open;
+    only plain parameters have them.
     """
 
-    kind: Literal["real", "vec", "euler", "rotation", "quaternion", "angle"]
+    kind: Literal[
+        "real",
+        "vec",
+        "euler",
+        "rotation",
+        "quaternion",
+        "angle",
+        "direction",
+        "transform",
+        "similarity",
+    ]
     stored: int
     tangent: int
     low: tuple[float | None, ...] = ()
     high: tuple[float | None, ...] = ()
+    parts: tuple[Part, ...] = ()
 
 
 class Target(msgspec.Struct, frozen=True):
@@ -72,7 +92,8 @@ class Column(msgspec.Struct, frozen=True):
     path : dotted path within a row (``info.gps.pos``)
     kind : type of the scalars
     shape : shape of one value; ``()`` a scalar, ``(3,)`` a vector or Euler angles, ``(4,)`` a unit
-        quaternion (w, x, y, z), ``(3, 3)`` a matrix
+        quaternion (w, x, y, z), ``(7,)`` a transform (translation, quaternion), ``(8,)`` one with
+        scale, ``(3, 3)`` a matrix
     role : ``present`` marks the presence of an optional struct or scalar at this path
     type : the type as the model declares it (``vec3 [m]``), for messages
     where : place of the declaration (``slam.arael:31:5``), for messages

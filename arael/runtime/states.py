@@ -27,7 +27,8 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
-            moved = blocks.free[:, use.tangent_start] if use.tangent else np.zeros(0, dtype=bool)
+            moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
+            moved = moves.any(axis=1)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values)

@@ -94,7 +94,7 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
     """(rows, tangent) which scalars of an entity move.
 
     A parameter is held by `frozen` or by the store: by its data, by its flag, or because the
-    optional struct that it belongs to is absent.
+    optional struct that it belongs to is absent. Parts of it are held by flags of their own.
     """
     table = store.tables[entity.table]
     free = np.zeros((table.size, entity.tangent), dtype=bool)
@@ -103,6 +103,13 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
             continue
         mask = np.array(table.free(use.column), dtype=bool)
         free[:, use.tangent_start : use.tangent_start + use.tangent] = mask[:, None]
+        param = store.layout.table(entity.table).column(use.column).param
+        for part in param.parts if param is not None else ():
+            first = use.tangent_start + part.first
+            moves = np.array(table.column_of_flags(use.column, f"optimize_{part.name}"), dtype=bool)
+            if is_frozen(entity.table, f"{use.column}.{part.name}", frozen):
+                moves[:] = False
+            free[:, first : first + part.count] &= moves[:, None]
     return free
 
 

@@ -19,6 +19,7 @@ from arael.symbolic.linear import (
     scale,
     unit,
 )
+from arael.symbolic.series import polynomial
 
 # Below these the series are exact to rounding, and the closed forms lose accuracy in derivatives.
 _SMALL_SINE_SQUARED = 1e-5
@@ -93,8 +94,8 @@ def exp(g: Graph, v: Sequence[int]) -> Vector:
     small = g.op("lt", h, g.const(_SMALL_ANGLE_SQUARED))
     # The closed form is kept away from zero, so that its unused derivative is finite too.
     half = g.op("sqrt", g.op("select", small, g.const(1.0), h))
-    cosine = g.op("select", small, _series(g, h, _COS), g.op("cos", half))
-    sinc = g.op("select", small, _series(g, h, _SINC), g.op("div", g.op("sin", half), half))
+    cosine = g.op("select", small, polynomial(g, h, _COS), g.op("cos", half))
+    sinc = g.op("select", small, polynomial(g, h, _SINC), g.op("div", g.op("sin", half), half))
     return [cosine, *scale(g, g.op("mul", g.const(0.5), sinc), v)]
 
 
@@ -114,7 +115,7 @@ def log(g: Graph, q: Sequence[int]) -> Vector:
     closed = g.op("div", g.op("mul", g.const(2.0), g.op("atan2", n, w)), n)
     near_w = g.op("select", small, w, one)
     s = g.op("div", n2, g.op("mul", near_w, near_w))
-    series = g.op("div", _series(g, s, _TWICE_ATAN), near_w)
+    series = g.op("div", polynomial(g, s, _TWICE_ATAN), near_w)
     factor = g.op("select", small, series, closed)
     return scale(g, g.op("select", negative, g.op("neg", factor), factor), q[1:])
 
@@ -122,14 +123,6 @@ def log(g: Graph, q: Sequence[int]) -> Vector:
 _COS = (1.0, -1 / 2, 1 / 24, -1 / 720, 1 / 40320)
 _SINC = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880)
 _TWICE_ATAN = (2.0, -2 / 3, 2 / 5, -2 / 7)
-
-
-def _series(g: Graph, x: int, coefficients: Sequence[float]) -> int:
-    """Polynomial by Horner's rule, lowest coefficient first."""
-    result = g.const(coefficients[-1])
-    for coefficient in reversed(coefficients[:-1]):
-        result = g.op("add", g.const(coefficient), g.op("mul", x, result))
-    return result
 
 
 def from_rotation_matrix(g: Graph, m: Matrix) -> Vector:

@@ -12,6 +12,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 HEAD = """
+fn head3(v) = [v[0], v[1], v[2]]
+fn tail3(v) = [v[3], v[4], v[5]]
 struct Node {
     param p: vec3
     param e: euler
@@ -26,7 +28,11 @@ struct Turner {
     param r: rotation
     param h: angle
     param v: vec2
+    param d: direction
+    param T: transform
+    param S: similarity
     c: vec3
+    between: transform
     more: list of Leaf
 }
 struct Leaf {
@@ -48,14 +54,20 @@ root Random {
 SCALARS = [
     "a.p.x", "a.p.y", "a.s", "b.p.z", "b.s", "b.e.x", "a.e.z", "parent.v.x", "parent.v.y",
     "parent.h", "root.g.x", "root.g.y", "k.x", "k.z", "weight", "root.scale", "a.w", "b.d.y",
-    "parent.q.w", "a.p.value.x", "0.5", "1.25", "2",
+    "parent.q.w", "a.p.value.x", "0.5", "1.25", "2", "parent.d.x", "parent.T.translation.y",
+    "parent.S.scale", "parent.T.rotation.w", "parent.S.inverse().scale",
 ]  # fmt: skip
 VECTORS = [
     "a.p", "b.p", "k", "a.d", "parent.c", "a.e.rotation_matrix() * b.p",
     "b.e.rotation_matrix()' * (a.p - b.p)", "parent.q.rotate(k)", "b.m * k",
     "parent.r.rotation_matrix() * a.p", "(parent.q * parent.r).vec",
     "euler_angles(a.e.rotation_matrix()' * rotation_matrix(k))", "a.e - a.e.value",
-    "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)",
+    "unit(b.p + [3, 4, 5])", "parent.q.conj().rotate(b.p)", "parent.d", "parent.T * a.p",
+    "parent.T.inverse() * b.p", "parent.S * k", "parent.S.inverse() * (parent.T * a.p)",
+    "head3((parent.T.inverse() * parent.between).log())", "cross(parent.d, parent.d.value)",
+    "(parent.between * parent.T * parent.T.value).translation", "parent.S.rotation_matrix() * k",
+    "tail3((parent.S.value.inverse() * parent.S * exp([0.1 * k, 0.2 * k, k.x])).log())",
+    "head3(parent.T.matrix() * [k, 1])", "transform(k, parent.q) * b.p",
 ]  # fmt: skip
 UNARY = ["sin({})", "cos({})", "atan({})", "tanh({})", "exp(0.3 * tanh({}))", "sqrt(2 + sin({}))",
          "starship({}, 2.5)", "-{}", "({})^2", "log(3 + cos({}))", "fast_atan({})"]  # fmt: skip
@@ -125,6 +137,11 @@ def models(draw: st.DrawFn, constraints: int = 4) -> RandomModel:
     return RandomModel(text, draw(st.integers(0, 2**31)))
 
 
+def unit(rows: np.ndarray) -> np.ndarray:
+    """Rows of length 1."""
+    return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+
+
 def fill(model: Any, seed: int) -> None:
     """Give an instance data; `a` and `b` of a leaf sometimes meet in one node."""
     rng = np.random.default_rng(seed)
@@ -138,12 +155,16 @@ def fill(model: Any, seed: int) -> None:
         w=rng.normal(size=nodes),
         on=rng.random(nodes) < 0.7,
     )
-    q, r = rng.normal(size=(2, turners, 4))
+    q, r, t, s, z = (unit(rng.normal(size=(turners, 4))) for _ in range(5))
     model.turners.extend(
-        q=q / np.linalg.norm(q, axis=1)[:, None],
-        r=r / np.linalg.norm(r, axis=1)[:, None],
+        q=q,
+        r=r,
         h=rng.uniform(-2, 2, turners),
         v=rng.normal(size=(turners, 2)),
+        d=unit(rng.normal(size=(turners, 3))),
+        T=np.hstack([rng.normal(size=(turners, 3)), t]),
+        S=np.hstack([rng.normal(size=(turners, 3)), s, rng.uniform(0.5, 2, (turners, 1))]),
+        between=np.hstack([rng.normal(size=(turners, 3)), z]),
         c=rng.normal(size=(turners, 3)),
     )
     for _ in range(leaves):

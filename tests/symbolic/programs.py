@@ -79,7 +79,7 @@ def between_factor() -> tuple[Graph, list[int], dict[int, dict[int, int]]]:
         t, q, r = inputs(g, 3, name + ".t"), inputs(g, 4, name + ".q"), inputs(g, 9, name + ".R")
         seeds.update({node: {base + k: g.const(1.0)} for k, node in enumerate(t)})
         of_r = kind.cache_tangents(g, q, {"R": r})["R"]
-        for node, entries in zip([*q, *r], [*kind.tangent(g, q), *of_r], strict=True):
+        for node, entries in zip([*q, *r], [*kind.tangent(g, q, {}), *of_r], strict=True):
             seeds[node] = {base + 3 + k: entry for k, entry in entries.items()}
         return t, q, linear.matrix(r, 3, 3)
 

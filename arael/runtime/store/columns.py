@@ -20,6 +20,14 @@ Bools = NDArray[np.bool_]
 Rows = slice | NDArray[np.int64] | int
 
 
+def flags_of(column: layout.Column) -> tuple[str, ...]:
+    """Paths of the flags of a parameter that Python sets: ``pose.optimize_scale``."""
+    if column.param is None:
+        return ()
+    names = ("optimize", *(f"optimize_{part.name}" for part in column.param.parts))
+    return tuple(f"{column.path}.{name}" for name in names)
+
+
 class Columns:
     """Columns of one table by path.
 
@@ -31,7 +39,7 @@ class Columns:
     fields : the tree of fields
     data, optionals : columns with values, and those that mark presence, by path
     missing : fields of the root without default that nobody has given yet (other tables: empty)
-    optimize_new : per parameter, the `optimize` flag of rows to come
+    optimize_new : the `optimize` flags of rows to come, by their paths
     """
 
     def __init__(self, model: layout.Layout, table: layout.Table) -> None:
@@ -50,10 +58,11 @@ class Columns:
             self.buffers.add(column.path, dtype_of(column, self.real), column.shape)
             if column.role == "param":
                 self.buffers.add(f"{column.path}.fixed", np.bool_)
-                self.buffers.add(f"{column.path}.optimize", np.bool_)
+                for flag in flags_of(column):
+                    self.buffers.add(flag, np.bool_)
         self.missing: set[str] = set()
         # New rows start with the flag last set for the whole collection.
-        self.optimize_new = {p: True for p, c in self.data.items() if c.role == "param"}
+        self.optimize_new = {flag: True for c in self.data.values() for flag in flags_of(c)}
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -90,7 +99,7 @@ class Columns:
         return self.buffers.view(f"{path}.fixed")
 
     def column_of_flags(self, path: str, name: str) -> Bools:
-        """Live view (size,) of the flag ``fixed`` or ``optimize`` of a parameter."""
+        """Live view (size,) of a flag of a parameter: ``fixed``, ``optimize``, ``optimize_scale``."""
         return self.buffers.view(f"{path}.{name}")
 
     def optimize(self, path: str) -> Bools:
@@ -148,7 +157,8 @@ class Columns:
                     )
                 ready[f"{path}.fixed"] = fixed
                 if not below:
-                    ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
+                    for flag in flags_of(column):
+                        ready[flag] = np.asarray(self.optimize_new[flag])
             if column.role == "ref":
                 if given.get(path) is None and (mask is None or mask.any()):
                     missing.append(column)
@@ -226,8 +236,8 @@ class Columns:
         array = array.copy()
         if array.shape[1:] == column.shape:
             array[~mask] = blank(column)
-        else:  # a rotation in another form
-            array[~mask] = np.eye(3) if array.shape[1:] == (3, 3) else 0
+        else:  # a rotation or transform in another form
+            array[~mask] = np.eye(*array.shape[1:]) if array.ndim == 3 else 0
         return array
 
     def fill(self, rows: slice, ready: Mapping[str, Array]) -> None:

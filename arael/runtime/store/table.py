@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import references
-from arael.runtime.store.columns import Columns, Rows
+from arael.runtime.store.columns import Columns, Rows, flags_of
 from arael.runtime.store.messages import Name, Origin, below, error
 from arael.runtime.store.references import Handles
 from arael.runtime.store.schema import Group
@@ -164,7 +164,8 @@ class Table(Columns):
             ready[path] = np.asarray(value, dtype_of(column, self.real))
             if column.role == "param":
                 ready[f"{path}.fixed"] = np.asarray(False)
-                ready[f"{path}.optimize"] = np.asarray(self.optimize_new[path])
+                for flag in flags_of(column):
+                    ready[flag] = np.asarray(self.optimize_new[flag])
         self._place(count, owners, {**ready, **columns}, False)
 
     def _take_back(self, rows: slice) -> None:
@@ -196,7 +197,8 @@ class Table(Columns):
             self.buffers.view(path)[0] = values.get(path, NULL)
             if column.role == "param":
                 self.fixed(path)[0] = False
-                self.optimize(path)[0] = True
+                for flag in flags_of(column):
+                    self.buffers.view(flag)[0] = True
         for path in self.optionals:
             self.buffers.view(f"{path}?")[0] = False
         self._touch()

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Column
-from arael.runtime.store import rotations
+from arael.runtime.store import manifolds
 from arael.runtime.store.messages import describe, error, expected
 
 Array = NDArray[Any]
 # Name of element i of the values being converted, for messages.
 NameOf = Callable[[int], str]
-
-ROTATIONS = ("rotation", "quaternion")
 
 
 def dtype_of(column: Column, real: np.dtype[Any]) -> np.dtype[Any]:
@@ -36,22 +34,14 @@ def dtype_of(column: Column, real: np.dtype[Any]) -> np.dtype[Any]:
     return kinds[column.kind]
 
 
-def is_unit_quaternion(column: Column) -> bool:
-    """Whether the four scalars of this column are a unit quaternion."""
-    if column.param is not None:
-        return column.param.kind in ROTATIONS
-    return column.type.removeprefix("param ").split(" ")[0].rstrip("?") in ("quat", "quaternion")
-
-
 def blank(column: Column) -> Any:
     """Return what rows hold where the field is absent: harmless in arithmetic, never shown."""
     if column.role in ("ref", "constraint_index"):
         return -1
     if column.kind == "string":
         return ""
-    if column.shape == (4,) and is_unit_quaternion(column):
-        return np.array([1.0, 0.0, 0.0, 0.0])
-    return 0
+    kind = manifolds.kind_of(column)
+    return np.array(manifolds.NEUTRAL[kind], np.float64) if kind else 0
 
 
 def default_value(column: Column) -> Any:
@@ -70,7 +60,7 @@ def convert(
     Parameters
     ----------
     column : what is declared
-    values : an array or nested sequence; rotations also as Euler angles (3) or matrices (3, 3)
+    values : an array or nested sequence; rotations and transforms in any of their forms
     count : number of rows
     dtype : type of the memory
     name_of : name of the i-th element, for messages
@@ -80,17 +70,14 @@ def convert(
     ------
     AraelError
         E0703 wrong type, E0704 wrong shape, E0705 not finite, E0706 does not fit, E0721 not a
-        rotation.
+        rotation, direction or transform.
     """
     if column.kind == "string":
         return _strings(column, values, count, name_of, many)
     array = _as_array(column, values, name_of)
-    if (
-        column.kind == "real"
-        and column.param is not None
-        and column.param.kind in ("rotation", "quaternion", "euler")
-    ):
-        array = _as_rotation(column, array, count, name_of, many)
+    kind = manifolds.kind_of(column)
+    if kind:
+        array = _as_stored(kind, column, array, count, name_of, many)
     wanted = (count, *column.shape) if many else column.shape
     if array.shape != wanted and not (many and array.shape == column.shape):
         raise _wrong_shape(column, array, count, name_of, many)
@@ -133,53 +120,34 @@ def _mixes_bools(values: Any, column: Column) -> bool:
     return isinstance(values, (bool, np.bool_))
 
 
-def _as_rotation(column: Column, array: Array, count: int, name_of: NameOf, many: bool) -> Array:
-    """Rotations given in another form than the stored one, told by their shape."""
-    assert column.param is not None
+def _as_stored(
+    kind: str, column: Column, array: Array, count: int, name_of: NameOf, many: bool
+) -> Array:
+    """Values in one of the forms of their kind, told by its shape, in the form stored."""
     lead = (count,) if many else ()
-    wants_euler = column.param.kind == "euler"
-    for shape in (column.shape, (4,), (3,), (3, 3)):
-        for full in ((*lead, *shape), shape):
-            if array.shape == full:
-                break
-        else:
-            continue
-        break
+    for shape in manifolds.forms_of(column):
+        if array.shape in ((*lead, *shape), shape):
+            break
     else:
         return array
-    if shape == column.shape:
-        if not wants_euler:
-            _require(rotations.is_unit(array), array, "a unit quaternion", column, name_of)
-            return rotations.normalised(array.astype(np.float64))
-        return array
-    if shape == (3, 3):
-        _require(rotations.is_rotation(array), array, "a rotation matrix", column, name_of)
-        return (
-            rotations.euler_from_matrix(array)
-            if wants_euler
-            else rotations.quaternion_from_matrix(array)
-        )
-    if shape == (4,):
-        _require(rotations.is_unit(array), array, "a unit quaternion", column, name_of)
-        unit = rotations.normalised(array.astype(np.float64))
-        return rotations.euler_from_matrix(rotations.matrix_from_quaternion(unit))
-    _require(np.asarray(np.isfinite(array).all(axis=-1)), array, "finite", column, name_of)
-    return rotations.quaternion_from_euler(array.astype(np.float64))
-
-
-def _require(
-    good: NDArray[np.bool_], array: Array, what: str, column: Column, name_of: NameOf
-) -> None:
-    if good.all():
-        return
-    row = int(np.argmin(good)) if good.ndim else 0
-    if not np.isfinite(array[row] if good.ndim else array).all():
-        raise _not_finite(column, name_of(row))
-    detail = ""
-    if what == "a unit quaternion":
-        norm = float(np.linalg.norm(array[row] if good.ndim else array))
-        detail = f": its norm is {norm:.6g}"
-    raise error("E0721", f"expected {what}{detail}", name_of(row), column)
+    if array.size == 0:
+        return array.reshape(len(array), *column.shape)
+    per_row = array.shape != shape
+    flat = array.reshape(len(array) if per_row else 1, -1).astype(np.float64)
+    finite = np.isfinite(flat).all(axis=1)
+    if not finite.all():
+        raise _not_finite(column, name_of(int(np.argmin(finite))))
+    for what, part_of, holds in manifolds.checks_of(kind, shape):
+        part = part_of(array)
+        good = np.atleast_1d(holds(part))
+        if not good.all():
+            row = int(np.argmin(good))
+            detail = ""
+            if "unit" in what:
+                norm = float(np.linalg.norm(np.atleast_2d(part)[row]))
+                detail = f": its norm is {norm:.6g}"
+            raise error("E0721", f"expected {what}{detail}", name_of(row), column)
+    return manifolds.stored_form(kind, array, shape)
 
 
 def _wrong_shape(
@@ -217,10 +185,6 @@ def _checked(
         if not finite.all():
             raise _not_finite(column, row_of(~finite))
     if column.kind == "real":
-        if column.param is None and column.shape == (4,) and is_unit_quaternion(column):
-            unit = rotations.is_unit(array)
-            _require(unit, array, "a unit quaternion", column, name_of)
-            array = rotations.normalised(array.astype(np.float64))
         with np.errstate(over="ignore"):
             result = array.astype(dtype)
         if dtype == np.float32 and not np.isfinite(result).all():
