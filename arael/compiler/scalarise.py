@@ -1,7 +1,8 @@
 """From typed expressions to scalars of a graph.
 
 Every value becomes a flat list of nodes: a vector its components, a matrix row by row, a quaternion
-w, x, y, z, a transform its translation, its quaternion and its scale. Reads become inputs of the graph, keyed by what they read:
+w, x, y, z, a transform its translation, its quaternion and its scale. Reads become inputs of the
+graph, keyed by what they read:
 
 - `StateInput`: a scalar of the state of a used entity,
 - `RawInput`: data, the stored value of a parameter, or (``path?``) whether an optional is there.

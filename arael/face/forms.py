@@ -154,7 +154,9 @@ class Forms:
         self.value = full
 
     def _scales(self, value: Array) -> Array:
-        return np.asarray(value[..., 7]) if self._kind == "similarity" else np.ones(value.shape[:-1])
+        return (
+            np.asarray(value[..., 7]) if self._kind == "similarity" else np.ones(value.shape[:-1])
+        )
 
     def _quaternion(self) -> Array:
         value = np.asarray(self.value)

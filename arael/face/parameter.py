@@ -50,7 +50,7 @@ class Parameter(Forms):
         return self._table.data[self._path]
 
     @property
-    def value(self) -> Any:  # type: ignore[override]
+    def value(self) -> Any:
         """What the parameter holds: (N, ...) or (...) as a live view; a number for one scalar.
 
         Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z);

@@ -116,4 +116,3 @@ def homogeneous(g: Graph, x: Sequence[int], r: Matrix) -> Matrix:
     turned = [scale(g, x[7], row) for row in r] if is_scaled(x) else r
     rows = [[*row, t] for row, t in zip(turned, x[:3], strict=True)]
     return [*rows, [zero, zero, zero, one]]
-

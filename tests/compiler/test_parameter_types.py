@@ -80,7 +80,9 @@ def test_all_algebra_against_interpreter_and_differences(tmp_path: Path, spread:
         n=[[0, 1, 0]] * n,
     )
     for i in range(9):
-        model.pairs.append(a=model.poses[i % n], b=model.poses[(i * i + 1) % n], p=rng.normal(size=3))
+        model.pairs.append(
+            a=model.poses[i % n], b=model.poses[(i * i + 1) % n], p=rng.normal(size=3)
+        )
     check_against_interpreter(model)
     check_against_differences(model)
 
@@ -137,7 +139,7 @@ def test_parts_that_are_frozen_stay(tmp_path: Path, part: str) -> None:
     for name, scalars in at.items():
         same = np.array_equal(model.T.value[scalars], start[scalars])
         assert same == (name == part), name
-    t0, r0, s0 = umeyama(a, b, scaled=True)
+    _, r0, _ = umeyama(a, b, scaled=True)
     if part == "scale":  # the best rotation does not depend on the scale
         np.testing.assert_allclose(model.T.rotation_matrix, r0, atol=1e-7)
         t = b.mean(axis=0) - 2.0 * r0 @ a.mean(axis=0)
@@ -150,7 +152,7 @@ def test_parts_that_are_frozen_stay(tmp_path: Path, part: str) -> None:
         t = b.mean(axis=0) - s * r @ a.mean(axis=0)
         np.testing.assert_allclose(model.T.translation, t, atol=1e-7)
     else:  # turning about a point that stays: alignment of the offsets without centring them
-        u, d, vt = np.linalg.svd((b - start[:3]).T @ a)
+        u, _, vt = np.linalg.svd((b - start[:3]).T @ a)
         r = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
         np.testing.assert_allclose(model.T.rotation_matrix, r, atol=1e-7)
 
@@ -193,7 +195,7 @@ def test_mean_direction(tmp_path: Path, start: tuple[float, ...]) -> None:
         "root R { param d: direction; sights: list of Sight }\n"
     )
     model = model_of(tmp_path, text)(d=start)
-    z = np.random.default_rng(2).normal(size=(20, 3)) + [1, 2, -3]
+    z = np.random.default_rng(2).normal(size=(20, 3)) + np.array([1, 2, -3])
     z /= np.linalg.norm(z, axis=1, keepdims=True)
     model.sights.extend(z=z)
     model.solve(**TIGHT)

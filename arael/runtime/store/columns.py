@@ -99,7 +99,7 @@ class Columns:
         return self.buffers.view(f"{path}.fixed")
 
     def column_of_flags(self, path: str, name: str) -> Bools:
-        """Live view (size,) of a flag of a parameter: ``fixed``, ``optimize``, ``optimize_scale``."""
+        """Live view (size,) of a parameter's flag: ``fixed``, ``optimize``, ``optimize_scale``."""
         return self.buffers.view(f"{path}.{name}")
 
     def optimize(self, path: str) -> Bools:

@@ -138,4 +138,6 @@ def _is_last_row(row: Array) -> Array:
 def _is_scaled_rotation(matrix: Array) -> Array:
     scale = scale_of(matrix)
     safe = np.where(scale > 0, scale, 1.0)
-    return np.asarray((scale > 0) & rotations.is_rotation(matrix[..., :3, :3] / safe[..., None, None]))
+    return np.asarray(
+        (scale > 0) & rotations.is_rotation(matrix[..., :3, :3] / safe[..., None, None])
+    )
