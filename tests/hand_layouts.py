@@ -165,15 +165,19 @@ def pose_graph(n: int) -> Layout:
         pose = (param("t", "vec2 [m]"), param("th", "angle"))
         measured = (data("t", "vec2 [m]"), data("th", "real [rad]"))
         u = data("u", "mat3")
+        weights = (data("t_isigma", "real [1/m]", (1,)), data("th_isigma", "real [1/rad]", (1,)))
     else:
         pose = (param("t", "vec3 [m]"), param("q", "quaternion"))
         measured = (data("t", "vec3 [m]"), data("q", "quat"))
         u = data("u", "mat<6,6>")
+        weights = (data("t_isigma", "real [1/m]", (1,)),)
     ends = [ref(name, "Pose", "poses", "root.poses") for name in ("a", "b")]
     return layout(
         f"pose_graph_{n}d", "PoseGraph",
         table("", "PoseGraph", "root"),
         table("poses", "Pose", "list", *pose, data("id", "int", (0,), role="skip")),
         table("edges", "Edge", "list", *ends, *measured, u),
-        table("anchors", "Anchor", "list", ref("pose", "Pose", "poses", "root.poses"), *measured),
+        table(
+            "anchors", "Anchor", "list", ref("pose", "Pose", "poses", "root.poses"), *measured, *weights
+        ),
     )  # fmt: skip

@@ -190,6 +190,8 @@ def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
             version="stored",
             parameter=value.parameter,
         )
+        t.units.read(stored, t.units.fields.get(id(value)))
+        t.origins.update({id(stored): label for label in t.origin(value)})
         return t.make(stored)
     return t.fail(
         "E0308",

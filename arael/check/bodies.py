@@ -18,6 +18,7 @@ from arael.check.residuals import check_guard, check_parameters, residual_of
 from arael.check.scope import BodyScope
 from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
 from arael.check.typist import Slots, Typist
+from arael.check.units_messages import residual_units
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Slot
 from arael.syntax import tree
@@ -102,6 +103,7 @@ class Bodies:
             return None
         if not check_parameters(t, node, residual):
             return None
+        residual_units(t, residual)
         place = home.place
         return ConstraintSite(
             label=label,

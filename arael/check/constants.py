@@ -18,16 +18,18 @@ from arael.check.report import Reporter
 from arael.check.scope import ConstantScope
 from arael.check.typed import INT, REAL, Literal_, Typed, ValueType
 from arael.check.typist import Slots, Typist
+from arael.check.units_quantities import NUMBER, Quantity
 from arael.diagnostics.records import Span
 from arael.syntax import tree
 
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant value with its type; `values` is flat."""
+    """A constant value with its type and unit; `values` is flat."""
 
     type: ValueType
     values: Values
+    unit: Quantity = NUMBER
 
 
 class Constants:
@@ -57,11 +59,11 @@ class Constants:
 
     def evaluate(self, node: tree.Expr) -> Constant | None:
         """The value of a constant expression; None after a complaint."""
-        typed = self._typed(node)
+        typed, unit = self._typed(node)
         if isinstance(typed, Broken):
             return None
         try:
-            return Constant(typed.type, evaluate(typed))
+            return Constant(typed.type, evaluate(typed), unit)
         except NotConstant as wrong:
             self.report.error(
                 "E0309",
@@ -72,18 +74,19 @@ class Constants:
             return None
 
     def _work_out(self, node: tree.Expr) -> Typed | Broken:
-        typed = self._typed(node)
+        typed, unit = self._typed(node)
         if isinstance(typed, Broken) or typed.type not in (REAL, INT):
             return typed
         value = self.evaluate(node)
         if value is None:
             return BROKEN
-        return Literal_(type=typed.type, span=node.span, value=value.values[0])
+        return Literal_(type=typed.type, span=node.span, value=value.values[0], unit=unit)
 
-    def _typed(self, node: tree.Expr) -> Typed | Broken:
+    def _typed(self, node: tree.Expr) -> tuple[Typed | Broken, Quantity]:
         scope = ConstantScope(self.declarations, self.named)
         t = Typist(self.declarations, self.report, HANDLERS, scope, self.named, Slots([]))
-        return t.value(node)
+        value = t.value(node)
+        return value, NUMBER if isinstance(value, Broken) else t.units.of(value)
 
     def _circle(self, name: str, use: Span) -> Broken:
         start = self.open.index(name) if name in self.open else 0

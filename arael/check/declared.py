@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from arael.check.typed import ValueType
+from arael.check.units_quantities import UNKNOWN, Quantity
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Param
 from arael.syntax import tree
@@ -26,6 +27,7 @@ class FieldDecl:
     text : the type as declared, for messages (``vec3 [m]``)
     shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
     struct : name of the struct held by value, collected or referred to
+    quantity : what is known of the unit of its values; `unit` is the text
     """
 
     name: str
@@ -40,6 +42,7 @@ class FieldDecl:
     collection: Literal["list", "deque", "arena"] = "list"
     param: Param | None = None
     default: tuple[float, ...] | str | None = None
+    quantity: Quantity = UNKNOWN
 
     @property
     def span(self) -> Span:

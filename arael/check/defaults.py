@@ -15,6 +15,7 @@ from arael.check.declared import FieldDecl
 from arael.check.report import Reporter
 from arael.check.typed import BOOL, INT, STRING, ScalarType, VectorType
 from arael.check.types import size_of
+from arael.check.units_fields import check_constant
 from arael.diagnostics.records import Label
 from arael.runtime.layout import Param
 from arael.syntax import tree
@@ -119,7 +120,7 @@ def constant_for(
             labels=[label],
         )
         return None
-    return found.values
+    return found.values if check_constant(field, node, found.unit, report) else None
 
 
 def bounds_of(
@@ -165,7 +166,7 @@ def _bound(
     if node is None:
         return (None,) * param.tangent
     found = constants.evaluate(node)
-    if found is None:
+    if found is None or not check_constant(field, node, found.unit, constants.report):
         return None
     if isinstance(found.type, ScalarType) and found.type != BOOL:
         return found.values * param.tangent

@@ -64,7 +64,9 @@ def _unary(t: Typist, node: tree.Unary) -> Binding:
     if isinstance(value, Broken) or node.op == "+":
         return value
     if isinstance(value, Literal_):
-        return t.make(Literal_(type=value.type, span=node.span, value=-value.value))
+        return t.make(
+            Literal_(type=value.type, span=node.span, value=-value.value, unit=value.unit)
+        )
     return t.apply(node, "neg", [value], widened(value.type))
 
 

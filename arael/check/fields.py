@@ -24,6 +24,7 @@ from arael.check.types import (
     type_text,
     value_type,
 )
+from arael.check.units_fields import declare_unit
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Param
 from arael.syntax import tree
@@ -42,6 +43,7 @@ class Fields:
         declared = self._typed(node)
         if declared is None:
             return None
+        declare_unit(declared, self.report)
         if declared.kind != "column" and (node.default is not None or node.bounds is not None):
             what = "default" if node.default is not None else "bounds"
             self._wrong(node.span, f"`{declared.text}` takes no {what}", "only plain values do")

@@ -58,6 +58,7 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
         version=version,  # type: ignore[arg-type]
         parameter=kind,
     )
+    t.units.read(node, field)
     t.origins[id(node)] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
     return t.make(node)
 

@@ -48,6 +48,7 @@ class Reporter:
         message: str,
         *,
         label: str = "",
+        labels: Sequence[Label] = (),
         notes: Sequence[str] = (),
         help: Sequence[str] = (),
     ) -> None:
@@ -59,7 +60,14 @@ class Reporter:
             notes = [*notes, "further warnings are not shown"]
         self._add(
             Diagnostic(
-                code, message, span, label, (), tuple(notes), tuple(help), severity="warning"
+                code,
+                message,
+                span,
+                label,
+                tuple(labels),
+                tuple(notes),
+                tuple(help),
+                severity="warning",
             )
         )
 

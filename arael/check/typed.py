@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from arael.check.units_quantities import NUMBER, Quantity
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Column, Pass, Slot, Table
 
@@ -90,9 +91,10 @@ class Typed:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Literal_(Typed):
-    """A number; a bool is 0 or 1."""
+    """A number; a bool is 0 or 1. The value of a constant keeps the unit that its formula has."""
 
     value: float
+    unit: Quantity = NUMBER
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

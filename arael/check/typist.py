@@ -16,6 +16,7 @@ from arael.check.report import Reporter
 from arael.check.scope import ConstantBinder, Scope
 from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed
 from arael.check.types import size_of
+from arael.check.units_typing import Units
 from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Slot, Step
@@ -53,6 +54,7 @@ class Typist:
     calls : functions being expanded, with the places of their calls
     operations : scalar operations made so far
     origins : where a value that an expression reads was declared, by identity
+    units : what is known of the units of expressions
     """
 
     declarations: Declarations
@@ -68,6 +70,7 @@ class Typist:
     exhausted: bool = False
     nesting: int = 0
     origins: dict[int, Label] = field(default_factory=dict)
+    units: Units = field(default_factory=Units)
     expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
     kept: list[Typed] = field(default_factory=list)  # alive as long as `expanded` knows their ids
     _depths: dict[int, tuple[int, Typed]] = field(default_factory=dict)
@@ -160,6 +163,7 @@ class Typist:
                 label=f"{what}, functions expanded",
                 help=["split the constraint, or move work into the data"],
             )
+        self.units.note(self, node)
         return node
 
     def apply(self, node: tree.Expr, name: str, args: Sequence[Typed], type_: object) -> Binding:

@@ -97,6 +97,9 @@ def _priors(
     held = kind.numbers(_columns(anchors, kind))
     if rows == [0] and np.array_equal(held[0], values[0]) and not fixed.any():
         return []
+    for name in ("t_isigma", "th_isigma"):
+        if name in anchors.data and np.any(anchors.column(name) != 1):
+            raise _cannot("priors have unit weight there", f"anchors.{name}")
     unit = kind.unit_information
     lines = [_line(kind.offset, [0], np.array(kind.identity))] if kind.offset else []
     for row, pose in zip(rows, held, strict=True):

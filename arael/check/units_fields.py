@@ -1,0 +1,114 @@
+"""Rule: a declared unit exists and goes with its type, and constants given for a field fit it.
+
+Allowed: ``pos: vec3 [m]``, ``param ea: euler [rad]``, ``s: real [m] = 1``.
+
+Not allowed: ``[metrs]``, ``param ea: euler [m]``, ``name: string [m]``,
+``s: real [m] = deg2rad(1)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from arael.check.declared import FieldDecl
+from arael.check.suggest import nearest
+from arael.check.typed import BOOL, QUATERNION, STRING
+from arael.check.units import ONE, RAD, Unit
+from arael.check.units_parsing import BadUnit, parse_unit
+from arael.check.units_quantities import UNKNOWN, Clash, Quantity, all_joined, joined
+from arael.check.units_table import known_names
+from arael.diagnostics.records import Label
+from arael.syntax import tree
+
+if TYPE_CHECKING:
+    from arael.check.report import Reporter
+
+# What a parameter type is in, and what else may be written behind it.
+_OF_PARAMS: dict[str, tuple[Unit, Sequence[Unit]]] = {
+    "euler": (RAD, (RAD,)),
+    "angle": (RAD, (RAD,)),
+    "rotation": (ONE, (ONE, RAD)),
+    "quaternion": (ONE, (ONE, RAD)),
+    "direction": (ONE, (ONE, RAD)),
+}
+
+
+def declare_unit(field: FieldDecl, report: Reporter) -> None:
+    """Work out the unit of the values of `field`."""
+    node = _unit_of(field.node.type)
+    declared: Unit | None = None
+    if node is not None:
+        try:
+            declared = parse_unit(node.text)
+        except BadUnit as wrong:
+            _bad(node, wrong, report)
+            return
+    kind = field.param.kind if field.param else ""
+    if kind in _OF_PARAMS:
+        unit, allowed = _OF_PARAMS[kind]
+        field.quantity = unit
+        if node is not None and declared not in allowed:
+            _wrong(field, node, f"`{kind}` is in {allowed[-1]}, found {node.text}", report)
+    elif field.type == QUATERNION:
+        field.quantity = ONE
+        if node is not None and declared != ONE:
+            _wrong(field, node, f"a unit quaternion has no unit, found {node.text}", report)
+    elif node is not None and (field.kind != "column" or field.type in (BOOL, STRING)):
+        what = field.text.split(" [")[0]
+        _wrong(field, node, f"`{what}` has no unit, found {node.text}", report)
+    elif declared is not None:
+        field.quantity = declared
+
+
+def _unit_of(type_: tree.TypeExpr) -> tree.Unit | None:
+    if isinstance(type_, tree.OptionalType):
+        return type_.inner.unit
+    if isinstance(type_, tree.CollectionType):
+        return type_.element.unit
+    return type_.unit if isinstance(type_, tree.NamedType) else None
+
+
+def _bad(node: tree.Unit, wrong: BadUnit, report: Reporter) -> None:
+    if not wrong.name:
+        report.error("E0320", node.span, f"`{node.text}` is not a unit", label=wrong.reason)
+        return
+    near = nearest(wrong.name, known_names())
+    help_ = [f"did you mean `{near}`?"] if near else []
+    report.error(
+        "E0320",
+        node.span,
+        f"unknown unit `{wrong.name}`",
+        label="not a unit",
+        help=[
+            *help_,
+            "a unit is a product of m, kg, s, A, K, rad, deg, px, N, Hz ... such as `m/s^2` or "
+            "`1/rad`; leave it out where nothing should be checked",
+        ],
+    )
+
+
+def _wrong(field: FieldDecl, node: tree.Unit, message: str, report: Reporter) -> None:
+    help_ = "leave the unit out"
+    if "rad" in message and "euler" in message + field.text:
+        help_ = "leave the unit out: Euler angles are radians; `deg2rad` converts data in degrees"
+    report.error("E0323", node.span, message, label="does not go with this type", help=[help_])
+
+
+def check_constant(field: FieldDecl, node: tree.Expr, quantity: Quantity, report: Reporter) -> bool:
+    """Whether a constant for `field` (a default, a bound, a setting of a pass) has its unit."""
+    if not field.unit or field.quantity is UNKNOWN:
+        return True
+    try:
+        joined(all_joined(field.quantity), all_joined(quantity))
+    except Clash as clash:
+        report.error(
+            "E0323",
+            node.span,
+            f"`{field.name}` is in {clash.first}, found {clash.second}",
+            label=f"this is in {clash.second}",
+            labels=[Label(field.span, f"`{field.name}` is declared `{field.text}` here")],
+            help=["correct the unit, or the value; a bare number takes the unit of the field"],
+        )
+        return False
+    return True

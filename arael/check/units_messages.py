@@ -1,0 +1,231 @@
+"""What a model is told where its units do not fit: both places, and where each unit comes from.
+
+A complaint needs a unit that somebody wrote: a model without units is not held to the radians that
+its Euler angles and arctangents have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from arael.check.typed import Apply, Literal_, Read, Select, Typed
+from arael.check.units import DEG, ONE, RAD, Unit
+from arael.check.units_quantities import Clash, Open, Quantity
+from arael.check.walk import operands
+from arael.diagnostics.records import Label, Span
+
+if TYPE_CHECKING:
+    from arael.check.typist import Typist
+    from arael.check.units_rules import Misfit
+
+MAX_SOURCES = 2
+MAX_WALK = 2000
+
+# Functions whose result has a unit of its own.
+_GIVES = {
+    **dict.fromkeys(("asin", "acos", "atan", "atan2", "safe_asin", "safe_acos", "safe_atan2"), RAD),
+    **dict.fromkeys(("fast_atan", "fast_atan2", "deg2rad", "rad_diff", "rad_sum"), RAD),
+    **dict.fromkeys(("euler_angles", "rotation_vector", "quat_log"), RAD),
+    "rad2deg": DEG,
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "unit", "rotation_matrix"), ONE),
+}
+
+_SUMS = {"add": "add", "sub": "subtract", "lt": "compare", "le": "compare", "gt": "compare"}
+_SUMS |= {"ge": "compare", "eq": "compare", "ne": "compare"}
+_WORDS = {"add": "to", "subtract": "from", "compare": "with"}
+
+
+def unit_text(unit: Unit) -> str:
+    """A unit in the middle of a sentence."""
+    return "a pure number" if unit.is_one else str(unit)
+
+
+def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
+    """Complain of two units in one sum."""
+    parts = node.args if isinstance(node, Apply) else operands(node)
+    if isinstance(node, Select):
+        parts = (node.then, node.otherwise)
+    if not any(written(t, part) for part in parts):
+        return
+    first, second = clash.first, clash.second
+    t.fail(
+        "E0321",
+        node.span,
+        _clash_message(node, first, second),
+        labels=_sides(t, parts, (first, second)),
+        help=_advice(first, second),
+    )
+
+
+def report_misfit(t: Typist, node: Apply, misfit: Misfit) -> None:
+    """Complain of an argument in the wrong unit."""
+    arg = node.args[misfit.index]
+    if not written(t, arg):
+        return
+    name = _shown_name(node)
+    help_ = []
+    text = arg.span.text if len(arg.span.text) <= 40 else "x"
+    if misfit.unit == DEG and "angle" in misfit.wanted:
+        help_ = [f"write `deg2rad({text})`"]
+    elif misfit.wanted.startswith("a pure number"):
+        help_ = [f"divide it by something in {misfit.unit} first"]
+        if misfit.index == 1:
+            help_ = ["an exponent has no unit"]
+    elif "angle" in misfit.wanted:
+        help_ = ["declare it in `[rad]`, or without a unit where it should not be checked"]
+    if misfit.wanted == "an angle in degrees" and misfit.unit == RAD:
+        help_ = [f"`{text}` is in radians already: leave `deg2rad` out"]
+    if misfit.wanted == "an angle in radians" and misfit.unit == DEG:
+        help_ = [f"`{text}` is in degrees already: leave `rad2deg` out"]
+    t.fail(
+        "E0322",
+        node.span,
+        f"{name} takes {misfit.wanted}, found {unit_text(misfit.unit)}",
+        labels=[Label(arg.span, f"this is in {misfit.unit}"), *sources(t, arg)],
+        help=help_,
+    )
+
+
+def _shown_name(node: Apply) -> str:
+    names = {"quat_exp": "exp", "quat_log": "log", "pow": "a power"}
+    name = names.get(node.name, node.name)
+    return name if " " in name else f"`{name}`"
+
+
+def _clash_message(node: Typed, first: Unit, second: Unit) -> str:
+    a, b = unit_text(first), unit_text(second)
+    if isinstance(node, Select):
+        return f"the two arms of `if` differ in their units: {a} and {b}"
+    assert isinstance(node, Apply)
+    verb = _SUMS.get(node.name)
+    if verb is None:
+        what = "this product" if node.name == "mul" else f"`{node.name}`"
+        return f"{what} puts {a} and {b} into one sum"
+    if verb == "subtract":
+        a, b = b, a
+    return f"cannot {verb} {a} {_WORDS[verb]} {b}"
+
+
+def _sides(t: Typist, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
+    """Each operand with its unit, then where that comes from."""
+    labels: list[Label] = []
+    for part in parts[:3]:
+        quantity = t.units.of(part)
+        if isinstance(quantity, tuple):
+            text = "this is in " + _listed(quantity)
+        elif isinstance(quantity, Unit):
+            text = "this is a pure number" if quantity.is_one else f"this is in {quantity}"
+        else:
+            continue
+        labels.append(Label(part.span, text))
+    for part in parts[:3]:
+        labels += [label for label in sources(t, part) if label not in labels]
+    return labels
+
+
+def _listed(quantity: Quantity) -> str:
+    seen: list[str] = []
+    for item in quantity if isinstance(quantity, tuple) else (quantity,):
+        text = "?" if isinstance(item, Open) else str(item)
+        if text not in seen:
+            seen.append(text)
+    return ", ".join(seen)
+
+
+def _advice(first: Unit, second: Unit) -> list[str]:
+    if {first, second} == {RAD, DEG}:
+        return ["turn degrees into radians: `deg2rad(x)`"]
+    if first.dimensions() == second.dimensions():
+        text = f"{first}/{second}"
+        return [
+            "nothing is converted by itself: give the model one unit, or divide by a field "
+            f"`k: real [{text}]`"
+        ]
+    return [
+        "a sum has one unit: multiply by what is missing, or correct a declared unit (a field "
+        "without one is not checked)"
+    ]
+
+
+def sources(t: Typist, node: Typed) -> list[Label]:
+    """Where the unit of `node` was declared, or what made it."""
+    found: list[Label] = []
+    for here in _below(node, lambda n: isinstance(n, Apply) and n.name in _GIVES):
+        label: Label | None = None
+        quantity = t.units.of(here)
+        if isinstance(here, Read) and not isinstance(quantity, Open):
+            label = t.origins.get(id(here))
+            declared = t.units.fields.get(id(here))
+            if label is not None and declared is not None and not declared.unit:
+                label = Label(label.span, f"{label.text}, in {quantity}")
+        elif isinstance(here, Apply) and here is not node and here.name in _GIVES:
+            unit = _GIVES[here.name]
+            what = "a pure number" if unit.is_one else f"an angle, in {unit}"
+            label = Label(here.span, f"this is {what}")
+        if label is not None and label not in found:
+            found.append(label)
+        if len(found) == MAX_SOURCES:
+            break
+    return found
+
+
+def written(t: Typist, node: Typed) -> bool:
+    """Whether a declared unit takes part in `node`."""
+    fields = t.units.fields
+    for here in _below(node, lambda n: False):
+        declared = fields.get(id(here))
+        if declared is not None and declared.unit:
+            return True
+        if isinstance(here, Literal_) and isinstance(here.unit, Unit):
+            return True
+    return False
+
+
+def _below(node: Typed, stop: object) -> list[Typed]:
+    """`node` and what it is made of, first operands first, down to where `stop` holds."""
+    found: list[Typed] = []
+    seen: set[int] = set()
+    waiting = [node]
+    while waiting and len(found) < MAX_WALK:
+        here = waiting.pop()
+        if id(here) in seen:
+            continue
+        seen.add(id(here))
+        found.append(here)
+        if not (callable(stop) and stop(here)):
+            waiting.extend(reversed(operands(here)))
+    return found
+
+
+def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
+    """Warn of each part of a residual that keeps a unit."""
+    for part in parts:
+        quantity = t.units.of(part)
+        kept: list[Unit] = []
+        for item in quantity if isinstance(quantity, tuple) else (quantity,):
+            if isinstance(item, Unit) and not item.is_one and item not in kept:
+                kept.append(item)
+        if kept and written(t, part):
+            _warn(t, part.span, part, kept)
+
+
+def _warn(t: Typist, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
+    units = " and ".join(map(str, kept))
+    inverse = ONE / kept[0]
+    text = span.text if len(span.text) <= 40 and "\n" not in span.text else "..."
+    shown = text if text.isidentifier() else f"({text})"
+    t.report.warning(
+        "W0301",
+        span,
+        f"the residual keeps the unit {units}",
+        label=f"in {units}",
+        labels=[] if isinstance(part, Read) and not t.origins else sources(t, part),
+        notes=["a residual counts sigmas: it is divided by the standard deviation of its noise"],
+        help=[
+            f"declare `isigma: real [{inverse}]` and write `{shown} * isigma`"
+            if len(kept) == 1
+            else "multiply each part by its inverse sigma: "
+            + ", ".join(f"`[{ONE / unit}]`" for unit in kept)
+        ],
+    )

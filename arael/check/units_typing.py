@@ -1,0 +1,112 @@
+"""Units of the expressions of one body, worked out as they are typed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from arael.check.declared import FieldDecl
+from arael.check.typed import (
+    Apply,
+    Component,
+    Literal_,
+    Pack,
+    Read,
+    Select,
+    Typed,
+    VectorType,
+)
+from arael.check.types import size_of
+from arael.check.units_messages import report_clash, report_misfit
+from arael.check.units_quantities import (
+    UNKNOWN,
+    Clash,
+    Quantity,
+    Scalar,
+    joined,
+    packed,
+    spread,
+)
+from arael.check.units_rules import Misfit, result_of
+
+if TYPE_CHECKING:
+    from arael.check.typist import Typist
+
+
+@dataclass
+class Units:
+    """What is known of the unit of each expression, by identity.
+
+    Expressions are looked up by identity, so whoever holds this keeps them alive.
+    """
+
+    fields: dict[int, FieldDecl] = field(default_factory=dict)
+    known: dict[int, Quantity] = field(default_factory=dict)
+
+    def read(self, node: Typed, field: FieldDecl | None) -> None:
+        """Note that `node` reads `field`; before the node is made."""
+        if field is not None:
+            self.fields[id(node)] = field
+
+    def of(self, node: Typed) -> Quantity:
+        """The unit of an expression that was made before."""
+        found = self.known.get(id(node))
+        if found is not None:
+            return found
+        return node.unit if isinstance(node, Literal_) else UNKNOWN
+
+    def note(self, t: Typist, node: Typed) -> None:
+        """Work out the unit of `node`, whose operands are known; complain where they do not fit."""
+        rule = _RULES.get(type(node))
+        if rule is None:
+            return
+        try:
+            found = rule(self, node)
+        except Clash as clash:
+            report_clash(t, node, clash)
+        except Misfit as misfit:
+            assert isinstance(node, Apply)
+            report_misfit(t, node, misfit)
+        else:
+            if found is not UNKNOWN:
+                self.known[id(node)] = found
+
+
+def _read(units: Units, node: Read) -> Quantity:
+    declared = units.fields.get(id(node))
+    return declared.quantity if declared is not None else UNKNOWN
+
+
+def _component(units: Units, node: Component) -> Quantity:
+    whole = units.of(node.of)
+    return whole[node.index] if isinstance(whole, tuple) else whole
+
+
+def _pack(units: Units, node: Pack) -> Quantity:
+    items: list[Scalar] = []
+    for item in node.items:
+        size = size_of(item.type) if isinstance(item.type, VectorType) else 1
+        items += spread(units.of(item), size)
+    return packed(tuple(items))
+
+
+def _select(units: Units, node: Select) -> Quantity:
+    a, b = units.of(node.then), units.of(node.otherwise)
+    if isinstance(a, tuple) or isinstance(b, tuple):
+        size = size_of(node.type)
+        return packed(tuple(map(joined, spread(a, size), spread(b, size))))
+    return joined(a, b)
+
+
+def _apply(units: Units, node: Apply) -> Quantity:
+    return result_of(node, [units.of(a) for a in node.args])
+
+
+_RULES: dict[type, Callable[[Units, Any], Quantity]] = {
+    Read: _read,
+    Component: _component,
+    Pack: _pack,
+    Select: _select,
+    Apply: _apply,
+}
