@@ -7,6 +7,7 @@ was written. All functions are pure.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
@@ -75,6 +76,12 @@ class Unit:
     def dimensions(self) -> Mapping[str, Fraction]:
         """Powers of the base units, without factors such as 1000."""
         return {name: power for name, power in self.base if not name.isdigit()}
+
+    @property
+    def factor(self) -> float:
+        """The number among what this unit is made of: 0.001 for ``mm``, 1 for ``m``."""
+        primes = ((float(name), float(power)) for name, power in self.base if name.isdigit())
+        return math.prod(math.pow(prime, power) for prime, power in primes)
 
 
 def _power(name: str, power: Fraction) -> str:

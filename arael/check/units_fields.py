@@ -17,7 +17,7 @@ from arael.check.typed import BOOL, QUATERNION, STRING
 from arael.check.units import ONE, RAD, Unit
 from arael.check.units_parsing import BadUnit, parse_unit
 from arael.check.units_quantities import UNKNOWN, Clash, Quantity, all_joined, joined
-from arael.check.units_table import known_names
+from arael.check.units_table import known_names, short_name
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
@@ -74,6 +74,7 @@ def _bad(node: tree.Unit, wrong: BadUnit, report: Reporter) -> None:
         report.error("E0320", node.span, f"`{node.text}` is not a unit", label=wrong.reason)
         return
     near = nearest(wrong.name, known_names())
+    near = near and short_name(near)
     help_ = [f"did you mean `{near}`?"] if near else []
     report.error(
         "E0320",
@@ -93,6 +94,7 @@ def _wrong(field: FieldDecl, node: tree.Unit, message: str, report: Reporter) ->
     if "rad" in message and "euler" in message + field.text:
         help_ = "leave the unit out: Euler angles are radians; `deg2rad` converts data in degrees"
     report.error("E0323", node.span, message, label="does not go with this type", help=[help_])
+    field.quantity = UNKNOWN
 
 
 def check_constant(field: FieldDecl, node: tree.Expr, quantity: Quantity, report: Reporter) -> bool:

@@ -137,10 +137,10 @@ def _advice(first: Unit, second: Unit) -> list[str]:
     if {first, second} == {RAD, DEG}:
         return ["turn degrees into radians: `deg2rad(x)`"]
     if first.dimensions() == second.dimensions():
-        text = f"{first}/{second}"
+        factor = f"k: real [{first / second}] = {(second / first).factor:.12g}"
         return [
-            "nothing is converted by itself: give the model one unit, or divide by a field "
-            f"`k: real [{text}]`"
+            "nothing is converted by itself: give the model one unit, or multiply what is in "
+            f"{second} by a field `{factor}`"
         ]
     return [
         "a sum has one unit: multiply by what is missing, or correct a declared unit (a field "
@@ -218,7 +218,7 @@ def _warn(t: Typist, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
     t.report.warning(
         "W0301",
         span,
-        f"the residual keeps the unit {units}",
+        f"the residual keeps the unit{'s' if len(kept) > 1 else ''} {units}",
         label=f"in {units}",
         labels=[] if isinstance(part, Read) and not t.origins else sources(t, part),
         notes=["a residual counts sigmas: it is divided by the standard deviation of its noise"],

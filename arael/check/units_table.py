@@ -82,6 +82,11 @@ def powers_of(name: str) -> Powers | None:
     return None
 
 
+def short_name(name: str) -> str:
+    """The usual spelling of a unit: ``m`` for ``metre``."""
+    return _SYNONYMS.get(name, name)
+
+
 def known_names() -> list[str]:
     """Units without their prefixes, common ones first; for suggestions."""
     return [*BASES, *_DERIVED, "mm", "cm", "km", "ms", "us", "mrad", *_SYNONYMS]

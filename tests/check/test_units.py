@@ -343,3 +343,10 @@ root R {{
     assert codes(text.format("10.0")) == []
     assert codes(text.format("1 / deg2rad(2)")) == []
     assert codes(text.format("deg2rad(2)")) == ["E0323"]
+
+
+@pytest.mark.parametrize(
+    ("text", "factor"), [("mm", 1e-3), ("m", 1), ("h/s", 3600), ("mm^0.5", 1e-3**0.5)]
+)
+def test_factor(text: str, factor: float) -> None:
+    assert parse_unit(text).factor == pytest.approx(factor)
