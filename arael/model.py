@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from arael.config import LmConfig
     from arael.diagnose.cost_table import CostTable
     from arael.diagnose.covariance import Covariance
+    from arael.diagnose.diagnosis import Diagnosis
+    from arael.diagnose.freedom import FreeDirections
+    from arael.diagnose.gradients import GradientCheck
     from arael.diagnose.jacobian import Jacobian
     from arael.result import Result
     from arael.runtime.problem import Problem
@@ -139,6 +142,29 @@ class Model(Fields):
         from arael.diagnose.covariance import covariance
 
         return covariance(self._problem())
+
+    def free_directions(self) -> FreeDirections:
+        """What can change without any residual noticing, in words; empty if nothing can."""
+        from arael.diagnose.freedom import FreeDirections
+        from arael.diagnose.normal import NormalEquations
+
+        return FreeDirections(NormalEquations(self._problem()))
+
+    def check_gradients(self) -> list[GradientCheck]:
+        """Derivatives against central differences at the present values, by constraint."""
+        from arael.diagnose.gradients import check_gradients
+
+        return check_gradients(self._problem())
+
+    def diagnose(self) -> Diagnosis:
+        """Everything that tells why a solve does not converge or where its result is poor.
+
+        Looks at the present values: before a solve at its start, after it at its end. Print it, or
+        go through its `findings`.
+        """
+        from arael.diagnose.diagnosis import diagnose
+
+        return diagnose(self._problem())
 
     def parameter_names(self) -> list[str]:
         """Name of every scalar that moves (``poses[3].ea.z``), in order of the system."""

@@ -293,7 +293,10 @@ def test_cost_table_lists_every_constraint():
         "Pairs.odometry": 0,
         "Poses.drift": 0,
     }
-    assert str(table).splitlines()[0].split() == ["constraint", "cost", "instances"]
+    assert str(table).splitlines()[0].split() == ["constraint", "cost", "instances", "rms"]
+    assert table.rms("Pairs.odometry") == pytest.approx(
+        (table["Pairs.odometry"] / table.residuals["Pairs.odometry"]) ** 0.5
+    )
 
 
 def test_jacobian_counts_degrees_of_freedom():

@@ -9,6 +9,7 @@ import click
 COMMANDS = {
     "solve": "Solve a model on a data file.",
     "check": "Check a model, and data against it, without solving.",
+    "diagnose": "Say why a problem does not converge.",
     "fmt": "Format model files.",
     "info": "Show what a model holds: structs, parameters, constraints.",
     "emit": "Print a stage of the compiler.",

@@ -10,12 +10,21 @@ class CostTable(dict[str, float]):
 
     Attributes
     ----------
-    instances : number of active instances by label
+    instances : number of active instances by label; 0: every guard is false, or the list is empty
+    residuals : number of residuals by label
     """
 
-    def __init__(self, costs: dict[str, float], instances: dict[str, int]) -> None:
+    def __init__(
+        self, costs: dict[str, float], instances: dict[str, int], residuals: dict[str, int]
+    ) -> None:
         super().__init__(costs)
         self.instances = instances
+        self.residuals = residuals
+
+    def rms(self, label: str) -> float:
+        """Root mean square of the residuals of a label: near 1 where the sigmas are right."""
+        count = self.residuals[label]
+        return float((self[label] / count) ** 0.5) if count else 0.0
 
     @property
     def total(self) -> float:
@@ -23,13 +32,16 @@ class CostTable(dict[str, float]):
         return sum(self.values())
 
     def __str__(self) -> str:
-        rows = [(label, f"{cost:.6g}", str(self.instances[label])) for label, cost in self.items()]
-        rows.append(("total", f"{self.total:.6g}", str(sum(self.instances.values()))))
-        head = ("constraint", "cost", "instances")
-        widths = [max(len(row[k]) for row in [head, *rows]) for k in range(3)]
+        rows = [
+            (label, f"{cost:.6g}", str(self.instances[label]), f"{self.rms(label):.3g}")
+            for label, cost in self.items()
+        ]
+        rows.append(("total", f"{self.total:.6g}", str(sum(self.instances.values())), ""))
+        head = ("constraint", "cost", "instances", "rms")
+        widths = [max(len(row[k]) for row in [head, *rows]) for k in range(4)]
         return "\n".join(
-            f"{label:<{widths[0]}}  {cost:>{widths[1]}}  {count:>{widths[2]}}".rstrip()
-            for label, cost, count in [head, *rows]
+            "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
+            for row in [head, *rows]
         )
 
 
@@ -37,8 +49,10 @@ def cost_table(problem: Problem) -> CostTable:
     """Cost of every constraint, also of those without an active instance (0)."""
     costs: dict[str, float] = {}
     instances: dict[str, int] = {}
+    residuals: dict[str, int] = {}
     for number, group in enumerate(problem.layout.groups):
         costs[group.label] = costs.get(group.label, 0.0) + problem.evaluation.group_cost(number)
         count = len(problem.structure.active[number])
         instances[group.label] = instances.get(group.label, 0) + count
-    return CostTable(costs, instances)
+        residuals[group.label] = residuals.get(group.label, 0) + count * group.residuals
+    return CostTable(costs, instances, residuals)

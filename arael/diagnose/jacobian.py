@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,27 @@ class JacobianRow:
     constraint: int
     entries: tuple[tuple[int, float], ...]
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether the residual and all its derivatives are numbers."""
+        return bool(np.isfinite([self.residual, *(value for _, value in self.entries)]).all())
+
+
+class Svd(NamedTuple):
+    """Singular value decomposition ``J = u diag(s) v[:, :k]'``.
+
+    Attributes
+    ----------
+    u : (m, k) with k = min(m, n)
+    s : (k,) singular values, descending
+    v : (n, n) right singular vectors as columns; those of singular values near 0, and those beyond
+        k, are the directions in which no residual changes
+    """
+
+    u: Floats
+    s: Floats
+    v: Floats
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Jacobian:
@@ -52,6 +74,7 @@ class Jacobian:
     labels: tuple[str, ...]
     names: tuple[str, ...]
     matrix: Any
+    _problem: Problem | None = field(default=None)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -87,19 +110,75 @@ class Jacobian:
         found: Floats = self.matrix.toarray()
         return found
 
+    def of(self, label: str) -> Jacobian:
+        """The rows of one constraint only (``"PointFrine.bearing"``); KeyError if there is none."""
+        if label not in self.labels:
+            raise KeyError(f"no constraint {label!r}; there are {', '.join(self.labels)}")
+        mine = np.flatnonzero(self.label_of == self.labels.index(label))
+        return Jacobian(
+            self.residuals[mine],
+            self.constraint[mine],
+            self.label_of[mine],
+            self.labels,
+            self.names,
+            self.matrix[mine],
+            self._problem,
+        )
+
+    def bad_rows(self) -> list[JacobianRow]:
+        """Rows with a residual or a derivative that is not finite."""
+        wrong = ~np.isfinite(self.residuals)
+        entries = np.repeat(np.arange(len(self)), np.diff(self.matrix.indptr))
+        wrong[entries[~np.isfinite(self.matrix.data)]] = True
+        return [self[int(i)] for i in np.flatnonzero(wrong)]
+
+    def instance(self, constraint: int) -> str:
+        """A constraint's instance in words: ``PointFrine.bearing[17] at landmarks[5].frines[2]``.
+
+        Parameters
+        ----------
+        constraint : as `JacobianRow.constraint` and a ``constraint_index`` field have it
+        """
+        problem = self._problem
+        assert problem is not None
+        ends = np.cumsum([len(active) for active in problem.structure.active])
+        if not 0 <= constraint < ends[-1]:
+            raise IndexError(f"no constraint instance {constraint}; there are {ends[-1]}")
+        group = bisect_right(ends.tolist(), constraint)
+        row = constraint - (int(ends[group - 1]) if group else 0)
+        return f"{problem.instance_name(group, row)} at {problem.instance_place(group, row)}"
+
+    def sensitivities(self) -> Floats:
+        """(n,) length of each column: by how many sigmas the residuals change per unit."""
+        square = np.zeros(self.shape[1])
+        np.add.at(square, self.matrix.indices, self.matrix.data**2)
+        return np.sqrt(square)
+
     def singular_values(self) -> Floats:
-        """Descending, min(m, n) of them; those near zero count the free directions."""
+        """Descending, min(m, n) of them; those near zero count the free directions.
+
+        By a dense decomposition, in f64 whatever the model's precision: for some thousand columns.
+        `arael.Model.free_directions` finds those near zero of larger problems.
+        """
         return np.asarray(np.linalg.svd(self.dense(), compute_uv=False))
 
-    def svd(self) -> tuple[Floats, Floats, Floats]:
-        """Thin factors U (m, k), s (k,) and V (n, n).
+    def svd(self) -> Svd:
+        """Singular values with their vectors, dense."""
+        u, s, vt = np.linalg.svd(self.dense(), full_matrices=self.shape[0] < self.shape[1])
+        return Svd(u[:, : len(s)], s, vt.T)
 
-        Columns of V beyond the rank are the directions in which no residual changes.
+    def rank(self) -> int:
+        """Number of directions that some residual sees; columns less this are free.
+
+        Columns are scaled to one length first, so that metres and radians count alike.
         """
-        dense = self.dense()
-        u, s, _ = np.linalg.svd(dense, full_matrices=False)
-        vt = np.linalg.svd(dense, full_matrices=True)[2]
-        return u, s, vt.T
+        length = self.sensitivities()
+        dense = self.dense() / np.where(length > 0, length, 1.0)
+        s = np.linalg.svd(dense, compute_uv=False)
+        single = self._problem is not None and self._problem.layout.precision == "f32"
+        epsilon = np.finfo(np.float32 if single else np.float64).eps
+        largest = s.max(initial=0.0)
+        return int(np.count_nonzero(s > max(dense.shape) * epsilon * largest))
 
     def __repr__(self) -> str:
         m, n = self.shape
@@ -144,6 +223,7 @@ def jacobian(problem: Problem) -> Jacobian:
         tuple(labels),
         tuple(problem.parameter_names()),
         matrix,
+        problem,
     )
 
 

@@ -76,7 +76,7 @@ class NormalEquations:
         # are. J'J itself is summed in f64.
         single = self.problem.layout.precision == "f32"
         epsilon = float(np.finfo(np.float32).eps) ** 2 * 8 if single else np.finfo(np.float64).eps
-        return float(max(len(self.free), 1) * epsilon * max(self._largest, 1.0))
+        return float(max(len(self.free), 1) * epsilon * max(self.largest, 1.0))
 
     @cached_property
     def matrix(self) -> Any:
@@ -169,7 +169,7 @@ class NormalEquations:
         return values, basis @ turn
 
     @cached_property
-    def _largest(self) -> float:
+    def largest(self) -> float:
         """The largest eigenvalue, to a few per cent."""
         n = len(self.free)
         if not n:

@@ -1,0 +1,55 @@
+"""`arael diagnose`: why a problem does not converge, or where its solution is poor."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from arael.cli.exits import Exit
+from arael.cli.options import json_option, precision_option, solver_option
+
+
+@click.command("diagnose", short_help="Say why a problem does not converge.")
+@click.argument("model")
+@click.argument("data")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
+@click.option("--solve", "solved", is_flag=True, help="Solve first, and look at the solution.")
+@solver_option
+@precision_option
+@json_option
+def command(
+    model: str,
+    data: str,
+    settings: tuple[str, ...],
+    solved: bool,
+    solver: str,
+    precision: str | None,
+    as_json: bool,
+) -> int:
+    """Look at MODEL with DATA: costs, bad numbers, free directions, scales, outliers.
+
+    Everything is looked at where the data stands, without solving; or at the solution with
+    --solve. The exit code is 0 if nothing suspicious was found, 1 if something was, 2 if the input
+    is wrong.
+    """
+    import arael
+    from arael.cli.instances import apply_settings
+
+    loaded: Any = arael.load(model, precision=precision)  # type: ignore[arg-type]
+    instance = loaded()
+    arael.read(instance, data)
+    apply_settings(instance, loaded.layout, settings)
+    result = instance.solve(solver=solver) if solved else None
+    found = instance.diagnose()
+    if as_json:
+        outcome = {} if result is None else {"result": result.to_dict()}
+        click.echo(json.dumps({**found.to_dict(), **outcome}))
+    else:
+        if result is not None:
+            click.echo(str(result))
+            click.echo("")
+        click.echo(str(found))
+    suspicious = [f for f in found.findings if solved or f.topic != "not-minimal"]
+    return Exit.NOT_CONVERGED if suspicious else Exit.OK
