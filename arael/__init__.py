@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from arael.log import log_to as log_to
     from arael.model import Model as Model
     from arael.model import Ref as Ref
+    from arael.residuals.face import runtime_model as runtime_model
+    from arael.residuals.face import runtime_residual as runtime_residual
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
 
@@ -41,6 +43,8 @@ _HOMES = {
     "load": "arael.loading",
     "log_to": "arael.log",
     "read": "arael.io",
+    "runtime_model": "arael.residuals.face",
+    "runtime_residual": "arael.residuals.face",
     "write": "arael.io",
 }
 

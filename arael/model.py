@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from arael.diagnose.freedom import FreeDirections
     from arael.diagnose.gradients import GradientCheck
     from arael.diagnose.jacobian import Jacobian
+    from arael.residuals.collection import Residuals
     from arael.result import Result
     from arael.runtime.problem import Problem
 
@@ -59,11 +60,13 @@ class Model(Fields):
 
     _compiled: Compiled
     _store: Store
+    _residuals: Residuals | None
 
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
         store = Store(compiled.layout)
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
+        object.__setattr__(self, "_residuals", None)
         object.__setattr__(self, "_table", store.root)
         object.__setattr__(self, "_group", store.root.fields)
         for name, value in values.items():
@@ -94,6 +97,16 @@ class Model(Fields):
         io.write(self, path, format)
 
     # --- solving -----------------------------------------------------------------------------
+
+    @property
+    def residuals(self) -> Residuals:
+        """Residual equations added at run time; see `arael.runtime_residual`."""
+        if self._residuals is None:
+            from arael.residuals.collection import Residuals
+
+            object.__setattr__(self, "_residuals", Residuals(self))
+        assert self._residuals is not None
+        return self._residuals
 
     def solve(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -16,6 +16,7 @@ from arael.config import LmConfig, Observer
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import LEVELS, log, logger
 from arael.result import ENDING, Plan, Result, joined
+from arael.runtime.access import StoreLike
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, Pass
 from arael.runtime.linear import blas
@@ -77,8 +78,8 @@ def solve(
         E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0702 data that
         the root lacks.
     """
-    layout: Layout = model._compiled.layout
     model._store.check_complete()
+    layout, _, _ = posed(model)
     if observer is not None:
         settings["observer"] = observer
     base = (config or LmConfig()).with_()
@@ -122,10 +123,18 @@ def problem_of(
     model: Solvable, frozen: Iterable[str] = (), known: Structure | None = None
 ) -> Problem:
     """The problem that a model poses at its present values."""
-    compiled = model._compiled
-    return Problem(
-        compiled.layout, model._store, compiled.kernels, frozen=frozenset(frozen), known=known
-    )
+    layout, store, programs = posed(model)
+    kernels = model._compiled.kernels
+    return Problem(layout, store, kernels, frozen=frozenset(frozen), known=known, programs=programs)
+
+
+def posed(model: Solvable) -> tuple[Layout, StoreLike, Sequence[Any] | None]:
+    """Layout, data and programs of a model, the residuals added at run time included."""
+    residuals = getattr(model, "_residuals", None)
+    if residuals is None:
+        return model._compiled.layout, model._store, None
+    together = residuals.posed()
+    return together.layout, together, together.programs
 
 
 def cost(model: Solvable) -> float:

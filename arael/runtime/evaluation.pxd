@@ -1,7 +1,7 @@
 # Cost, gradient and blocks of a problem at its states, by kernels or by the interpreter.
 
 from cython cimport floating
-from libc.stdint cimport int32_t, int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.kernel cimport KernelTable, Lanes
 
@@ -15,10 +15,11 @@ cdef class Evaluation:
     cdef readonly int current             # which of the two holds the accepted state
     cdef readonly object failure          # exception raised by the interpreter, else None
     cdef bint failed                      # whether there is one, readable without the GIL
-    cdef readonly list interpreters       # one GroupInterpreter per group
+    cdef readonly object interpreters     # one GroupInterpreter per group, made when asked for
 
     cdef object _keep                     # whatever the pointers below point into
-    cdef object _entities
+    cdef object _entities, _groups
+    cdef list _programs                   # per group, machine.Program or None
     cdef Py_ssize_t _group_count, _entity_count
     cdef const KernelTable* _table        # NULL: everything is interpreted
     cdef Lanes* _lanes[2]                 # [groups], by state buffer
@@ -29,6 +30,9 @@ cdef class Evaluation:
     cdef Py_ssize_t* _moving              # [entities] rows to refresh: all, or 0 if none moves
     cdef Py_ssize_t* _stored              # [entities] stored scalars of a row
     cdef Py_ssize_t* _stride              # [entities] state scalars of a row
+    cdef uint8_t* _plain                  # [entities] whether a step is just added
+    cdef void** _program                  # [groups] machine.Program, or NULL
+    cdef uint8_t* _shared                 # [groups] whether all instances read the same rows
     cdef const int64_t* _held             # scalars of the system that do not move
     cdef Py_ssize_t _held_count
     cdef const int64_t* _held_values      # their rows and columns in the values

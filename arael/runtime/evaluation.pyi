@@ -1,7 +1,7 @@
 """Cost, gradient and blocks of a problem, with the GIL taken only for what has no kernel."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from arael.runtime.instances import Instances
 from arael.runtime.interpreter import GroupInterpreter
 from arael.runtime.layout import Layout
+from arael.runtime.machine import Program
 from arael.runtime.structure import Structure
+
+class Interpreters(Protocol):
+    """One interpreter per group, made when it is asked for."""
+
+    def __getitem__(self, g: int) -> GroupInterpreter: ...
 
 class Evaluation:
     """What the Levenberg-Marquardt loop asks of a problem."""
@@ -20,7 +26,7 @@ class Evaluation:
     trash: int
     states: list[list[NDArray[Any]]]
     current: int
-    interpreters: list[GroupInterpreter]
+    interpreters: Interpreters
 
     def __init__(
         self,
@@ -31,6 +37,7 @@ class Evaluation:
         held_values: NDArray[np.int64],
         diagonal_at: NDArray[np.int64],
         kernels: Any,
+        programs: Sequence[Program | None] | None = None,
     ) -> None: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...

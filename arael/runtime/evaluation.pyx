@@ -12,8 +12,10 @@ from libc.string cimport memset
 from cython cimport floating
 
 from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes
+from arael.runtime.machine cimport Program
 
 from arael.runtime.instances import in_lanes
+from arael.runtime.machine import WIDTH
 from arael.runtime.interpreter import GroupInterpreter, refresh
 
 
@@ -36,6 +38,42 @@ cdef double squares(
     return total
 
 
+cdef void add_step(
+    Py_ssize_t rows, Py_ssize_t width, const floating* state, const floating* step,
+    const int32_t* at, floating* moved,
+) noexcept nogil:
+    """Rows of reals moved by the step at `at`, where there is one."""
+    cdef Py_ssize_t row, k
+    for row in range(rows):
+        for k in range(width):
+            moved[row * width + k] = state[row * width + k]
+            if at[row] >= 0:
+                moved[row * width + k] += step[at[row] + k]
+
+
+def is_plain(entity):
+    """Whether all that a row holds is reals that a step is added to."""
+    return entity.stored == entity.tangent == entity.state and all(
+        use.kind in ("real", "vec") for use in entity.params
+    )
+
+
+class Interpreters:
+    """The NumPy interpreters of all groups, each made when it is first asked for."""
+
+    def __init__(self, layout, instances, placements, dtype):
+        self._parts = layout, instances, placements, dtype
+        self._made = {}
+
+    def __getitem__(self, g):
+        if g not in self._made:
+            layout, instances, placements, dtype = self._parts
+            self._made[g] = GroupInterpreter(
+                layout.groups[g], layout.entities, instances[g], placements[g], dtype
+            )
+        return self._made[g]
+
+
 cdef class Evaluation:
     """What the Levenberg-Marquardt loop asks of a problem.
 
@@ -47,10 +85,15 @@ cdef class Evaluation:
     stored : list of arrays (rows, stored), one per entity, in the precision of the problem
     held_values, diagonal_at : int64 arrays, offsets in the values
     kernels : capsule "arael.kernels" or None
-        None interprets everything.
+        None interprets what has no program.
+    programs : list of machine.Program or None, one per group
+        What runs on the expression machine. Compiled kernels, if any, are of the groups before the
+        first program, and of the first entities.
     """
 
-    def __init__(self, layout, structure, instances, stored, held_values, diagonal_at, kernels):
+    def __init__(
+        self, layout, structure, instances, stored, held_values, diagonal_at, kernels, programs=None
+    ):
         dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
         self.single = layout.precision == "f32"
         self.size = structure.system.size
@@ -58,18 +101,15 @@ cdef class Evaluation:
         self.trash = structure.trash
         self._keep = [kernels]
         self._entities = layout.entities
+        self._groups = layout.groups
         self._group_count = len(layout.groups)
         self._entity_count = len(layout.entities)
+        self._programs = [None] * self._group_count if programs is None else list(programs)
         self._take_table(kernels)
         self._allocate(sum(len(g.uses) for g in layout.groups))
         self._make_states(layout.entities, structure.system, stored, dtype)
         self._make_lanes(layout.groups, structure.placements, instances)
-        self.interpreters = [
-            GroupInterpreter(group, layout.entities, one, placement, dtype)
-            for group, one, placement in zip(
-                layout.groups, instances, structure.placements, strict=True
-            )
-        ]
+        self.interpreters = Interpreters(layout, instances, structure.placements, dtype)
         held = self._kept(structure.system.held, np.int64)
         positions = self._kept(held_values, np.int64)
         self._held, self._held_count = <const int64_t*>address(held), len(held)
@@ -93,6 +133,9 @@ cdef class Evaluation:
         free(self._moving)
         free(self._stored)
         free(self._stride)
+        free(self._plain)
+        free(self._program)
+        free(self._shared)
 
     # --- construction ------------------------------------------------------------------------
 
@@ -105,8 +148,12 @@ cdef class Evaluation:
         self._table = <const KernelTable*>PyCapsule_GetPointer(kernels, "arael.kernels")
         found = (self._table.abi, bool(self._table.single), self._table.group_count,
                  self._table.entity_count)
-        expected = (KERNEL_ABI, bool(self.single), self._group_count, self._entity_count)
-        if found != expected:
+        groups = sum(program is None for program in self._programs)
+        # Entities beyond those of the kernels are plain: reals that are added to.
+        entities = min(self._entity_count, self._table.entity_count)
+        expected = (KERNEL_ABI, bool(self.single), groups, entities)
+        plain = all(map(is_plain, self._entities[entities:]))
+        if found != expected or not plain:
             raise ValueError(
                 f"these kernels do not belong to this model: (abi, single, groups, entities) "
                 f"expected {expected}, found {found}"
@@ -124,9 +171,13 @@ cdef class Evaluation:
         self._moving = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
         self._stored = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
         self._stride = <Py_ssize_t*>calloc(entities, sizeof(Py_ssize_t))
+        self._plain = <uint8_t*>calloc(entities, 1)
+        self._program = <void**>calloc(groups, sizeof(void*))
+        self._shared = <uint8_t*>calloc(groups, 1)
         if not (self._lanes[0] and self._lanes[1] and self._pointers and self._state[0]
                 and self._state[1] and self._delta_at and self._rows and self._moving
-                and self._stored and self._stride):
+                and self._stored and self._stride and self._plain and self._program
+                and self._shared):
             raise MemoryError
 
     cdef _kept(self, array, dtype):
@@ -148,16 +199,22 @@ cdef class Evaluation:
             self._moving[e] = rows if (system.blocks[e].first >= 0).any() else 0
             self._stored[e] = entity.stored
             self._stride[e] = entity.state
+            self._plain[e] = is_plain(entity)
             first = self._kept(system.blocks[e].first, np.int32)
             self._delta_at[e] = <const int32_t*>address(first)
 
     cdef _make_lanes(self, groups, placements, instances):
         cdef Py_ssize_t use = 0, which, u
         cdef Lanes* lanes
-        cdef Py_ssize_t width = self._table.lanes if self._table != NULL else 1
+        cdef Py_ssize_t native = self._table.lanes if self._table != NULL else 1
         for g, (group, placement, one) in enumerate(
             zip(groups, placements, instances, strict=True)
         ):
+            width = native
+            if self._programs[g] is not None:
+                width = WIDTH
+                self._program[g] = <void*>self._programs[g]
+                self._shared[g] = bool((placement.rows == placement.rows[:1]).all())
             parts = [
                 in_lanes(one.data, width),
                 np.ascontiguousarray(one.uniform),
@@ -194,6 +251,8 @@ cdef class Evaluation:
         cdef Lanes* lanes = &self._lanes[which][g]
         if lanes.n == 0:
             return 0
+        if self._program[g] != NULL:
+            return (<Program>self._program[g]).cost(lanes)
         if self._table != NULL and self._table.groups[g].cost != NULL:
             return self._table.groups[g].cost(lanes)
         with gil:
@@ -220,6 +279,8 @@ cdef class Evaluation:
         cdef Lanes* lanes = &self._lanes[self.current][g]
         if lanes.n == 0:
             return 0
+        if self._program[g] != NULL:
+            return (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
         if self._table != NULL and self._table.groups[g].linearise != NULL:
             return self._table.groups[g].linearise(lanes, gradient, values)
         with gil:
@@ -266,6 +327,18 @@ cdef class Evaluation:
         return sqrt(total)
 
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil:
+        if self._plain[e]:
+            if self.single:
+                add_step[float](
+                    self._rows[e], self._stride[e], <const float*>self._state[source][e],
+                    <const float*>step, self._delta_at[e], <float*>self._state[target][e],
+                )
+            else:
+                add_step[double](
+                    self._rows[e], self._stride[e], <const double*>self._state[source][e],
+                    <const double*>step, self._delta_at[e], <double*>self._state[target][e],
+                )
+            return
         if self._table != NULL and self._table.refresh[e] != NULL:
             self._table.refresh[e](
                 self._rows[e], self._state[source][e], step, self._delta_at[e],
@@ -358,11 +431,18 @@ cdef class Evaluation:
 
     def group_rows(self, Py_ssize_t g):
         """Residuals (n, residuals) and Jacobian entries (n, entries) of one group."""
-        group = self.interpreters[g].group
+        group = self._groups[g]
         cdef Lanes* lanes = &self._lanes[self.current][g]
-        if lanes.n and self._table != NULL and self._table.groups[g].rows != NULL:
-            residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
-            entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
+        residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
+        entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
+        if lanes.n == 0:
+            return residuals, entries
+        if self._program[g] != NULL:
+            (<Program>self._program[g]).rows(
+                lanes, <void*>address(residuals), <void*>address(entries)
+            )
+            return residuals, entries
+        if self._table != NULL and self._table.groups[g].rows != NULL:
             self._table.groups[g].rows(
                 lanes, <void*>address(residuals), <void*>address(entries)
             )

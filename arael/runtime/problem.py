@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from itertools import zip_longest
 from typing import Any
 
@@ -36,6 +37,7 @@ class Problem:
     kernels : capsule ``arael.kernels`` of the generated module; None: the NumPy interpreter
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
+    programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
 
     Attributes
     ----------
@@ -57,6 +59,7 @@ class Problem:
         *,
         frozen: frozenset[str] = frozenset(),
         known: Structure | None = None,
+        programs: Sequence[Any] | None = None,
     ) -> None:
         began = time.perf_counter()
         self.layout = layout
@@ -78,6 +81,7 @@ class Problem:
             self._held_values(),
             self.diagonal_at,
             kernels,
+            programs,
         )
         self.box = Box(self.evaluation, self.structure, self.diagonal_at)
         self.number_instances()

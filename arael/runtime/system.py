@@ -72,7 +72,8 @@ class System:
         number, row, tangent = self.owner(scalar)
         entity = self.layout.entities[number]
         name = entity.prefix + entity.tangent_names[tangent]
-        return f"{row_name(self.store, entity.table, row)}.{name}" if entity.table else name
+        place = row_name(self.store, entity.table, row)
+        return f"{place}.{name}" if place else name
 
     def names(self) -> list[str]:
         """Names of all scalars, in order."""
@@ -80,7 +81,7 @@ class System:
         for entity, blocks in zip(self.layout.entities, self.blocks, strict=True):
             for row in np.flatnonzero(blocks.first >= 0):
                 place = row_name(self.store, entity.table, int(row))
-                head = f"{place}." if entity.table else ""
+                head = f"{place}." if place else ""
                 found += [f"{head}{entity.prefix}{name}" for name in entity.tangent_names]
         return found
 

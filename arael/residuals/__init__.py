@@ -1,0 +1,1 @@
+"""Residuals written as text while a program runs."""

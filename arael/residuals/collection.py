@@ -1,0 +1,360 @@
+"""The runtime residuals of a model instance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from arael.check.constants import Constants
+from arael.check.declared import Declarations
+from arael.check.functions import check_functions
+from arael.check.items import gather
+from arael.check.report import Reporter
+from arael.diagnostics.records import Findings, Source
+from arael.diagnostics.suggest import closest
+from arael.face.ref import Refs
+from arael.residuals.derivation import Derived, derive
+from arael.residuals.expression import Array, Definition, Expression, RuntimeResidual
+from arael.residuals.messages import error
+from arael.residuals.posed import Posed
+from arael.residuals.reading import reader_for
+from arael.residuals.schema import Row, schema_of
+from arael.syntax.parser import parse
+
+
+class Residuals(Mapping[str, RuntimeResidual]):
+    """Residual equations added to one model instance, by label; ``model.residuals``.
+
+    They take part in every solve, cost, gradient, Jacobian and covariance of the model like the
+    constraints that it was compiled with.
+    """
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+        self.schema = schema_of(model._compiled.layout)
+        self._derived: dict[str, Derived] = {}
+        self._definitions: dict[str, Definition] = {}
+        self._named: dict[str, RuntimeResidual] = {}  # who brings each parameter along
+        self._findings = Findings()
+        self._report = Reporter(self._findings)
+        self._declarations = Declarations()
+        self._constants = Constants(self._declarations, self._report)
+        self._posed: Posed | None = None
+        self._adding: RuntimeResidual | None = None
+
+    # --- adding and removing -------------------------------------------------------------------
+
+    def add(
+        self,
+        residual: RuntimeResidual | str,
+        *,
+        label: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        data: Mapping[str, Any] | None = None,
+        entities: Mapping[str, Any] | None = None,
+    ) -> RuntimeResidual:
+        """Add a residual, or the text of one with what `runtime_residual` takes.
+
+        Raises
+        ------
+        AraelError
+            E01xx-E06xx: every mistake of the text, each at its place; E0760-E0765: what it brings
+            along does not fit. The model is then as before.
+        """
+        if isinstance(residual, str):
+            residual = RuntimeResidual(
+                residual, label or self._free_label(), parameters, data, entities
+            )
+        elif not (label is None and parameters is None and data is None and entities is None):
+            raise error(
+                "E0763", "only with a text, parameters and data can be given here", residual.label
+            )
+        if residual._owner is not None:
+            raise error("E0763", f"residual `{residual.label}` is in a model already", "residuals")
+        self._check_free(residual.label, "label")
+        for name in residual.parameters:
+            self._check_free(name, "parameter", residual.label)
+        self._derived[residual.label] = self._derive(residual)
+        self._named.update(dict.fromkeys(residual.parameters, residual))
+        residual._owner = self
+        self._posed = None
+        return residual
+
+    def remove(self, which: Expression | str) -> None:
+        """Take a residual or a named expression out again.
+
+        Raises
+        ------
+        AraelError
+            E0763: it is not here, or others need its parameters or its value.
+        """
+        label = which if isinstance(which, str) else which.label
+        expression = self._expression(label)
+        if isinstance(which, Expression) and which is not expression:
+            raise error("E0763", f"this `{label}` is not in the model", "residuals")
+        users = [d.residual.label for d in self._users(label)]
+        users += [d.label for d in self._definitions.values() if label in self._reads(d)]
+        if users:
+            raise error(
+                "E0763",
+                f"`{label}` is needed by {', '.join(f'`{u}`' for u in users)}",
+                "residuals",
+                "remove what needs it first",
+            )
+        expression._owner = None
+        self._derived.pop(label, None)
+        self._definitions.pop(label, None)
+        for name in expression.parameters:
+            del self._named[name]
+        self._posed = None
+
+    def clear(self) -> None:
+        """Take everything out again."""
+        for one in (*self._derived.values(),):
+            one.residual._owner = None
+        for definition in self._definitions.values():
+            definition._owner = None
+        self._derived.clear()
+        self._definitions.clear()
+        self._named.clear()
+        self._posed = None
+
+    def define(
+        self,
+        name: str,
+        text: str,
+        *,
+        data: Mapping[str, Any] | None = None,
+        entities: Mapping[str, Any] | None = None,
+    ) -> Definition:
+        """Give an expression a name that residuals, and other such expressions, may use.
+
+        Its text and data can be changed later; whatever reads it follows.
+        """
+        definition = Definition(text, name, None, data, entities)
+        self._check_free(name, "name")
+        self._definitions[name] = definition
+        try:
+            self._reads(definition)
+        except Exception:
+            del self._definitions[name]
+            raise
+        definition._owner = self
+        return definition
+
+    def functions(self, text: str) -> None:
+        """Declare functions and constants for the formulas: ``fn`` and ``const`` items.
+
+        Raises
+        ------
+        AraelError
+            What is wrong with them; they are then as before.
+        """
+        findings = Findings()
+        report = Reporter(findings)
+        declarations = gather(parse(Source("functions", text)), None, report)
+        for struct in declarations.structs.values():
+            report.error(
+                "E0608", struct.node.span, "expected functions and constants", label="a struct"
+            )
+        before = self._declarations
+        declarations.functions = {**before.functions, **declarations.functions}
+        declarations.consts = {**before.consts, **declarations.consts}
+        check_functions(declarations, report)
+        constants = Constants(declarations, report)
+        constants.check_all()
+        report.stop()
+        self._declarations, self._constants = declarations, constants
+
+    # --- looking --------------------------------------------------------------------------------
+
+    @property
+    def definitions(self) -> Mapping[str, Definition]:
+        """Named expressions by name."""
+        return dict(self._definitions)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Values of the parameters of all runtime residuals by name."""
+        return {name: v for one in self.values() for name, v in one.parameters.items()}
+
+    def value(self, name: str) -> Array:
+        """The value of a named expression at the present values, (rows, scalars)."""
+        definition = self._definitions.get(name)
+        if definition is None:
+            raise self._unknown(name)
+        probe = RuntimeResidual(definition._text, "value")
+        probe.label, probe._data = name, definition._data
+        probe.entities = definition.entities
+        derived = self._derive(probe, constant_too=True)
+        posed = Posed(self.schema.layout, self._model._store, self._owners(), [derived])
+        return self._rows_of(posed, len(posed.layout.groups) - 1)
+
+    def __getitem__(self, label: str) -> RuntimeResidual:
+        if label not in self._derived:
+            raise KeyError(label)
+        return self._derived[label].residual
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._derived)
+
+    def __len__(self) -> int:
+        return len(self._derived)
+
+    def __repr__(self) -> str:
+        lines = [repr(one) for one in (*self._definitions.values(), *self.values())]
+        return "\n".join(["<runtime residuals>", *(f"  {line}" for line in lines)])
+
+    # --- what formulas see (Surroundings) ---------------------------------------------------------
+
+    def parameter_owner(self, name: str) -> Expression | None:
+        """The residual that brings the parameter `name` along."""
+        if self._adding is not None and name in self._adding.parameters:
+            return self._adding
+        return self._named.get(name)
+
+    def definition(self, name: str) -> Definition | None:
+        """The named expression `name`."""
+        return self._definitions.get(name)
+
+    def names(self) -> Iterable[str]:
+        """Names of parameters and named expressions."""
+        adding = () if self._adding is None else tuple(self._adding.parameters)
+        return [*adding, *self._named, *self._definitions]
+
+    def element(self, owner: Row, path: str, index: int) -> Refs | int:
+        """Element `index` of the collection `path` of one row, or how many there are."""
+        table = self._model._store.tables[path]
+        if owner.refs is None:
+            rows = np.arange(table.size)
+        else:
+            rows = np.flatnonzero(table.parent_rows() == owner.refs.rows[0])
+        if index >= len(rows):
+            return len(rows)
+        return Refs(table, table.handles(rows[index : index + 1]))
+
+    # --- deriving ---------------------------------------------------------------------------------
+
+    def _owners(self) -> list[Expression]:
+        owners: dict[Expression, None] = dict.fromkeys(self._named.values())
+        if self._adding is not None and len(self._adding.parameters):
+            owners[self._adding] = None
+        return list(owners)
+
+    def _derive(self, residual: RuntimeResidual, constant_too: bool = False) -> Derived:
+        self._adding = residual
+        try:
+            return derive(
+                residual,
+                self,
+                self._owners(),
+                self._declarations,
+                self._constants.named,
+                constant_too,
+            )
+        finally:
+            self._adding = None
+
+    def _users(self, label: str) -> list[Derived]:
+        """Residuals other than `label` that read it."""
+        return [
+            one
+            for one in self._derived.values()
+            if one.residual.label != label and label in one.found.needs
+        ]
+
+    def _reads(self, definition: Definition) -> Iterable[str]:
+        """Labels that a named expression reads; raises what is wrong with it."""
+        findings = Findings()
+        report = Reporter(findings)
+        reader = reader_for(
+            definition, "rows", self, self._declarations, report, self._constants.named
+        )
+        reader.value(definition._tree)
+        report.stop()
+        return reader.found.needs
+
+    def _changed(self, expression: Expression) -> None:
+        """Derive anew what `expression`, whose text has changed, is part of; all or nothing."""
+        if isinstance(expression, Definition):
+            self._reads(expression)
+        own = self._derived.get(expression.label)
+        affected = [*([own] if own is not None else []), *self._users(expression.label)]
+        fresh = {one.residual.label: self._derive(one.residual) for one in affected}
+        self._derived.update(fresh)
+        self._posed = None
+
+    def _data_changed(self, expression: Expression, reshaped: bool) -> None:
+        if reshaped:
+            self._changed(expression)
+        for one in (self._derived.get(expression.label), *self._users(expression.label)):
+            if one is not None:
+                one.rows.refresh()
+
+    def _check_free(self, name: str, what: str, label: str = "residuals") -> None:
+        owner = self.parameter_owner(name)
+        taken = ""
+        if owner is not None:
+            taken = f"it is a parameter of `{owner.label}`"
+        elif name in self._definitions:
+            taken = "an expression has that name"
+        elif what == "label" and name in self._derived:
+            taken = "a residual has that label"
+        if taken:
+            raise error("E0760", f"`{name}` cannot be a {what}: {taken}", label)
+
+    def _free_label(self) -> str:
+        number = 1
+        while f"residual_{number}" in self._derived:
+            number += 1
+        return f"residual_{number}"
+
+    def _expression(self, label: str) -> Expression:
+        if label in self._derived:
+            return self._derived[label].residual
+        if label in self._definitions:
+            return self._definitions[label]
+        raise self._unknown(label)
+
+    def _unknown(self, label: str) -> Exception:
+        near = closest(label, [*self._derived, *self._definitions])
+        return error(
+            "E0763",
+            f"there is no runtime residual or expression `{label}`",
+            "residuals",
+            f"did you mean `{near[0]}`?" if near else "",
+        )
+
+    # --- solving ----------------------------------------------------------------------------------
+
+    def posed(self) -> Posed:
+        """The model with its residuals, as the solver takes it."""
+        if self._posed is None:
+            self._posed = Posed(
+                self.schema.layout,
+                self._model._store,
+                self._owners(),
+                list(self._derived.values()),
+            )
+        self._posed.refresh()
+        return self._posed
+
+    def _number(self, label: str) -> int:
+        return len(self.schema.layout.groups) + list(self._derived).index(label)
+
+    def _cost_of(self, label: str) -> float:
+        return float(self._model._problem().evaluation.group_cost(self._number(label)))
+
+    def _residuals_of(self, label: str) -> Array:
+        return self._rows_of(self.posed(), self._number(label))
+
+    def _rows_of(self, posed: Posed, number: int) -> Array:
+        from arael.runtime.problem import Problem
+
+        posed.refresh()
+        kernels = self._model._compiled.kernels
+        problem = Problem(posed.layout, posed, kernels, programs=posed.programs)
+        found: Array = problem.evaluation.group_rows(number)[0]
+        return found

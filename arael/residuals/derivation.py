@@ -1,0 +1,131 @@
+"""From the text of a residual to what the solver evaluates: resolved, differentiated, assembled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from arael.check.declared import Declarations
+from arael.check.report import Reporter
+from arael.check.residuals import residual_of
+from arael.check.typed import ConstraintSite, EntitySite, Read
+from arael.check.walk import postorder
+from arael.compiler.entities import StateModel, model_state
+from arael.compiler.groups import Kernel, compile_constraint
+from arael.diagnostics.records import Findings, Label
+from arael.residuals.expression import Expression, RuntimeResidual
+from arael.residuals.reading import Found, Surroundings, parameter_table, reader_for
+from arael.residuals.rows import RowsTable
+from arael.runtime.layout import Table
+from arael.runtime.machine import Program
+
+
+@dataclass
+class Derived:
+    """A residual made ready.
+
+    Attributes
+    ----------
+    kernel : its group, with entities numbered as in `entities`
+    entities : (table, prefix) of each entity that it reads
+    program : what the expression machine runs
+    """
+
+    residual: RuntimeResidual
+    found: Found
+    kernel: Kernel
+    entities: tuple[tuple[str, str], ...]
+    program: Program
+    rows: RowsTable
+    table: Table
+
+
+def state_of(expression: Expression) -> StateModel | None:
+    """The entity that a residual's own parameters make up; None if it has none."""
+    columns = expression.parameters.columns
+    if not columns:
+        return None
+    return model_state(EntitySite("parameters", parameter_table(expression.label), "", columns))
+
+
+def derive(
+    residual: RuntimeResidual,
+    around: Surroundings,
+    owners: Sequence[Expression],
+    declarations: Declarations,
+    constant: Any,
+    constant_too: bool = False,
+) -> Derived:
+    """Resolve, check and differentiate one residual.
+
+    Parameters
+    ----------
+    around : what it sees
+    owners : expressions with parameters, those of the residual itself included
+    constant_too : whether it may do without a parameter, as a value that is only asked for may
+
+    Raises
+    ------
+    AraelError
+        With every mistake of the text, each at its place.
+    """
+    findings = Findings()
+    report = Reporter(findings)
+    path = f"{parameter_table(residual.label)}/rows"
+    reader = reader_for(residual, path, around, declarations, report, constant)
+    typed = residual_of(reader, residual._tree)
+    report.stop()
+    assert typed is not None
+    found = reader.found
+    moves = any(isinstance(n, Read) and n.version == "trial" for n in postorder(typed))
+    if not moves and not constant_too:
+        stored = [n for n in postorder(typed) if isinstance(n, Read) and n.version == "stored"]
+        reader.fail(
+            "E0601",
+            residual.span,
+            "the residual has no parameter",
+            label="it cannot change",
+            labels=[Label(n.span, "the stored value does not move") for n in stored[:3]],
+            help=["name what is to be solved for, or give it in `parameters`"],
+        )
+        report.stop()
+    read = {slot.table for slot in reader.slots.items}
+    states = [s for s in around.schema.states if s.entity.table in read]
+    for owner in owners:
+        if parameter_table(owner.label) in read:
+            state = state_of(owner)
+            assert state is not None
+            states.append(state)
+    site = ConstraintSite(
+        label=residual.label,
+        struct="residuals",
+        name=residual.label,
+        table=path,
+        prefix="",
+        span=residual.span,
+        slots=tuple(reader.slots.items),
+        residual=tuple(typed),
+    )
+    kernel = compile_constraint(site, states)
+    entities = tuple((s.entity.table, s.entity.prefix) for s in states)
+    single = around.schema.layout.precision == "f32"
+    table = Table(
+        path=path,
+        struct="residuals",
+        collection="list",
+        parent="",
+        field=path,
+        where=residual.label,
+        columns=tuple(found.columns.values()),
+    )
+    return Derived(
+        residual,
+        found,
+        kernel,
+        entities,
+        Program(kernel.group, [s.entity for s in states], single),
+        RowsTable(residual.label, found.data, found.refs),
+        table,
+    )
+

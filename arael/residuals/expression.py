@@ -1,0 +1,207 @@
+"""Formulas given as text: residuals, and expressions that residuals name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
+from arael.face.collection import Collection
+from arael.face.ref import Ref, Refs
+from arael.residuals.messages import error, label_problem, name_problem
+from arael.residuals.parameters import Parameters
+from arael.syntax.parser import parse_expression
+
+if TYPE_CHECKING:
+    from arael.residuals.collection import Residuals
+    from arael.syntax import tree
+
+Array = NDArray[Any]
+
+MAX_TEXT = 20_000
+"""Characters of one formula."""
+
+
+class Expression:
+    """A formula with what its names stand for. See `runtime_residual` for the parameters.
+
+    Attributes
+    ----------
+    label : its name
+    parameters : parameters that it brings along
+    entities : rows of the model that it names
+    """
+
+    _name_rule = staticmethod(label_problem)
+
+    def __init__(
+        self,
+        text: str,
+        label: str,
+        parameters: Mapping[str, Any] | None = None,
+        data: Mapping[str, Any] | None = None,
+        entities: Mapping[str, Any] | None = None,
+    ) -> None:
+        problem = self._name_rule(label)
+        if problem:
+            raise error("E0760", f"{label!r:.60} cannot be a label: {problem}", "label")
+        self.label = label
+        self._owner: Residuals | None = None
+        self._text, self._tree = text, parsed(text, label)
+        self.parameters = Parameters(parameters or {}, label)
+        self._data = {name: numbers(name, v, label) for name, v in (data or {}).items()}
+        self.entities = {name: handles(name, v, label) for name, v in (entities or {}).items()}
+        taken: dict[str, str] = {}
+        for what, names in (
+            ("parameter", self.parameters),
+            ("data column", self._data),
+            ("entity", self.entities),
+        ):
+            for name in names:
+                problem = name_problem(name)
+                if not problem and name in taken:
+                    problem = f"there is a {taken[name]} of that name"
+                if problem:
+                    raise error("E0760", f"`{name}` cannot name a {what}: {problem}", label)
+                taken[name] = what
+
+    @property
+    def text(self) -> str:
+        """The formula; assigning another takes effect at once, or raises and changes nothing."""
+        return self._text
+
+    @text.setter
+    def text(self, text: str) -> None:
+        before = self._text, self._tree
+        self._text, self._tree = text, parsed(text, self.label)
+        try:
+            if self._owner is not None:
+                self._owner._changed(self)
+        except AraelError:
+            self._text, self._tree = before
+            raise
+
+    @property
+    def data(self) -> Mapping[str, Array]:
+        """Data columns by name; `set_data` changes them."""
+        return dict(self._data)
+
+    def set_data(self, **columns: Any) -> None:
+        """Replace data columns; nothing is derived again unless a scalar becomes a vector.
+
+        Raises
+        ------
+        AraelError
+            E0762: no such column, or no numbers.
+        """
+        found = {}
+        for name, value in columns.items():
+            if name not in self._data:
+                raise error(
+                    "E0762",
+                    f"there is no data column `{name}`",
+                    self.label,
+                    f"it has {', '.join(self._data) or 'none'}",
+                )
+            found[name] = numbers(name, value, self.label)
+        before = dict(self._data)
+        reshaped = any(before[n].shape[1:] != found[n].shape[1:] for n in found)
+        self._data.update(found)
+        if self._owner is not None:
+            try:
+                self._owner._data_changed(self, reshaped)
+            except AraelError:
+                self._data = before
+                self._owner._data_changed(self, False)
+                raise
+
+    @property
+    def span(self) -> Span:
+        """The whole text."""
+        return self._tree.span
+
+    def __repr__(self) -> str:
+        return f"<{self.label}: {self._text}>"
+
+
+class RuntimeResidual(Expression):
+    """A residual equation known only at run time; made by `arael.runtime_residual`."""
+
+    @property
+    def cost(self) -> float:
+        """Sum of its squared residuals at the present values."""
+        if self._owner is None:
+            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+        return self._owner._cost_of(self.label)
+
+    @property
+    def residuals(self) -> Array:
+        """Its residuals at the present values, (rows, scalars)."""
+        if self._owner is None:
+            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+        return self._owner._residuals_of(self.label)
+
+
+class Definition(Expression):
+    """A named expression that formulas of the same model may read; made by `Residuals.define`."""
+
+    _name_rule = staticmethod(name_problem)
+
+
+def parsed(text: str, label: str) -> tree.Expr:
+    """Read one formula.
+
+    Raises
+    ------
+    AraelError
+        With every syntax error; E0104 for one that is too long.
+    """
+    source = Source(label, text)
+    if not isinstance(text, str):
+        raise error("E0760", f"a formula is text, found {type(text).__name__}", label)
+    if len(text) > MAX_TEXT:
+        raise AraelError(
+            Diagnostic(
+                "E0104",
+                f"the formula has {len(text)} characters",
+                Span(source, 0, 0),
+                help=(f"at most {MAX_TEXT} are read",),
+            )
+        )
+    return parse_expression(source)
+
+
+def numbers(name: str, value: Any, label: str) -> Array:
+    """Data as f64: () one number for all rows, (n,) a number a row, (n, k) a vector a row."""
+    where = f"{label}: {name}"
+    try:
+        found = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise error("E0762", f"expected numbers, found {value!r:.60}", where) from None
+    if found.ndim > 2 or (found.ndim == 2 and not 1 <= found.shape[1] <= 64):
+        raise error(
+            "E0762",
+            f"expected one number, a number a row or a vector of at most 64 a row, "
+            f"found shape {found.shape}",
+            where,
+        )
+    return found
+
+
+def handles(name: str, value: Any, label: str) -> Refs:
+    """Rows of the model as refs; one for all rows of the residual, or one a row."""
+    if isinstance(value, Ref):
+        return Refs(value._table, np.array([value._handle], dtype=np.int64))
+    if isinstance(value, Collection):
+        return value.refs
+    if isinstance(value, Refs):
+        return value
+    raise error(
+        "E0762",
+        f"expected a row or rows of the model, found {type(value).__name__}",
+        f"{label}: {name}",
+        "give what `append` returned, `model.poses[3]`, or a whole collection `model.poses`",
+    )

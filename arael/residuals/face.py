@@ -1,0 +1,74 @@
+"""`runtime_residual` and `runtime_model`: residual equations known only at run time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from arael.loading import Compiled
+from arael.model import Model
+from arael.residuals.expression import RuntimeResidual
+from arael.runtime.layout import LAYOUT_VERSION, Layout, Table
+
+
+def runtime_residual(
+    text: str,
+    *,
+    label: str = "residual",
+    parameters: Mapping[str, Any] | None = None,
+    data: Mapping[str, Any] | None = None,
+    entities: Mapping[str, Any] | None = None,
+) -> RuntimeResidual:
+    """A residual equation from text, to be added to a model with ``model.residuals.add``.
+
+    Parameters
+    ----------
+    text : a formula in arael's language: a scalar, a vector or a list of both, to be made small.
+        Names are those given here, parameters and expressions of other runtime residuals of the
+        model, and fields of the model's root (``poses[3].pos.x``).
+    label : its name in cost tables, Jacobians and messages
+    parameters : parameters that come with it, by name: a start value, a list for a vector, or a
+        dict of ``value`` and any of ``low``, ``high``, ``fixed``
+    data : columns by name: one number, an array (n,) or (n, k). The residual is evaluated once for
+        each of the n rows.
+    entities : rows of the model by name: what ``append`` returns, ``model.poses[3]``, or many rows
+        (``model.poses``), one for each row of the residual
+
+    Raises
+    ------
+    AraelError
+        E01xx: the text is no formula, with every mistake at its place; E0760-E0762: names or values
+        that do not fit.
+
+    Examples
+    --------
+    >>> import arael
+    >>> fit = arael.runtime_residual(
+    ...     "a * exp(-b * x) - y",
+    ...     parameters={"a": 1, "b": 0.1},
+    ...     data={"x": [0, 1, 2], "y": [2, 1, 0.5]},
+    ... )
+    >>> model = arael.runtime_model(fit)
+    >>> model.solve().status
+    'converged'
+    >>> round(fit.parameters["a"], 4)
+    2.0
+    """
+    return RuntimeResidual(text, label, parameters, data, entities)
+
+
+def runtime_model(
+    *residuals: RuntimeResidual, precision: Literal["f64", "f32"] = "f64", name: str = "runtime"
+) -> Model:
+    """A model that consists of runtime residuals alone: a fit told by a configuration, say.
+
+    Returns
+    -------
+    A model instance; more can be added to its ``residuals``.
+    """
+    root = Table("", "Runtime", "root", "", "", name, ())
+    layout = Layout(LAYOUT_VERSION, name, "Runtime", precision, name, (root,), (), (), ())
+    model = Model(Compiled(layout, None, None, "runtime", {}))
+    for residual in residuals:
+        model.residuals.add(residual)
+    return model

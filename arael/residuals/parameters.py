@@ -1,0 +1,182 @@
+"""Parameters that a runtime residual brings along: plain reals and vectors of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.residuals.messages import error, name_problem
+from arael.runtime.layout import Column, Param
+
+Array = NDArray[Any]
+
+KEYS = ("value", "low", "high", "fixed")
+
+
+class Parameters(Mapping[str, Any]):
+    """Values of parameters by name; assigning sets where the next solve starts.
+
+    Parameters
+    ----------
+    given : start values by name: a number, a list of numbers for a vector, or a dict with ``value``
+        and any of ``low``, ``high`` (bounds, one number for all components) and ``fixed``
+    label : name of the residual, for messages
+    """
+
+    def __init__(self, given: Mapping[str, Any], label: str) -> None:
+        self._label = label
+        self._columns: dict[str, Column] = {}
+        self._values: dict[str, Array] = {}
+        self._fixed: dict[str, bool] = {}
+        for name, spec in given.items():
+            problem = name_problem(name)
+            if problem:
+                raise error("E0760", f"`{name}` cannot name a parameter: {problem}", label)
+            self._declare(name, dict(spec) if isinstance(spec, Mapping) else {"value": spec})
+
+    def _declare(self, name: str, spec: dict[str, Any]) -> None:
+        where = f"{self._label}: {name}"
+        for key in spec:
+            if key not in KEYS:
+                raise error(
+                    "E0761", f"a parameter has no `{key}`", where, f"it has {', '.join(KEYS)}"
+                )
+        if "value" not in spec:
+            raise error("E0761", "the parameter has no start value", where, "give it a `value`")
+        value = self._numbers(name, spec["value"])
+        n = value.size
+        low, high = (self._bound(name, key, spec.get(key)) for key in ("low", "high"))
+        if low is not None and high is not None and low > high:
+            raise error("E0761", f"the bounds {low:g} .. {high:g} are empty", where)
+        bounded = low is not None or high is not None
+        self._columns[name] = Column(
+            path=name,
+            kind="real",
+            shape=value.shape,
+            role="param",
+            type="real" if value.ndim == 0 else f"vec<{n}>",
+            where=self._label,
+            param=Param(
+                "real" if value.ndim == 0 else "vec",
+                n,
+                n,
+                (low,) * n if bounded else (),
+                (high,) * n if bounded else (),
+            ),
+        )
+        self._values[name] = value.reshape(1, *value.shape).copy()
+        self._fixed[name] = bool(spec.get("fixed", False))
+
+    def _numbers(self, name: str, value: Any) -> Array:
+        where = f"{self._label}: {name}"
+        try:
+            found = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise error(
+                "E0761", f"expected a number or a list of numbers, found {value!r:.60}", where
+            ) from None
+        if found.ndim > 1 or not 1 <= found.size <= 64 or not np.isfinite(found).all():
+            raise error("E0761", "a parameter is one finite number or a list of at most 64", where)
+        return found
+
+    def _bound(self, name: str, key: str, value: Any) -> float | None:
+        if value is None:
+            return None
+        found = self._numbers(name, value)
+        if found.ndim:
+            raise error("E0761", f"`{key}` is one number", f"{self._label}: {name}")
+        return float(found)
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The parameters as columns of a table with one row."""
+        return tuple(self._columns.values())
+
+    def fix(self, *names: str) -> None:
+        """Keep parameters out of every solve from now on."""
+        self._flag(names, True)
+
+    def free(self, *names: str) -> None:
+        """Let fixed parameters move again."""
+        self._flag(names, False)
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether the parameter is kept out of every solve."""
+        return self._fixed[self._known(name)]
+
+    def _flag(self, names: tuple[str, ...], value: bool) -> None:
+        for name in names:
+            self._fixed[self._known(name)] = value
+
+    def _known(self, name: str) -> str:
+        if name not in self._columns:
+            raise error(
+                "E0760",
+                f"`{name}` is no parameter of it",
+                self._label,
+                f"it has {', '.join(self._columns) or 'none'}",
+            )
+        return name
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._values:
+            raise KeyError(name)
+        value = self._values[name][0]
+        return value.item() if value.ndim == 0 else value.copy()
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        column = self._columns[self._known(name)]
+        found = self._numbers(name, value)
+        if found.shape != column.shape:
+            raise error(
+                "E0761",
+                f"expected {column.type}, found shape {found.shape}",
+                f"{self._label}: {name}",
+            )
+        self._values[name][0] = found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<parameters {dict(self)}>"
+
+
+class ParameterTable:
+    """Parameters as the solver sees them: a table with one row."""
+
+    size = 1
+    structure_version = 0
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+
+    def column(self, path: str) -> Array:
+        """Live values (1, *shape)."""
+        return self._parameters._values[path]
+
+    def present(self, path: str) -> Array:
+        """All are there."""
+        return np.ones(1, dtype=bool)
+
+    def free(self, path: str) -> Array:
+        """Whether the parameter moves (1,)."""
+        return np.array([not self._parameters.is_fixed(path)])
+
+    def parent_rows(self) -> Array:
+        """Return the root's row."""
+        return np.zeros(1, dtype=np.int64)
+
+    def target_rows(self, path: str) -> Array:
+        """There are no refs."""
+        raise KeyError(path)
+
+    def row_name(self, row: int) -> str:
+        """Return nothing: parameters go by their own names."""
+        return ""

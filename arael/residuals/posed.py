@@ -1,0 +1,109 @@
+"""A model instance together with its runtime residuals, as one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.residuals.derivation import Derived, state_of
+from arael.residuals.expression import Expression
+from arael.residuals.parameters import ParameterTable
+from arael.residuals.reading import parameter_table
+from arael.runtime.access import Walker
+from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
+from arael.runtime.machine import Program
+
+
+class Posed:
+    """What the solver takes for the store: the model's tables and those of its residuals.
+
+    Parameters
+    ----------
+    layout : of the compiled model
+    store : its data
+    owners : expressions with parameters
+    derived : the residuals
+
+    Attributes
+    ----------
+    layout : the model's layout with the tables, entities and groups of the residuals behind its own
+    tables : path -> table
+    programs : per group, what the expression machine runs; None where compiled kernels have it
+    """
+
+    def __init__(
+        self, layout: Layout, store: Any, owners: Sequence[Expression], derived: Sequence[Derived]
+    ) -> None:
+        self._derived = derived
+        self.tables: dict[str, Any] = dict(store.tables)
+        tables: list[Table] = list(layout.tables)
+        entities: list[Entity] = list(layout.entities)
+        for owner in owners:
+            state = state_of(owner)
+            if state is None:
+                continue
+            path = parameter_table(owner.label)
+            columns = owner.parameters.columns
+            tables.append(Table(path, "parameters", "list", "", path, owner.label, columns))
+            entities.append(state.entity)
+            self.tables[path] = ParameterTable(owner.parameters)
+        number = {(e.table, e.prefix): k for k, e in enumerate(entities)}
+        groups: list[Group] = list(layout.groups)
+        self.programs: list[Program | None] = [None] * len(groups)
+        for one in derived:
+            tables.append(one.table)
+            self.tables[one.table.path] = one.rows
+            group = one.kernel.group
+            uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
+            groups.append(msgspec.structs.replace(group, uses=uses))
+            self.programs.append(one.program)
+        self.layout = msgspec.structs.replace(
+            layout, tables=tuple(tables), entities=tuple(entities), groups=tuple(groups)
+        )
+
+    def refresh(self) -> None:
+        """Take data as it is now, and see that all that is read is there.
+
+        Raises
+        ------
+        AraelError
+            E0762 columns of different length; E0765 a row that was removed, or that lacks what is
+            read.
+        """
+        for one in self._derived:
+            one.rows.refresh()
+            self._check_rows(one)
+
+    def _check_rows(self, one: Derived) -> None:
+        for path, refs in one.found.refs.items():
+            if refs is not None and not refs.is_valid.all():
+                raise AraelError(
+                    Diagnostic(
+                        "E0765",
+                        f"`{one.residual.label}` reads `{path}`, which was removed",
+                        one.residual.span,
+                        help=("remove the residual, or add it anew with a row that is there",),
+                    )
+                )
+        if not one.found.optionals:
+            return
+        path = one.table.path
+        import numpy as np
+
+        walker = Walker(self, path, np.arange(one.rows.size))
+        for (steps, table, within), span in one.found.optionals.items():
+            rows = walker.rows(Slot(steps, table))
+            present = self.tables[table].present(within)
+            if (rows >= 0).all() and not present[rows].all():
+                raise AraelError(
+                    Diagnostic(
+                        "E0765",
+                        f"`{span.text}` is absent",
+                        span,
+                        label=f"`{within}` is optional, and not there in the row meant",
+                        help=("set it before solving, or remove the residual",),
+                    )
+                )

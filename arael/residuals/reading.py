@@ -1,0 +1,381 @@
+"""What names mean in a formula given at run time, and how they are read.
+
+In this order: a data column or a named row of the formula itself; a parameter of any runtime
+residual of the model; a named expression; a field of the model's root (``poses[3].pos.x``,
+``gamma``); a constant. So what the formula brings along shadows the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from arael.check import access
+from arael.check.binding import BROKEN, Binding, Broken
+from arael.check.declared import Declarations
+from arael.check.expressions import HANDLERS
+from arael.check.report import Reporter
+from arael.check.scope import Candidate
+from arael.check.suggest import did_you_mean
+from arael.check.typed import INT, REAL, STRING, Literal_, Read, Typed, VectorType
+from arael.check.typist import Slots, Typist
+from arael.diagnostics.records import Label, Span
+from arael.face.ref import Refs
+from arael.residuals.expression import Definition, Expression
+from arael.residuals.schema import Row, Rows, Schema, type_of
+from arael.runtime.layout import Column, Slot, Step, Target
+from arael.syntax import tree
+
+MAX_FOLLOWED = 50
+"""Expressions named through one another."""
+
+
+class Surroundings(Protocol):
+    """What a formula sees of the model that it is in."""
+
+    schema: Schema
+
+    def parameter_owner(self, name: str) -> Expression | None:
+        """The residual that brings the parameter `name` along."""
+
+    def definition(self, name: str) -> Definition | None:
+        """The named expression `name`."""
+
+    def names(self) -> Iterable[str]:
+        """Names of parameters and named expressions."""
+
+    def element(self, owner: Row, path: str, index: int) -> Refs | int:
+        """Element `index` of a collection, or how many there are."""
+
+
+@dataclass
+class Found:
+    """What a formula turned out to read; it becomes the table of the residual's rows."""
+
+    path: str
+    columns: dict[str, Column] = field(default_factory=dict)
+    data: dict[str, tuple[Expression, str]] = field(default_factory=dict)
+    refs: dict[str, Refs | None] = field(default_factory=dict)
+    needs: dict[str, None] = field(default_factory=dict)  # labels whose text or parameters matter
+    optionals: dict[tuple[tuple[Step, ...], str, str], Span] = field(default_factory=dict)
+
+
+class Reader(Typist):
+    """Types one formula; `frames` are the expressions being read, the innermost last."""
+
+    around: Surroundings
+    found: Found
+    frames: list[Expression]
+    worked_out: tuple[tree.Expr, Any] | None = None
+
+    def visit(self, node: tree.Expr) -> Any:
+        """What `node` stands for: a value, a row, a collection."""
+        known, self.worked_out = self.worked_out, None
+        if known is not None and known[0] is node:
+            return known[1]
+        return super().visit(node)
+
+    def as_value(self, binding: Any, span: Span) -> Typed | Broken:
+        """`binding` as a value, with a complaint if it is a row or a collection."""
+        if isinstance(binding, Row | Rows):
+            what = "a row" if isinstance(binding, Row) else "a collection"
+            which = ["name one of its fields"]
+            if isinstance(binding, Rows):
+                which = [f"name one row: `{span.text}[0]`"]
+            return self.fail(
+                "E0304", span, "expected a value here", label=f"this is {what}", help=which
+            )
+        return super().as_value(binding, span)
+
+
+@dataclass
+class Names:
+    """The scope that the language's own rules ask, where nothing of this room has the name."""
+
+    reader: Reader | None = None
+
+    def candidates(self, name: str) -> list[Candidate]:
+        """Nothing: what a formula may name was looked at before."""
+        return []
+
+    def names(self) -> Iterable[str]:
+        """Names that a misspelt one may have meant."""
+        if self.reader is None:
+            return []
+        own = self.reader.frames[-1]
+        around = self.reader.around
+        return [
+            *own._data,
+            *own.entities,
+            *around.names(),
+            *around.schema.members(ROOT),
+        ]
+
+    def advice(self, name: str) -> list[str]:
+        """What to do about the unknown name `name`."""
+        reader = self.reader
+        if reader is None or did_you_mean(name, self.names()):
+            return []
+        own = reader.frames[-1]
+        return [f"give it to `{own.label}` as a parameter, as data or as an entity"]
+
+
+ROOT = Row((Step("root"),), "", known="")
+
+
+def reader_for(
+    expression: Expression,
+    path: str,
+    around: Surroundings,
+    declarations: Declarations,
+    report: Reporter,
+    constant: Any,
+) -> Reader:
+    """The typist of one residual whose rows are the table `path`."""
+    scope = Names()
+    reader = Reader(declarations, report, READERS, scope, constant, Slots([Slot((), path)]), None)
+    scope.reader = reader
+    reader.around, reader.found, reader.frames = around, Found(path), [expression]
+    return reader
+
+
+def _name(t: Reader, node: tree.Name) -> Any:
+    if t.calls:  # inside a function: its parameters and constants
+        return access.name(t, node)
+    own, name = t.frames[-1], node.id
+    if name in own._data:
+        return _data(t, own, name, node.span)
+    if name in own.entities:
+        return _entity(t, own, name)
+    owner = t.around.parameter_owner(name)
+    if owner is not None:
+        return _parameter(t, owner, name, node.span)
+    definition = t.around.definition(name)
+    if definition is not None:
+        return _follow(t, definition, node)
+    if name == "root":
+        return ROOT
+    if name in t.around.schema.members(ROOT):
+        return member(t, ROOT, name, node.span, node.span)
+    return access.name(t, node)
+
+
+def _place(t: Reader, own: Expression, name: str) -> str:
+    """Path of what `own` brings along as a column of the residual's rows."""
+    if own is t.frames[0]:
+        return name
+    t.found.needs[own.label] = None
+    return f"{own.label}.{name}"
+
+
+def _data(t: Reader, own: Expression, name: str, span: Span) -> Binding:
+    path = _place(t, own, name)
+    shape = own._data[name].shape[1:]
+    if path not in t.found.columns:
+        kind = "real" if not shape else f"vec<{shape[0]}>"
+        t.found.columns[path] = Column(path, "real", shape, "data", kind, own.label)
+        t.found.data[path] = own, name
+    type_ = VectorType(shape[0]) if shape else REAL
+    return t.make(Read(type=type_, span=span, slot=0, column=path, version="data"))
+
+
+def _entity(t: Reader, own: Expression, name: str) -> Row:
+    refs = own.entities[name]
+    known = name if len(refs) == 1 else None
+    return _through(t, _place(t, own, name), refs._table.layout.path, refs, known)
+
+
+def _through(t: Reader, path: str, table: str, refs: Refs | None, known: str | None) -> Row:
+    """The row that a ref column of the residual's rows leads to."""
+    if path not in t.found.columns:
+        target = Target(table, "", (), path)
+        t.found.columns[path] = Column(path, "int", (), "ref", "ref", path, target=target)
+        t.found.refs[path] = refs
+    return Row((Step("ref", path),), table, known=known, refs=refs if known else None)
+
+
+def _parameter(t: Reader, owner: Expression, name: str, span: Span) -> Binding:
+    t.found.needs[owner.label] = None
+    table = parameter_table(owner.label)
+    row = _through(t, f"@{owner.label}", table, None, None)
+    column = next(c for c in owner.parameters.columns if c.path == name)
+    assert column.param is not None
+    read = Read(
+        type=type_of(column),
+        span=span,
+        slot=slot_of(t, row),
+        column=name,
+        version="trial",
+        parameter=column.param.kind,
+    )
+    return t.make(read)
+
+
+def parameter_table(label: str) -> str:
+    """Path of the table of a residual's parameters."""
+    return f"residuals/{label}"
+
+
+def slot_of(t: Reader, row: Row) -> int:
+    """Number of the slot that leads to `row`."""
+    for number, slot in enumerate(t.slots.items):
+        if slot.steps == row.steps:
+            return number
+    t.slots.items.append(Slot(row.steps, row.table))
+    return len(t.slots.items) - 1
+
+
+def _follow(t: Reader, definition: Definition, node: tree.Name) -> Any:
+    """The value of a named expression, in its own surroundings."""
+    if definition in t.frames or len(t.frames) > MAX_FOLLOWED:
+        start = t.frames.index(definition) if definition in t.frames else 0
+        circle = [one.label for one in (*t.frames[start:], definition)]
+        return t.fail(
+            "E0764",
+            node.span,
+            f"expression depends on itself: {' -> '.join(circle[:6])}",
+            label="needs its own value",
+            help=["give one of them as a number, or make it a parameter"],
+        )
+    t.found.needs[definition.label] = None
+    key = (f"={definition.label}", ())
+    if key not in t.expanded:
+        t.frames.append(definition)
+        try:
+            t.expanded[key] = t.value(definition._tree)
+        finally:
+            t.frames.pop()
+    return t.expanded[key]
+
+
+def member(t: Reader, row: Row, name: str, span: Span, name_span: Span) -> Any:
+    """What the field `name` of the struct at `row` stands for."""
+    schema, path = t.around.schema, row.prefix + name
+    column = schema.columns.get((row.table, path))
+    if column is not None and column.role != "present":
+        return _column(t, row, column, span)
+    if (row.table, path) in schema.values:
+        return Row(row.steps, row.table, f"{path}.", row.known, row.refs)
+    if (row.table, path) in schema.collections:
+        return Rows(row, schema.collections[row.table, path].path, path)
+    if name == "parent" and row.table:
+        return _parent(t, row)
+    struct = schema.tables[row.table].struct if row.table in schema.tables else "it"
+    return t.fail(
+        "E0204",
+        name_span,
+        f"`{row.prefix[:-1] or struct}` has no field `{name}`",
+        label="unknown field",
+        help=did_you_mean(name, schema.members(row))
+        or [f"it has {', '.join(schema.members(row)[:12])}"],
+    )
+
+
+def _parent(t: Reader, row: Row) -> Row:
+    if row.prefix:
+        holder = row.prefix[:-1].rpartition(".")[0]
+        return Row(row.steps, row.table, f"{holder}." if holder else "", row.known, row.refs)
+    table = t.around.schema.tables[row.table]
+    holder = table.field.rpartition(".")[0]
+    prefix = f"{holder}." if holder else ""
+    if not table.parent:
+        return Row(ROOT.steps, "", prefix, "")
+    return Row((*row.steps, Step("parent")), table.parent, prefix)
+
+
+def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
+    if column.role == "ref":
+        assert column.target is not None
+        return Row((*row.steps, Step("ref", column.path)), column.target.table)
+    type_ = type_of(column)
+    if column.role in ("skip", "constraint_index") or type_ == STRING:
+        return t.fail(
+            "E0304",
+            span,
+            f"`{column.path}` cannot be read in an expression",
+            label=f"this is `{column.type}`",
+        )
+    if column.within:
+        t.found.optionals.setdefault((row.steps, row.table, column.within), span)
+    read = Read(
+        type=type_,
+        span=span,
+        slot=slot_of(t, row),
+        column=column.path,
+        version="data" if column.param is None else "trial",
+        parameter="" if column.param is None else column.param.kind,
+    )
+    t.origins[id(read)] = Label(span, f"declared as `{column.type}` at {column.where}")
+    return t.make(read)
+
+
+def _attribute(t: Reader, node: tree.Attribute) -> Any:
+    owner: Any = t.visit(node.obj)
+    if isinstance(owner, Broken):
+        return BROKEN
+    if isinstance(owner, Row):
+        return member(t, owner, node.name, node.span, node.name_span)
+    if isinstance(owner, Rows):
+        return t.fail(
+            "E0304",
+            node.obj.span,
+            f"`{node.obj.span.text}` is a collection",
+            label="which row of it?",
+            help=[f"name one row: `{node.obj.span.text}[0].{node.name}`"],
+        )
+    return _again(t, node, owner, access.attribute)
+
+
+def _index(t: Reader, node: tree.Index) -> Any:
+    owner: Any = t.visit(node.obj)
+    if isinstance(owner, Broken):
+        return BROKEN
+    if not isinstance(owner, Rows):
+        return _again(t, node, owner, access.index)
+    if len(node.indices) != 1:
+        return t.fail(
+            "E0305", node.span, "a collection takes 1 index", label=f"found {len(node.indices)}"
+        )
+    value = t.number(node.indices[0])
+    if isinstance(value, Broken):
+        return BROKEN
+    if not isinstance(value, Literal_) or value.type != INT or value.value < 0:
+        return t.fail(
+            "E0305",
+            node.indices[0].span,
+            "the number of a row is a whole number, counted from 0",
+            label="not such a number",
+            help=["give rows that differ to the residual as an entity: `entities={'p': rows}`"],
+        )
+    if owner.owner.known is None:
+        return t.fail(
+            "E0305",
+            node.span,
+            "a row can be numbered only in a collection of one row",
+            label=f"`{node.obj.span.text}` differs from row to row",
+            help=["give the rows to the residual as an entity"],
+        )
+    number = int(value.value)
+    refs = t.around.element(owner.owner, owner.table, number)
+    if isinstance(refs, int):
+        return t.fail(
+            "E0305",
+            node.indices[0].span,
+            f"there is no row {number}",
+            label=f"`{node.obj.span.text}` has {refs} row{'' if refs == 1 else 's'}",
+        )
+    known = f"{owner.owner.known}.{owner.name}[{number}]".removeprefix(".")
+    # A named expression counts in its own entities: what is read there has its name in front.
+    own = t.frames[-1]
+    outer = own is t.frames[0] or owner.owner.refs is None
+    return _through(t, known if outer else f"{own.label}.{known}", owner.table, refs, known)
+
+
+def _again(t: Reader, node: Any, owner: Any, rule: Any) -> Any:
+    """Let a rule of the language look at `node`, whose owner has been worked out already."""
+    t.worked_out = node.obj, owner
+    return rule(t, node)
+
+
+READERS: dict[type, Any] = {**HANDLERS, tree.Name: _name, tree.Attribute: _attribute, tree.Index: _index}

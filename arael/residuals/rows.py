@@ -1,0 +1,97 @@
+"""The rows of a runtime residual: its data, and which rows of the model each of them reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.face.ref import Refs
+from arael.residuals.expression import Expression
+from arael.residuals.messages import error
+
+Array = NDArray[Any]
+
+
+class RowsTable:
+    """A table that holds no model data: one row per instance of the residual.
+
+    Parameters
+    ----------
+    label : name of the residual
+    data : columns by path: the expression that has the data, and its name there
+    refs : ref columns by path: rows of the model, or None for the one row of a parameter table
+    """
+
+    def __init__(
+        self,
+        label: str,
+        data: Mapping[str, tuple[Expression, str]],
+        refs: Mapping[str, Refs | None],
+    ) -> None:
+        self.label = label
+        self.structure_version = 0
+        self._data = data
+        self._refs = refs
+        self._columns: dict[str, Array] = {}
+        self.size = 0
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Take the data as it is now.
+
+        Raises
+        ------
+        AraelError
+            E0762: columns of different length.
+        """
+        lengths: dict[str, int] = {}
+        for path, (owner, name) in self._data.items():
+            if owner._data[name].ndim:
+                lengths[path] = len(owner._data[name])
+        for path, refs in self._refs.items():
+            if refs is not None and len(refs) != 1:
+                lengths[path] = len(refs)
+        # A column of one row holds for all rows, whatever their number.
+        several = {path: n for path, n in lengths.items() if n != 1}
+        if len(set(several.values())) > 1:
+            found = ", ".join(f"`{path}` has {n}" for path, n in several.items())
+            raise error("E0762", f"columns differ in length: {found} rows", self.label)
+        size = next(iter(several.values()), 1)
+        columns = {}
+        for path, (owner, name) in self._data.items():
+            values = owner._data[name]
+            values = values if values.ndim else values[None]
+            columns[path] = np.broadcast_to(values, (size, *values.shape[1:]))
+        self._columns = columns
+        if size != self.size:
+            self.size = size
+            self.structure_version += 1
+
+    def column(self, path: str) -> Array:
+        """Return the values (size, *shape)."""
+        return self._columns[path]
+
+    def present(self, path: str) -> Array:
+        """All are there."""
+        return np.ones(self.size, dtype=bool)
+
+    def free(self, path: str) -> Array:
+        """There are no parameters here."""
+        raise KeyError(path)
+
+    def parent_rows(self) -> Array:
+        """Return the root's row."""
+        return np.zeros(self.size, dtype=np.int64)
+
+    def target_rows(self, path: str) -> Array:
+        """Row that each ref points to (size,), -1 where the row was removed."""
+        refs = self._refs[path]
+        rows = np.zeros(1, dtype=np.int64) if refs is None else refs.rows
+        return np.broadcast_to(rows, (self.size,))
+
+    def row_name(self, row: int) -> str:
+        """Name of a row: ``decay[3]``, or ``width`` where there is one only."""
+        return self.label if self.size == 1 else f"{self.label}[{row}]"

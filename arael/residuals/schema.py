@@ -1,0 +1,110 @@
+"""A compiled model's tables, looked up by what formulas name: fields, structs, collections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from arael.check.typed import (
+    BOOL,
+    INT,
+    REAL,
+    EntitySite,
+    MatrixType,
+    ValueType,
+    VectorType,
+)
+from arael.check.types import FIXED_TYPES, PARAM_TYPES
+from arael.compiler.entities import StateModel, model_state
+from arael.face.ref import Refs
+from arael.runtime.layout import ByValue, Column, Layout, Step, Table
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a table, or the struct within it at `prefix`, reached by `steps`.
+
+    Where it is the same row for all rows of the residual, `known` is the way to it in words
+    (``poses[3]``, "" for the root) and `refs` a ref to it (None for the root).
+    """
+
+    steps: tuple[Step, ...]
+    table: str
+    prefix: str = ""
+    known: str | None = None
+    refs: Refs | None = None
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A collection, `field` of the struct at `owner`."""
+
+    owner: Row
+    table: str
+    name: str
+
+
+@dataclass
+class Schema:
+    """Lookups over a layout.
+
+    Attributes
+    ----------
+    states : how constraints see each entity of the layout
+    """
+
+    layout: Layout
+    columns: dict[tuple[str, str], Column] = field(default_factory=dict)
+    values: dict[tuple[str, str], ByValue] = field(default_factory=dict)
+    collections: dict[tuple[str, str], Table] = field(default_factory=dict)
+    tables: dict[str, Table] = field(default_factory=dict)
+    states: list[StateModel] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for table in self.layout.tables:
+            self.tables[table.path] = table
+            if table.collection != "root":
+                self.collections[table.parent, table.field] = table
+            for column in table.columns:
+                self.columns[table.path, column.path] = column
+            for value in table.values:
+                self.values[table.path, value.path] = value
+        for entity in self.layout.entities:
+            columns = tuple(self.columns[entity.table, use.column] for use in entity.params)
+            site = EntitySite(entity.struct, entity.table, entity.prefix, columns)
+            self.states.append(model_state(site))
+
+    def members(self, row: Row) -> list[str]:
+        """Names of what the struct at `row` holds."""
+        found: dict[str, None] = {}
+        for table, path in (*self.columns, *self.values, *self.collections):
+            if table == row.table and path.startswith(row.prefix):
+                found[path[len(row.prefix) :].partition(".")[0]] = None
+        return list(found)
+
+
+_SCHEMAS: dict[int, Schema] = {}
+MAX_SCHEMAS = 16
+
+
+def schema_of(layout: Layout) -> Schema:
+    """The schema of a compiled model; the same for the same layout."""
+    found = _SCHEMAS.get(id(layout))
+    if found is None or found.layout is not layout:
+        if len(_SCHEMAS) >= MAX_SCHEMAS:
+            _SCHEMAS.pop(next(iter(_SCHEMAS)))
+        found = _SCHEMAS[id(layout)] = Schema(layout)
+    return found
+
+
+def type_of(column: Column) -> ValueType:
+    """What an expression reads of a column."""
+    if column.param is not None and column.param.kind in PARAM_TYPES:
+        return PARAM_TYPES[column.param.kind][0]
+    name = column.type.removeprefix("param ").partition(" ")[0].rstrip("?")
+    if name in FIXED_TYPES and column.role != "constraint_index":
+        return FIXED_TYPES[name]
+    if len(column.shape) == 1:
+        return VectorType(column.shape[0])
+    if len(column.shape) == 2:
+        return MatrixType(*column.shape)
+    return {"int": INT, "bool": BOOL}.get(column.kind, REAL)

@@ -1,0 +1,13 @@
+from collections.abc import Sequence
+
+from arael.runtime.layout import Entity, Group
+
+WIDTH: int
+
+class Program:
+    single: bool
+    uses: int
+    residuals: int
+    def __init__(self, group: Group, entities: Sequence[Entity], single: bool) -> None: ...
+    @property
+    def instructions(self) -> tuple[int, int]: ...

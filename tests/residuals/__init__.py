@@ -1,0 +1,1 @@
+"""Tests of residuals given as text at run time."""
