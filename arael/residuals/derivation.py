@@ -128,4 +128,3 @@ def derive(
         RowsTable(residual.label, found.data, found.refs),
         table,
     )
-

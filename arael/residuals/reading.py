@@ -378,4 +378,9 @@ def _again(t: Reader, node: Any, owner: Any, rule: Any) -> Any:
     return rule(t, node)
 
 
-READERS: dict[type, Any] = {**HANDLERS, tree.Name: _name, tree.Attribute: _attribute, tree.Index: _index}
+READERS: dict[type, Any] = {
+    **HANDLERS,
+    tree.Name: _name,
+    tree.Attribute: _attribute,
+    tree.Index: _index,
+}

@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import least_squares
 
 import arael
-from arael.diagnostics.records import AraelError
 from arael.diagnose.gradients import check_gradients
+from arael.diagnostics.records import AraelError
 
 X = np.linspace(0, 5, 73)
 Y = 2.5 * np.exp(-0.7 * X) + 0.3 + 0.02 * np.sin(9 * X)
