@@ -64,6 +64,7 @@ class Model(Fields):
 
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
         store = Store(compiled.layout)
+        store.kernels = getattr(compiled, "kernels", None)
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
@@ -137,6 +138,37 @@ class Model(Fields):
     def hessian(self) -> NDArray[np.float64]:
         """Gauss-Newton Hessian 2 J'J at the present values, dense, over the scalars that move."""
         return self._problem().hessian()
+
+    def hessian_block(self, a: Any, b: Any = None) -> NDArray[np.float64]:
+        """Blocks of ``hessian()``, f64, as they stand there: the sum over all constraints.
+
+        Parameters
+        ----------
+        a : a row (``path.poses[3]``, or the model itself for the root's parameters), or the path of
+            a named block (``"poses.hb_pose"``)
+        b : another row, to couple with; left out, `a` itself. Of a named block: the number of the
+            row that holds it, or left out, all rows.
+
+        Returns
+        -------
+        (k, l), the tangent scalars of `a` by those of `b` in order of declaration, zeros where they
+        do not move; (n, k, l) of a named block of all n rows. Blocks that the model names are read
+        as fields too: ``path.poses[3].hb_pose``, ``path.poses.hb_pose``, and ``path.hbt`` for
+        triplets, a SciPy COO array of the pairs that go there.
+
+        Raises
+        ------
+        AraelError
+            E0701 there is no such block; E1009 a row has no parameters.
+        """
+        from arael.face.blocks import block_at, block_between
+
+        found: NDArray[np.float64]
+        if isinstance(a, str):
+            found = block_at(self._store, a, b)
+        else:
+            found = block_between(self._store, a, a if b is None else b)
+        return found
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the present values, by rows."""

@@ -1,28 +1,47 @@
-"""Rule: named blocks and what a model asks to marginalize exist and have parameters.
+"""Rule: a block that a model names is a block that its Hessian has.
 
-The blocks themselves are worked out from what constraints couple; naming them changes nothing of
-the solution, so what is named only has to make sense.
+The blocks are worked out from what constraints couple, so nothing needs naming. What is named can
+be asked for in `into` and read from Python.
 
-Allowed: ``hb: block Pose``, ``hb_ab: block (a, b)`` with refs, ``hbt: triplets`` on the root,
-``into [hb_pose, root.hbt]``, ``marginalize landmarks``.
+Allowed: ``hb: block Pose`` in Pose; ``hb: block (PointLandmark, Pose)`` where each is reached in
+one way (this struct, what holds it, the root, a ref, a struct held by value); ``hb: block (Pose,
+Pose)`` with two refs to Pose; ``hb_ab: block (a, b)`` with refs; ``hbt: triplets`` on the root.
 
-Not allowed: a block of a struct without parameters, ``into`` something that is not a block.
+Not allowed: a block of a struct without parameters, of three things, of another struct than its
+own, of a struct reached in several ways; two blocks of one pair; `triplets` off the root;
+``skip_self_block`` beside a self block.
 """
 
 from __future__ import annotations
 
-from arael.check.binding import Collection, Entity
+from dataclasses import dataclass
+from typing import Literal
+
+from arael.check.binding import Broken, Entity
 from arael.check.declared import Declarations, FieldDecl, StructDecl
 from arael.check.paths import Paths
-from arael.check.places import Place, Sites
+from arael.check.places import Place
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
 
+@dataclass(frozen=True)
+class NamedBlock:
+    """A block as named at a place.
+
+    `ends` are the entities whose parameters give its rows and columns, seen from the row that
+    holds the block: one of a self block, two of a cross block, none of triplets.
+    """
+
+    field: FieldDecl
+    kind: Literal["self", "cross", "triplets"]
+    ends: tuple[Entity, ...]
+
+
 def check_blocks(struct: StructDecl, declarations: Declarations, report: Reporter) -> None:
-    """Check the blocks that a struct names."""
+    """Check the blocks that a struct names, as far as that can be done without its places."""
     for field in struct.fields.values():
         if field.kind == "triplets" and struct.node.kind != "root":
             report.error(
@@ -30,22 +49,36 @@ def check_blocks(struct: StructDecl, declarations: Declarations, report: Reporte
                 field.node.type.span,
                 "`triplets` belong to the root",
                 label="not here",
+                help=[
+                    "declare `hbt: triplets` in the root and write `into root.hbt`, or name the "
+                    "pair: `block (a, b)`"
+                ],
             )
-        if isinstance(field.node.type, tree.BlockType):
-            for entity in field.node.type.entities:
-                _entity(struct, entity, declarations, report)
+        type_ = field.node.type
+        if isinstance(type_, tree.BlockType):
+            if len(type_.entities) > 2:
+                names = [e.id for e in type_.entities]
+                pairs = [f"block ({a}, {b})" for i, a in enumerate(names) for b in names[i + 1 :]]
+                report.error(
+                    "E0430",
+                    type_.span,
+                    f"a block couples two, found {len(names)}",
+                    label="too many",
+                    help=[f"name each pair: `{'`, `'.join(pairs[:3])}`"],
+                )
+            for entity in type_.entities:
+                _exists(struct, entity, declarations, report)
+    _skip(struct, report)
 
 
-def _entity(
+def _exists(
     struct: StructDecl, entity: tree.Ident, declarations: Declarations, report: Reporter
 ) -> None:
     if entity.id in declarations.broken:
         return
-    field = struct.fields.get(entity.id)
-    name = field.struct if field is not None and field.kind == "ref" else entity.id
-    target = declarations.structs.get(name)
+    target = declarations.structs.get(_struct_of(struct, entity.id))
     if target is None:
-        refs = [f.name for f in struct.fields.values() if f.kind == "ref"]
+        refs = [f.name for f in struct.fields.values() if f.kind in ("ref", "struct")]
         report.error(
             "E0410",
             entity.span,
@@ -63,68 +96,185 @@ def _entity(
         )
 
 
-def check_into(place: Place, constraint: tree.Constraint, paths: Paths, report: Reporter) -> None:
-    """Check that what follows `into` names blocks."""
-    for path in constraint.into:
-        *before, last = path.parts
-        holder: Entity | None = Entity((), place)
-        if before:
-            leading = tree.Path(parts=tuple(before), span=path.span)
-            found = paths.walk(Entity((), place), leading, own=True)
-            holder = found if isinstance(found, Entity) else None
-            if isinstance(found, Collection):
-                report.error(
-                    "E0410", path.span, f"`{leading}` is a collection", label="not a block"
-                )
-        if holder is None:
+def _skip(struct: StructDecl, report: Reporter) -> None:
+    for member in struct.node.members:
+        if not isinstance(member, tree.SkipSelfBlock):
             continue
-        fields = holder.place.struct.fields
-        field = fields.get(last.id)
-        if field is None:
-            if last.id not in paths.sites.declarations.broken:
-                blocks = [f.name for f in fields.values() if _is_block(f)]
-                report.error(
-                    "E0410",
-                    last.span,
-                    f"{holder.place.struct.name} has no block `{last.id}`",
-                    label="unknown block",
-                    help=did_you_mean(last.id, blocks)
-                    or ["leave `into` out: blocks are found without it"],
-                )
-        elif not _is_block(field):
+        own = [
+            f
+            for f in struct.fields.values()
+            if isinstance(f.node.type, tree.BlockType)
+            and [e.id for e in f.node.type.entities] == [struct.name]
+        ]
+        if own:
             report.error(
-                "E0410",
-                last.span,
-                f"`{path}` is not a block",
-                label=f"this is `{field.text}`",
-                labels=[Label(field.span, "declared here")],
+                "E0433",
+                member.span,
+                f"{struct.name} skips its self block and names it",
+                label="skipped here",
+                labels=[Label(own[0].span, "named here")],
+                help=["remove one of the two"],
+            )
+        elif not struct.has_params:
+            report.error(
+                "E0433",
+                member.span,
+                f"{struct.name} has no parameters, so it has no self block to skip",
+                label="nothing to skip",
+                help=["remove it"],
             )
 
 
-def _is_block(field: FieldDecl) -> bool:
-    return field.kind in ("block", "triplets")
+def named_blocks(place: Place, paths: Paths, report: Reporter) -> dict[str, NamedBlock]:
+    """The blocks that the struct at a place names, those in error left out."""
+    found: dict[str, NamedBlock] = {}
+    taken: dict[frozenset[tuple[object, str]], FieldDecl] = {}
+    for field in place.struct.fields.values():
+        if field.kind == "triplets":
+            found[field.name] = NamedBlock(field, "triplets", ())
+            continue
+        if not isinstance(field.node.type, tree.BlockType):
+            continue
+        block = _block(place, field, field.node.type, paths, report)
+        if block is None:
+            continue
+        key = frozenset((e.steps, e.place.prefix) for e in block.ends)
+        if key in taken:
+            report.error(
+                "E0430",
+                field.span,
+                f"`{field.name}` is the block that `{taken[key].name}` names",
+                label="named again here",
+                labels=[Label(taken[key].span, "first named here")],
+                help=["the Hessian has one block for each pair: remove one of the two names"],
+            )
+            continue
+        taken[key] = field
+        found[field.name] = block
+    return found
 
 
-def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> None:
-    """Check that `marginalize` names collections whose elements have parameters."""
-    root = Entity((), sites.root.place)
-    for member in sites.root.place.struct.marginalize:
-        for path in member.paths:
-            found = paths.walk(root, path, own=True)
-            if isinstance(found, Entity):
-                report.error(
-                    "E0411",
-                    path.span,
-                    f"`{path}` is not a collection",
-                    label="marginalize takes collections of entities",
-                )
-            elif isinstance(found, Collection):
-                struct = found.site.place.struct
-                if not any(p.struct.has_params for p in found.site.places()):
-                    report.error(
-                        "E0411",
-                        path.span,
-                        f"{struct.name} has no parameters",
-                        label="nothing to eliminate",
-                        labels=[Label(struct.node.name.span, "declared here")],
-                    )
+def _block(
+    place: Place, field: FieldDecl, type_: tree.BlockType, paths: Paths, report: Reporter
+) -> NamedBlock | None:
+    declarations = paths.sites.declarations
+    names = [e.id for e in type_.entities]
+    for name in names:
+        target = declarations.structs.get(_struct_of(place.struct, name))
+        if target is None or not target.has_params:
+            return None  # complained about already
+    if len(names) == 1:
+        if names[0] == place.struct.name:
+            return NamedBlock(field, "self", (Entity((), place),))
+        _foreign(place, field, type_, report)
+        return None
+    if len(names) > 2:
+        return None
+    ends: list[Entity] = []
+    for ident in type_.entities:
+        ways = _ways(place, ident.id, paths)
+        if names[0] == names[1] and len(ways) == 2:
+            return NamedBlock(field, "cross", (ways[0][1], ways[1][1]))
+        if len(ways) != 1:
+            _unclear(place, type_, ident, ways, report)
+            return None
+        ends.append(ways[0][1])
+    if ends[0].same(ends[1]):
+        report.error(
+            "E0430",
+            type_.span,
+            f"both ends of the block are `{names[0]}`",
+            label="couples it with itself",
+            help=[f"the block of {ends[0].place.struct.name} with itself is its self block: "
+                  f"`hb: block {ends[0].place.struct.name}` there"],
+        )  # fmt: skip
+        return None
+    return NamedBlock(field, "cross", (ends[0], ends[1]))
+
+
+def _struct_of(struct: StructDecl, name: str) -> str:
+    """Name of the struct that a name in a block means: itself, or that of a field."""
+    field = struct.fields.get(name)
+    return field.struct if field is not None and field.kind in ("ref", "struct") else name
+
+
+def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
+    """What a name in a block may mean: a field, or every way to a struct of that name."""
+    home = Entity((), place)
+    field = place.struct.fields.get(name)
+    fields = [f for f in place.struct.fields.values() if f.kind in ("ref", "struct")]
+    around: list[tuple[str, Entity]] = []
+    if field is not None and field in fields:
+        fields = [field]
+    else:
+        around = [("this struct", home)]
+        words, here = "the parent", paths.owner(home)
+        while here is not None:
+            around.append((words, here))
+            words, here = f"{words} of the parent", paths.owner(here)
+        root = paths.root(home)
+        if not any(entity.same(root) for _, entity in around):
+            around.append(("the root", root))
+        around = [(w, e) for w, e in around if e.place.struct.name == name]
+        fields = [f for f in fields if f.struct == name]
+    found = []
+    for one in fields:
+        if one.kind == "struct":
+            found.append((f"`{one.name}`", Entity((), place.values[one.name])))
+            continue
+        target = paths.follow(home, one)
+        if not isinstance(target, Broken):
+            found.append((f"`{one.name}`", target))
+    return [*around, *found]
+
+
+def _foreign(place: Place, field: FieldDecl, type_: tree.BlockType, report: Reporter) -> None:
+    (ident,) = type_.entities
+    struct = _struct_of(place.struct, ident.id)
+    refs = [f.name for f in place.struct.fields.values() if f.kind == "ref" and f.struct == struct]
+    through = ident.id if ident.id in refs else refs[0] if refs else ""
+    hints = [f"declare `{field.name}: block {struct}` in {struct}"]
+    if through:
+        hints[0] += f", and write `into {through}.{field.name}` here"
+    hints.append(f"a block that couples two names both: `block ({ident.id}, ...)`")
+    report.error(
+        "E0430",
+        type_.span,
+        f"the self block of {struct} belongs into {struct}",
+        label=f"this is {place.struct.name}",
+        help=hints,
+    )
+
+
+def _unclear(
+    place: Place,
+    type_: tree.BlockType,
+    ident: tree.Ident,
+    ways: list[tuple[str, Entity]],
+    report: Reporter,
+) -> None:
+    if ways:
+        words = [w for w, _ in ways]
+        refs = [w.strip("`") for w in words if w.startswith("`")]
+        taken = iter([*refs, ident.id])
+        shown = [next(taken) if e.id == ident.id else e.id for e in type_.entities]
+        report.error(
+            "E0430",
+            ident.span,
+            f"`{ident.id}` is reached in {len(ways)} ways",
+            label=f"{', '.join(words[:-1])} or {words[-1]}",
+            help=[f"write the name of the field: `block ({', '.join(shown)})`"],
+        )
+        return
+    refs = [f.name for f in place.struct.fields.values() if f.kind == "ref"]
+    known = f"its refs are `{'`, `'.join(refs)}`" if refs else "it has no refs"
+    report.error(
+        "E0430",
+        ident.span,
+        f"{place.struct.name} does not reach a {ident.id}",
+        label="coupled by which constraint?",
+        notes=[f"a block of {place.struct.name} couples itself, what it holds by value, what "
+               f"holds it, the root, and what its refs point to; {known}"],
+        help=[f"declare the block where the constraint is that couples the two, or add "
+              f"`x: ref {ident.id} in ...`"],
+    )  # fmt: skip

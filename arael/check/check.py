@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from pathlib import PurePath
 
-from arael.check.blocks import check_blocks, check_into, check_marginalize
+from arael.check.blocks import check_blocks, named_blocks
 from arael.check.bodies import Bodies, fit_names
 from arael.check.constants import Constants
 from arael.check.containment import check_containment
 from arael.check.declared import Declarations
 from arael.check.fields import Fields, declare_fields
 from arael.check.functions import check_functions
+from arael.check.into import Blocks, IntoRule
 from arael.check.items import Load, choose_root, gather
+from arael.check.marginalize import check_marginalize
 from arael.check.members import check_keys, sort_members
 from arael.check.passes import Passes
 from arael.check.paths import Paths
 from arael.check.places import Sites
 from arael.check.report import Reporter
-from arael.check.tables import build_entities, build_tables, check_refs
+from arael.check.tables import build_blocks, build_entities, build_tables, check_refs
 from arael.check.typed import ConstraintSite, TypedModel
 from arael.check.usage import warn_unread_parameters, warn_unused_structs
 from arael.diagnostics.records import Findings
@@ -58,7 +60,8 @@ def check(
         report.stop()
     paths = Paths(sites, report)
     check_refs(sites, paths)
-    constraints = _constraints(sites, paths, constants, report)
+    blocks = {id(place): named_blocks(place, paths, report) for place in sites.places()}
+    constraints = _constraints(sites, paths, constants, blocks, report)
     check_marginalize(sites, paths, report)
     passes = Passes(sites, paths, constants, report).all()
     report.stop()
@@ -67,14 +70,16 @@ def check(
     warn_unread_parameters(sites, constraints, report)
     report.in_order()
     tables = build_tables(sites, paths)
+    entities = build_entities(sites, tables)
     return TypedModel(
         name=PurePath(file.source.name).stem,
         root=chosen.name,
         precision=chosen.node.precision or "f64",
         tables=tables,
-        entities=build_entities(sites, tables),
+        entities=entities,
         constraints=tuple(constraints),
         passes=passes,
+        blocks=build_blocks(sites, entities, blocks),
         doc=chosen.node.doc,
     )
 
@@ -96,15 +101,15 @@ def _endless(findings: Findings) -> bool:
 
 
 def _constraints(
-    sites: Sites, paths: Paths, constants: Constants, report: Reporter
+    sites: Sites, paths: Paths, constants: Constants, blocks: Blocks, report: Reporter
 ) -> list[ConstraintSite]:
     """Every constraint at every place of its struct, then the fits of the root."""
     bodies = Bodies(paths, constants, report)
+    into = IntoRule(sites, paths, blocks, report)
     found: list[ConstraintSite | None] = []
     for place in sites.places():
         for node in place.struct.constraints:
-            check_into(place, node, paths, report)
-            found.append(bodies.constraint(place, node))
+            found.append(into.check(place, node, bodies.constraint(place, node)))
     root = sites.root.place
     names = fit_names(root.struct.fits, {c.name.id for c in root.struct.constraints})
     for fit, name in zip(root.struct.fits, names, strict=True):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
+from arael.check.blocks import NamedBlock
 from arael.check.declared import FieldDecl
 from arael.check.paths import Paths
 from arael.check.places import Place, Sites, TableSite
 from arael.check.typed import EntitySite, ScalarType
-from arael.runtime.layout import ByValue, Column, Table
+from arael.runtime.layout import Block, BlockEnd, ByValue, Column, Slot, Table
 
 
 def check_refs(sites: Sites, paths: Paths) -> None:
@@ -144,4 +145,30 @@ def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths
         param=field.param,
         within=within,
         doc=field.node.doc,
+    )
+
+
+def build_blocks(
+    sites: Sites, entities: Sequence[EntitySite], blocks: Mapping[int, Mapping[str, NamedBlock]]
+) -> tuple[Block, ...]:
+    """The named blocks of all places, as the runtime finds them."""
+    number = {(e.table, e.prefix): i for i, e in enumerate(entities)}
+    return tuple(
+        Block(
+            name=name,
+            table=place.table.path,
+            prefix=place.prefix,
+            kind=block.kind,
+            ends=tuple(
+                BlockEnd(
+                    Slot(end.steps, end.place.table.path),
+                    number[end.place.table.path, end.place.prefix],
+                )
+                for end in block.ends
+            ),
+            where=block.field.where,
+            doc=block.field.node.doc,
+        )
+        for place in sites.places()
+        for name, block in blocks[id(place)].items()
     )

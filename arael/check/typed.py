@@ -11,7 +11,7 @@ from typing import Literal
 
 from arael.check.units_quantities import NUMBER, Quantity
 from arael.diagnostics.records import Span
-from arael.runtime.layout import Column, Pass, Slot, Table
+from arael.runtime.layout import Block, Column, Pass, Slot, Step, Table
 
 # --- types ------------------------------------------------------------------------------------
 
@@ -242,6 +242,8 @@ class ConstraintSite:
     residual: tuple[Typed, ...]  # scalars and vectors, to be flattened in order
     guard: Typed | None = None
     loss: Loss | None = None
+    triplets: str = ""  # field of the root that takes the pairs that `crossed` leaves over
+    crossed: tuple[frozenset[tuple[tuple[Step, ...], str]], ...] = ()  # pairs with named blocks
     index_column: str = ""  # constraint_index column of the struct, if any
     doc: str = ""
 
@@ -257,4 +259,5 @@ class TypedModel:
     entities: tuple[EntitySite, ...]
     constraints: tuple[ConstraintSite, ...]
     passes: tuple[Pass, ...]
+    blocks: tuple[Block, ...] = ()
     doc: str = ""

@@ -83,6 +83,7 @@ def derive(
         entities=tuple(s.entity for s in states),
         groups=tuple(k.group for k in kernels),
         passes=model.passes,
+        blocks=model.blocks,
         warnings=warnings,
         doc=model.doc,
     )

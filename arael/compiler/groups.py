@@ -216,6 +216,8 @@ def _assemble(
         guard=guard,
         guard_raw=guard_raw,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
+        triplets=site.triplets,
+        triplet_pairs=_triplet_pairs(site, states, uses.uses),
         loss_text="" if site.loss is None else site.loss.text,
         index_column=site.index_column,
         operations_before=kernel.tree_operations(everything),
@@ -332,6 +334,21 @@ def _guard(
     (node,) = Scalariser(graph, _Uses(site, states)).nodes(guard)
     keys = [key for key in graph.inputs if isinstance(key, RawInput)]
     return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
+
+
+def _triplet_pairs(
+    site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use]
+) -> tuple[tuple[int, int], ...]:
+    """Pairs of uses that go into `triplets`: those that have no block of their own."""
+    if not site.triplets:
+        return ()
+    keys = [(site.slots[u.slot].steps, states[u.entity].entity.prefix) for u in uses]
+    return tuple(
+        (a, b)
+        for b in range(len(uses))
+        for a in range(b)
+        if frozenset((keys[a], keys[b])) not in site.crossed
+    )
 
 
 def _slot_name(site: ConstraintSite, slot: int) -> str:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.face import given
+from arael.face.blocks import read_block
 from arael.face.parameter import Parameter, taken
+from arael.runtime.layout import Block
 from arael.runtime.store import Table
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import UnknownFieldError, error, unknown_field
@@ -48,6 +50,14 @@ class Fields:
             )
         return member
 
+    def _block(self, path: str) -> Block | None:
+        """The block of the Hessian that is named so here."""
+        full = f"{self._group.path}.{path}" if self._group.path else path
+        for block in self._table.store.layout.blocks:
+            if block.table == self._table.layout.path and block.prefix + block.name == full:
+                return block
+        return None
+
     def _origin(self, path: str) -> str:
         """Name of a field for messages."""
         rows = self._rows()
@@ -58,7 +68,8 @@ class Fields:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name == "_group":  # copying looks before there are fields
             raise AttributeError(name)
-        return self._get(self._member(name))
+        block = self._block(name)
+        return self._get(self._member(name)) if block is None else read_block(self, block)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") and name not in self._group.members:
@@ -75,13 +86,17 @@ class Fields:
             self._member(path[:-1])
             found = self._table.present(full)[self._rows()]
             return found if isinstance(found, np.ndarray) else bool(found)
-        return self._get(self._member(path))
+        block = self._block(path)
+        return self._get(self._member(path)) if block is None else read_block(self, block)
 
     def __setitem__(self, path: str, value: Any) -> None:
         self._set(self._member(path), value)
 
     def __dir__(self) -> Iterator[str]:
-        yield from {*object.__dir__(self), *self._group.members}
+        here = f"{self._group.path}." if self._group.path else ""
+        blocks = self._table.store.layout.blocks
+        named = {b.name for b in blocks if (b.table, b.prefix) == (self._table.layout.path, here)}
+        yield from {*object.__dir__(self), *self._group.members, *named}
 
     # --- reading -----------------------------------------------------------------------------
 

@@ -244,9 +244,34 @@ class Group(msgspec.Struct, frozen=True):
     guard_raw: tuple[Raw, ...] = ()
     guard_text: str = ""
     loss_text: str = ""
+    triplets: str = ""  # field of the root that stands for these pairs of uses
+    triplet_pairs: tuple[tuple[int, int], ...] = ()
     index_column: str = ""
     operations_before: int = 0
     operations_after: int = 0
+    doc: str = ""
+
+
+class BlockEnd(msgspec.Struct, frozen=True):
+    """Entity whose parameters give the rows or columns of a block, and the way to its row."""
+
+    slot: Slot
+    entity: int
+
+
+class Block(msgspec.Struct, frozen=True):
+    """A block of the Hessian that the model names.
+
+    A self block has one end, a cross block two; `triplets` of the root have none: they stand for
+    the pairs of the groups that name them.
+    """
+
+    name: str
+    table: str
+    prefix: str  # "" or "info." (with the dot)
+    kind: Literal["self", "cross", "triplets"]
+    ends: tuple[BlockEnd, ...]
+    where: str
     doc: str = ""
 
 
@@ -279,6 +304,7 @@ class Layout(msgspec.Struct, frozen=True):
     entities: tuple[Entity, ...]
     groups: tuple[Group, ...]
     passes: tuple[Pass, ...]
+    blocks: tuple[Block, ...] = ()
     warnings: tuple[str, ...] = ()  # rendered, for a warm start to repeat
     doc: str = ""
 

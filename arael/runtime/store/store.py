@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from arael.diagnostics.records import AraelError
@@ -20,11 +22,13 @@ class Store:
     ----------
     layout : the compiled model
     tables : path -> `Table`
+    kernels : compiled kernels of the model, for whoever evaluates this instance, or None
     structure_version : changes whenever that of any table does
     """
 
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
         self.layout = layout
+        self.kernels: Any = None
         self.structure_version = 0
         self.tables: dict[str, Table] = {}
         first = first_generations or {}

@@ -206,6 +206,20 @@ def _clause(t: Trouble, token: Token) -> bool:
             return True
     if token.type in ("EQ", "NE", "LT", "LE", "GT", "GE"):
         return False
+    if token.type == "COMMA" and t.within("INTO") is not None:
+        t.log.error(
+            "E0129",
+            "several blocks stand in brackets",
+            token.start,
+            token.end,
+            "not in a list",
+            help="write `into [a, b]`",
+        )
+        if any(x.type == "LBRACE" for x in t.line_tokens()):
+            t.skip_to("LBRACE")
+        else:
+            t.panic()
+        return True
     label = "expected `{` or one of `when`, `loss`, `into`"
     t.log.error(
         "E0129",

@@ -1,0 +1,314 @@
+"""Rule: the blocks behind `into` are those that the constraint contributes to.
+
+Every two entities whose parameters a residual reads together are coupled, and need the cross block
+that names them, or `triplets` of the root. What a constraint adds to the diagonal goes to the self
+blocks by itself; naming them says whose parameters it reads.
+
+Allowed: ``into hb`` for one entity or one pair; ``into [hb_ab, hb_ac, hb_bc]`` for three;
+``into pose.hb_pose`` through a ref; ``into [hb_pose, root.hbt]`` where root parameters are read.
+
+Not allowed: a pair left out; a block of something whose parameters are not read; a block twice;
+a cross block of another row; triplets where nothing is left for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+from arael.check.binding import Collection, Entity
+from arael.check.blocks import NamedBlock
+from arael.check.paths import Paths
+from arael.check.places import Place, Sites
+from arael.check.report import Reporter
+from arael.check.suggest import did_you_mean
+from arael.check.typed import ConstraintSite, Read
+from arael.check.walk import postorder
+from arael.diagnostics.records import Label
+from arael.runtime.layout import Step
+from arael.syntax import tree
+
+# An entity seen from the constraint's row: the way to its row, and its prefix there.
+Key = tuple[tuple[Step, ...], str]
+Pair = frozenset[Key]
+Blocks = dict[int, dict[str, NamedBlock]]
+
+
+@dataclass
+class Into:
+    """What the blocks of one constraint cover: pairs with cross blocks, and the name of triplets.
+
+    `selves` are the entities whose self blocks are named.
+    """
+
+    selves: list[tuple[Key, tree.Path]] = field(default_factory=list)
+    crossed: dict[Pair, tree.Path] = field(default_factory=dict)
+    triplets: str = ""
+    where: tree.Path | None = None
+    good: bool = True
+
+
+class IntoRule:
+    """Checks the `into` clauses of a model; `blocks` are those of each place, by its identity."""
+
+    def __init__(self, sites: Sites, paths: Paths, blocks: Blocks, report: Reporter) -> None:
+        self.sites = sites
+        self.paths = paths
+        self.blocks = blocks
+        self.report = report
+
+    def check(
+        self, place: Place, node: tree.Constraint, site: ConstraintSite | None
+    ) -> ConstraintSite | None:
+        """The constraint with what its blocks cover, if it says so; errors are reported."""
+        if not node.into:
+            return site
+        into = Into()
+        seen: dict[str, tree.Path] = {}
+        for path in node.into:
+            if str(path) in seen:
+                self._wrong(
+                    path,
+                    f"`{path}` is named twice",
+                    "again here",
+                    [Label(seen[str(path)].span, "first named here")],
+                    ["once is enough: a constraint adds to a block as often as it has residuals"],
+                )
+                into.good = False
+            else:
+                seen[str(path)] = path
+                self._entry(Entity((), place), path, into)
+        if site is not None and into.good:
+            self._fit(place, node, site, into)
+            site = _covered(site, into)
+        return site
+
+    # --- what is named ------------------------------------------------------------------------
+
+    def _entry(self, home: Entity, path: tree.Path, into: Into) -> None:
+        *before, last = path.parts
+        holder: Entity | None = home
+        if before:
+            leading = tree.Path(parts=tuple(before), span=path.span)
+            found = self.paths.walk(home, leading, own=True)
+            holder = found if isinstance(found, Entity) else None
+            if isinstance(found, Collection):
+                name = found.site.place.struct.name
+                self.report.error(
+                    "E0410",
+                    path.span,
+                    f"`{leading}` is a collection",
+                    label=f"the block of which {name}?",
+                    help=[f"go through a ref: `x: ref {name} in {leading}`, `into x.{last.id}`"],
+                )
+        named = None if holder is None else self._named(home, holder, path, last)
+        if holder is None or named is None:
+            into.good = False
+            return
+        if named.kind == "triplets":
+            into.triplets, into.where = last.id, path
+        elif named.kind == "self":
+            into.selves.append(((holder.steps, holder.place.prefix), path))
+        elif not holder.same(home):
+            self._remote_cross(path, last, named, holder)
+            into.good = False
+        else:
+            pair = frozenset((e.steps, e.place.prefix) for e in named.ends)
+            into.crossed[pair] = path
+
+    def _named(
+        self, home: Entity, holder: Entity, path: tree.Path, last: tree.Ident
+    ) -> NamedBlock | None:
+        struct = holder.place.struct
+        declared = struct.fields.get(last.id)
+        if declared is None:
+            if last.id not in self.sites.declarations.broken:
+                self._unknown(home, holder, path, last)
+        elif declared.kind not in ("block", "triplets"):
+            self.report.error(
+                "E0410",
+                last.span,
+                f"`{path}` is not a block",
+                label=f"this is `{declared.text}`",
+                labels=[Label(declared.span, "declared here")],
+            )
+        return self.blocks[id(holder.place)].get(last.id)
+
+    def _unknown(self, home: Entity, holder: Entity, path: tree.Path, last: tree.Ident) -> None:
+        struct = holder.place.struct
+        blocks = [f.name for f in struct.fields.values() if f.kind in ("block", "triplets")]
+        root = self.sites.root.place.struct
+        help_ = did_you_mean(last.id, blocks)
+        if len(path.parts) == 1 and last.id in root.fields and struct is not root:
+            help_ = [f"the root has a `{last.id}`: write `root.{last.id}`"]
+        self.report.error(
+            "E0410",
+            last.span,
+            f"{struct.name} has no block `{last.id}`",
+            label="unknown block",
+            help=help_ or ["leave `into` out: blocks are found without it"],
+        )
+
+    def _remote_cross(
+        self, path: tree.Path, last: tree.Ident, named: NamedBlock, holder: Entity
+    ) -> None:
+        struct = holder.place.struct.name
+        self.report.error(
+            "E0432",
+            path.span,
+            f"`{path}` is a cross block of another row",
+            label=f"couples what that {struct} couples",
+            labels=[Label(named.field.span, "declared here")],
+            help=[
+                "declare a block of the pair beside this constraint, or send the pair to "
+                "`triplets` of the root; through a ref only self blocks are reached"
+            ],
+        )
+
+    # --- whether it fits ----------------------------------------------------------------------
+
+    def _fit(self, place: Place, node: tree.Constraint, site: ConstraintSite, into: Into) -> None:
+        read: dict[Key, Place] = {}
+        coupled: dict[Pair, tuple[Key, Key]] = {}
+        for part in site.residual:
+            here: dict[Key, Place] = {}
+            for one in postorder([part]):
+                if isinstance(one, Read) and one.version == "trial":
+                    entity = self._entity(site, one)
+                    here[site.slots[one.slot].steps, entity.prefix] = entity
+            read.update(here)
+            coupled.update({frozenset(pair): pair for pair in combinations(here, 2)})
+
+        spoken = {key: _spoken(key, entity) for key, entity in read.items()}
+        reads = "it reads parameters of " + _listed([f"{spoken[key]}" for key in read])
+        for key, path in into.selves:
+            if key not in read:
+                self._wrong(
+                    path,
+                    f"`{path}` is not a block of this constraint",
+                    "it reads no parameter of that entity",
+                    notes=[reads],
+                    help=[f"remove `{path}`: a constraint adds nothing to it"],
+                )
+        for pair, path in into.crossed.items():
+            if not pair <= read.keys():
+                self._wrong(
+                    path,
+                    f"`{path}` is not a block of this constraint",
+                    "it does not read parameters of both ends",
+                    notes=[reads],
+                    help=[self._instead(place, read, f"remove `{path}`")],
+                )
+        left = [pair for key, pair in coupled.items() if key not in into.crossed]
+        if into.triplets:
+            if not left and into.where is not None:
+                self._wrong(
+                    into.where,
+                    f"there is nothing for `{into.where}`",
+                    "every pair has a block of its own" if coupled else "no two are coupled",
+                    notes=[reads],
+                    help=[f"remove `{into.where}`"],
+                )
+            return
+        for a, b in left:
+            self._missing(place, node, (a, read[a]), (b, read[b]), spoken)
+
+    def _missing(
+        self,
+        place: Place,
+        node: tree.Constraint,
+        a: tuple[Key, Place],
+        b: tuple[Key, Place],
+        spoken: dict[Key, str],
+    ) -> None:
+        last = node.into[-1]
+        root = self.sites.root.place.struct
+        names = [_in_block(key, entity) for key, entity in (a, b)]
+        given = [str(path) for path in node.into]
+        helps = []
+        if all(names):
+            shown = ", ".join([*given, "hb_cross"])
+            helps.append(
+                f"declare `hb_cross: block ({names[0]}, {names[1]})` in {place.struct.name} and "
+                f"write `into [{shown}]`"
+            )
+        triplets = next((f.name for f in root.fields.values() if f.kind == "triplets"), "")
+        declare = "" if triplets else f"declare `hbt: triplets` in {root.name} and "
+        shown = ", ".join([*given, f"root.{triplets or 'hbt'}"])
+        helps.append(f"{declare}write `into [{shown}]`")
+        helps.append("or leave `into` out: blocks are found without it")
+        self.report.error(
+            "E0431",
+            last.span,
+            f"the constraint couples {spoken[a[0]]} and {spoken[b[0]]}, but `into` has no block of "
+            "the two",
+            label="one is missing",
+            labels=[Label(node.name.span, "this constraint")],
+            help=helps,
+        )
+
+    def _instead(self, place: Place, read: dict[Key, Place], otherwise: str) -> str:
+        """Advice where a cross block is named by a constraint on one entity."""
+        if len(read) != 1:
+            return otherwise
+        ((steps, _), entity) = next(iter(read.items()))
+        own = [n for n, b in self.blocks[id(entity)].items() if b.kind == "self"]
+        way = ".".join(s.ref if s.kind == "ref" else s.kind for s in steps)
+        if not own:
+            return f"declare `hb: block {entity.struct.name}` in {entity.struct.name} and name that"
+        return f"write `into {f'{way}.' if way else ''}{own[0]}`"
+
+    def _entity(self, site: ConstraintSite, read: Read) -> Place:
+        """The place whose parameter is read: the innermost that the column lies in."""
+        table = self.sites.tables[site.slots[read.slot].table]
+        around = [p for p in table.places() if read.column.startswith(p.prefix)]
+        return max(around, key=lambda p: len(p.prefix))
+
+    def _wrong(
+        self,
+        path: tree.Path,
+        message: str,
+        label: str,
+        labels: list[Label] | None = None,
+        help: list[str] | None = None,
+        notes: list[str] | None = None,
+    ) -> None:
+        self.report.error(
+            "E0431",
+            path.span,
+            message,
+            label=label,
+            labels=labels or [],
+            notes=notes or [],
+            help=help or [],
+        )
+
+
+def _covered(site: ConstraintSite, into: Into) -> ConstraintSite:
+    return replace(site, triplets=into.triplets, crossed=tuple(into.crossed))
+
+
+def _spoken(key: Key, place: Place) -> str:
+    """An entity in the model's words: `pose`, the parent, the root."""
+    steps, _ = key
+    inner = place.prefix.removesuffix(".")
+    if not steps:
+        return f"this {place.struct.name}"
+    if steps == (Step("root"),):
+        return f"`root.{inner}`" if inner else f"the root {place.struct.name}"
+    way = ".".join(s.ref if s.kind == "ref" else s.kind for s in steps)
+    return f"`{way}.{inner}`" if inner else f"`{way}`"
+
+
+def _in_block(key: Key, place: Place) -> str:
+    """How `block (...)` names an entity; "" where it cannot."""
+    steps, _ = key
+    if len(steps) == 1 and steps[0].kind == "ref" and not place.prefix:
+        return steps[0].ref if "." not in steps[0].ref else ""
+    if all(s.kind != "ref" for s in steps):
+        return place.struct.name
+    return ""
+
+
+def _listed(words: list[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

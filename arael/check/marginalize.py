@@ -1,0 +1,34 @@
+"""Rule: what a model asks to marginalize are collections whose elements have parameters."""
+
+from __future__ import annotations
+
+from arael.check.binding import Collection, Entity
+from arael.check.paths import Paths
+from arael.check.places import Sites
+from arael.check.report import Reporter
+from arael.diagnostics.records import Label
+
+
+def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> None:
+    """Check that `marginalize` names collections whose elements have parameters."""
+    root = Entity((), sites.root.place)
+    for member in sites.root.place.struct.marginalize:
+        for path in member.paths:
+            found = paths.walk(root, path, own=True)
+            if isinstance(found, Entity):
+                report.error(
+                    "E0411",
+                    path.span,
+                    f"`{path}` is not a collection",
+                    label="marginalize takes collections of entities",
+                )
+            elif isinstance(found, Collection):
+                struct = found.site.place.struct
+                if not any(p.struct.has_params for p in found.site.places()):
+                    report.error(
+                        "E0411",
+                        path.span,
+                        f"{struct.name} has no parameters",
+                        label="nothing to eliminate",
+                        labels=[Label(struct.node.name.span, "declared here")],
+                    )
