@@ -11,7 +11,11 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(
+    r"(?:`(?P<file>[\w.-]+\.arael)`:\n\n)?"
+    r"^```(?P<language>\w+)\n(?P<code>.*?)^```\n(?:\n```text\n(?P<printed>.*?)^```$)?",
+    re.DOTALL | re.MULTILINE,
+)
 
 
 def pages_with_python() -> list[Path]:
@@ -19,18 +23,33 @@ def pages_with_python() -> list[Path]:
 
 
 @pytest.mark.parametrize("page", pages_with_python(), ids=lambda p: str(p.relative_to(ROOT)))
-def test_python_in_documents(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The blocks of a page run one after the other, in one namespace and an empty folder."""
+def test_python_in_documents(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, update: bool
+) -> None:
+    """The blocks of a page run one after the other, in one namespace and an empty folder.
+
+    A model whose file the words before it name is written there.
+    """
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for language, code, printed in BLOCK.findall(page.read_text(encoding="utf-8")):
-        if language != "python":
+    text = page.read_text(encoding="utf-8")
+    wrong = []
+    for block in BLOCK.finditer(text):
+        if block["language"] == "arael" and block["file"]:
+            (tmp_path / block["file"]).write_text(block["code"], encoding="utf-8")
+        if block["language"] != "python":
             continue
         out = io.StringIO()
         with contextlib.redirect_stdout(out):
-            exec(compile(code, str(page), "exec"), names)
-        if printed:
-            assert out.getvalue() == printed
+            exec(compile(block["code"], str(page), "exec"), names)
+        if block["printed"] is not None and out.getvalue() != block["printed"]:
+            wrong.append((block.span("printed"), out.getvalue()))
+    if update:
+        for (start, end), printed in reversed(wrong):
+            text = text[:start] + printed + text[end:]
+        page.write_text(text, encoding="utf-8")
+    else:
+        assert [printed for _, printed in wrong] == []
 
 
 def test_documents_have_python() -> None:
