@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from arael.scenes.rotation import euler_angles
 
 import arael
+from arael.geometry import euler_angles
 from arael.runtime.store import rotations
 from arael.scenes import Scene, columns, fill
 from arael.scenes.cameras import camera_ring

@@ -18,7 +18,7 @@ from arael.cli.lazy import LazyGroup
 EPILOG = (
     "Exit codes: 0 solved, 1 not converged, 2 bad input, 3 internal error. "
     "MODEL is the name of a standard model (slam, localization, linear, pose_graph_2d, "
-    "pose_graph_3d, bundle_adjustment) or an .arael file."
+    "pose_graph_3d, bundle_adjustment, plane_slam) or an .arael file."
 )
 
 

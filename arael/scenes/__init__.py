@@ -6,6 +6,7 @@ from arael.scenes.columns import columns
 from arael.scenes.config import SceneConfig, benchmark_config, demo_config
 from arael.scenes.fill import fill
 from arael.scenes.observations import Observations
+from arael.scenes.planes import PlaneConfig, PlaneScene, make_plane_scene
 from arael.scenes.scene import Scene, make_scene
 from arael.scenes.sensors import Sensors
 from arael.scenes.trajectory import TRAJECTORIES, TrajectoryName, trajectory
@@ -13,6 +14,8 @@ from arael.scenes.trajectory import TRAJECTORIES, TrajectoryName, trajectory
 __all__ = [
     "TRAJECTORIES",
     "Observations",
+    "PlaneConfig",
+    "PlaneScene",
     "Scene",
     "SceneConfig",
     "Sensors",
@@ -21,6 +24,7 @@ __all__ = [
     "columns",
     "demo_config",
     "fill",
+    "make_plane_scene",
     "make_scene",
     "trajectory",
 ]
