@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from arael import sym as sym
     from arael.config import LmConfig as LmConfig
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
@@ -48,10 +49,12 @@ _HOMES = {
     "write": "arael.io",
 }
 
-__all__ = ["__version__", *sorted(_HOMES)]
+__all__ = ["__version__", "sym", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "sym":
+        return import_module("arael.sym")
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'arael' has no attribute {name!r}")
@@ -61,4 +64,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+    return sorted({*globals(), *_HOMES, "sym"})

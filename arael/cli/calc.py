@@ -1,0 +1,150 @@
+"""`arael calc`: a calculator in the manner of bc, with derivatives."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from arael.cli.exits import Exit
+from arael.cli.failures import print_text
+from arael.diagnostics.records import AraelError, Diagnostic
+
+if TYPE_CHECKING:
+    from arael.sym.calculator import Calculator
+
+_HELP = """\
+  1 + 2 * sin(pi / 6)     numbers, and the functions of models
+  x = 3                   a variable; without a value it stays a symbol
+  f(a, b) = a^2 + b       a function; it may shadow a built-in one
+  diff(x^2 * y, x)        derivative; diff(f, x, 2) for the second
+  expand(f)  collect(f, x)  simplify(f)  subs(f, x, 1 + y)  jacobian([f, g], [x, y])
+  latex(f)  python(f)  c(f)
+  ans                     the last result
+  vars  functions         what is defined
+  quit                    leave, as end of input does
+"""
+
+
+@click.command(
+    "calc",
+    short_help="Calculate, differentiate and rearrange formulas.",
+    context_settings={"ignore_unknown_options": True, "help_option_names": ["--help"]},
+)
+@click.argument("formulas", nargs=-1, type=click.UNPROCESSED)
+@click.option(
+    "--digits",
+    type=click.IntRange(1, 17),
+    default=15,
+    show_default=True,
+    help="Significant digits of numbers.",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object a result.")
+@click.option("--interactive", is_flag=True, help="Go on asking after FORMULAS.")
+def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: bool) -> int:
+    """Work out FORMULAS, or the lines of standard input, or ask for them on a terminal.
+
+    Formulas are those of models: `arael calc "diff(x^2, x)"`. `name = formula` and
+    `f(x) = formula` define variables and functions; `;` separates statements, `#` begins a comment.
+    """
+    from arael.sym.calculator import Calculator
+
+    session = _Session(Calculator(digits), as_json)
+    if formulas:
+        session.run((f"formula {i}" if len(formulas) > 1 else "formula", text)
+                    for i, text in enumerate(formulas, 1))  # fmt: skip
+    if interactive or (not formulas and sys.stdin.isatty()):
+        session.ask()
+    elif not formulas:
+        session.run(_lines())
+    return Exit.BAD_INPUT if session.failed and not interactive else Exit.OK
+
+
+def _lines() -> Iterator[tuple[str, str]]:
+    """Read the lines of standard input, with a name for each."""
+    from arael.syntax.limits import MAX_BYTES
+
+    number = 0
+    while line := sys.stdin.readline(MAX_BYTES + 2):
+        number += 1
+        yield f"line {number}", line.rstrip("\n")
+
+
+class _Session:
+    """A calculator and how its answers are shown."""
+
+    def __init__(self, calculator: Calculator, as_json: bool) -> None:
+        self.calculator = calculator
+        self.as_json = as_json
+        self.failed = False
+
+    def run(self, lines: Iterable[tuple[str, str]]) -> None:
+        """Work out lines until one asks to quit."""
+        for name, line in lines:
+            if not self.line(line, name):
+                break
+
+    def ask(self) -> None:
+        """Ask for lines on the terminal until it ends."""
+        from arael.cli.line_editing import line_editing
+
+        click.echo("arael calc: `help` says what there is, `quit` leaves", err=True)
+        with line_editing(self.calculator.names):
+            while True:
+                try:
+                    line = input("> ")
+                except KeyboardInterrupt:
+                    click.echo()
+                    continue
+                except EOFError:
+                    click.echo()
+                    break
+                if not self.line(line, "input"):
+                    break
+        self.failed = False
+
+    def line(self, line: str, name: str) -> bool:
+        """Work out one line and show what it gives; False if it asks to quit."""
+        word = line.strip()
+        if word in ("quit", "exit"):
+            return False
+        if word in ("help", "vars", "functions") and word not in self.calculator.variables:
+            click.echo(self._told(word).rstrip("\n"))
+            return True
+        try:
+            for answer in self.calculator.run(line, name):
+                if answer.text:
+                    self._show(answer.text)
+        except AraelError as error:
+            self.failed = True
+            self._complain(error.diagnostics)
+        except KeyboardInterrupt:
+            self.failed = True
+            click.echo("interrupted", err=True)
+        return True
+
+    def _told(self, word: str) -> str:
+        if word == "help":
+            return _HELP
+        if word == "functions":
+            return "\n".join(f.node.span.text for f in self.calculator.functions.values())
+        return "\n".join(
+            f"{name} = {self.calculator.text(value)}"
+            for name, value in self.calculator.variables.items()
+        )
+
+    def _show(self, text: str) -> None:
+        click.echo(json.dumps({"status": "ok", "result": text}) if self.as_json else text)
+
+    def _complain(self, diagnostics: tuple[Diagnostic, ...]) -> None:
+        if not self.as_json:
+            sys.stdout.flush()
+            print_text(diagnostics)
+            return
+        from arael.diagnostics.as_json import as_json
+
+        plain: Any = as_json(diagnostics)
+        click.echo(json.dumps({"status": "error", "diagnostics": plain}))

@@ -1,0 +1,31 @@
+"""Bounds that keep mathematics on text from a stranger finite.
+
+The size of a text is bounded by `arael.syntax.limits` already; these bound what it can grow into.
+"""
+
+MAX_NESTING = 150
+"""Levels of an expression as written, through the calls of functions."""
+
+MAX_STEPS = 50_000
+"""Operations made while one text is read, functions written out."""
+
+MAX_SCALARS = 4096
+"""Scalars of one vector or matrix."""
+
+MAX_ALGEBRA = 600
+"""Operations, written out, of what `expand`, `collect` and `simplify` take."""
+
+MAX_TERMS = 5000
+"""Terms that `expand` may write out."""
+
+MAX_DEGREE = 200
+"""Degree of what `expand`, `collect` and `simplify` take: powers within powers multiply."""
+
+MAX_SUPERSCRIPT = 64
+"""Largest whole number that an exponent is treated as exactly by algebra."""
+
+MAX_DERIVATIVES = 16
+"""Order of the highest derivative."""
+
+MAX_DEFINITIONS = 1000
+"""Variables and functions that a calculator holds."""
