@@ -50,6 +50,7 @@ from arael.sym.functions import (
     log,
     log2,
     log10,
+    matrix,
     max,
     min,
     ne,
@@ -71,6 +72,7 @@ from arael.sym.functions import (
     safe_atan2,
     safe_sqrt,
     sign,
+    similarity,
     sin,
     sinh,
     skew,
@@ -80,6 +82,7 @@ from arael.sym.functions import (
     tan,
     tanh,
     trace,
+    transform,
     transpose,
     unit,
     vee,
@@ -90,6 +93,7 @@ from arael.sym.printing import c_function
 from arael.sym.shapes import Matrix, Quaternion, Vector
 from arael.sym.sharing import Shared, cse
 from arael.sym.sympy_bridge import from_sympy, to_sympy
+from arael.sym.transforms import Transform
 from arael.sym.user_functions import Function, FunctionBag, function
 from arael.sym.value import Value
 from arael.symbolic.printers.c import c_prelude
@@ -102,6 +106,7 @@ __all__ = [
     "Matrix",
     "Quaternion",
     "Shared",
+    "Transform",
     "Value",
     "Vector",
     "abs",
@@ -149,6 +154,7 @@ __all__ = [
     "log",
     "log2",
     "log10",
+    "matrix",
     "max",
     "min",
     "ne",
@@ -171,6 +177,7 @@ __all__ = [
     "safe_atan2",
     "safe_sqrt",
     "sign",
+    "similarity",
     "sin",
     "sinh",
     "skew",
@@ -183,6 +190,7 @@ __all__ = [
     "tanh",
     "to_sympy",
     "trace",
+    "transform",
     "transpose",
     "unit",
     "vee",

@@ -57,6 +57,8 @@ skew, vee = _function("skew"), _function("vee")
 rotation_matrix, euler_angles = _function("rotation_matrix"), _function("euler_angles")
 rotation_vector = _function("rotation_vector")
 conj, rotate = _function("conj"), _function("rotate")
+transform, similarity = _function("transform"), _function("similarity")
+matrix = _function("matrix")
 
 pi: Expr = build("pi")
 e: Expr = build("e")

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from arael.check.builtins import FUNCTIONS, IDENTITIES
 from arael.check.operators import OPERATIONS, advice, result_type
-from arael.check.typed import BOOL, MatrixType, ValueType, VectorType
+from arael.check.typed import BOOL, MatrixType, TransformType, ValueType, VectorType
 from arael.compiler.scalarise import apply
 from arael.diagnostics.records import Label, Span
 from arael.sym.building import build
@@ -85,8 +85,16 @@ def operate(operator: str, a: Operand, b: Operand, at: Span | None = None) -> Va
     return _applied(OPERATIONS[operator], [left, right], type_)
 
 
-def negative(value: Value) -> Value:
+def negative(value: Value, at: Span | None = None) -> Value:
     """Opposite value."""
+    if isinstance(value.type, TransformType):
+        fail(
+            "E0301",
+            f"{value.type} has no opposite",
+            at,
+            help=("write `T.inverse()` for the way back",),
+            origin="" if at else "expression",
+        )
     return _applied("neg", [number(value, None)], value.type)
 
 
@@ -178,7 +186,11 @@ def _count(
 def _applied(operation: str, values: Sequence[Value], type_: ValueType) -> Value:
     entries = [list(v.entries) for v in values]
     made: Sequence[Expr]
-    if operation in SCALARS:
+    if values and isinstance(values[0].type, TransformType):
+        from arael.sym.transforms import apply as on_transforms
+
+        made = on_transforms(operation, values)
+    elif operation in SCALARS:
         made = _elementwise(operation, entries)
     else:
         types = [v.type for v in values]

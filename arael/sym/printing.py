@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
-from arael.check.typed import MatrixType, QuaternionType, ValueType, VectorType
+from arael.check.typed import MatrixType, QuaternionType, TransformType, ValueType, VectorType
 from arael.sym.complain import fail
 from arael.sym.expr import Expr, postorder, size
 from arael.sym.latex import LATEX, finished, latex_name
@@ -45,7 +45,11 @@ def latex(value: Value) -> str:
 def python(value: Value) -> str:
     """Write a value as a Python expression over NumPy, imported as ``np``."""
     entries = [_as_code(e, python_expression) for e in value.entries]
-    return entries[0] if isinstance(value, Expr) else f"np.array({shaped(value.type, entries)})"
+    return (
+        entries[0]
+        if isinstance(value, Expr)
+        else f"np.array({shaped(_listed(value.type), entries)})"
+    )
 
 
 def c(value: Value, real: str = "double") -> str:
@@ -145,6 +149,11 @@ def _check_size_of(operations: int) -> None:
         )
 
 
+def _listed(type_: ValueType) -> ValueType:
+    """Matrices by rows, anything else as a plain list."""
+    return type_ if isinstance(type_, MatrixType) else VectorType(1)
+
+
 def shaped(type_: ValueType, entries: list[str]) -> str:
     """Write the scalars of a value of type `type_`, each written already."""
     if isinstance(type_, MatrixType):
@@ -153,4 +162,6 @@ def shaped(type_: ValueType, entries: list[str]) -> str:
         return f"[{', '.join(rows)}]"
     if isinstance(type_, QuaternionType):
         return f"quat({', '.join(entries)})"
+    if isinstance(type_, TransformType):
+        return f"{type_}({', '.join(entries)})"
     return f"[{', '.join(entries)}]" if isinstance(type_, VectorType) else entries[0]

@@ -20,6 +20,7 @@ from arael.sym.expr import Expr, const
 from arael.sym.limits import MAX_NESTING, MAX_STEPS
 from arael.sym.operations import Operand
 from arael.sym.shapes import Matrix, Quaternion, Vector, composite
+from arael.sym.transforms import Transform, part
 from arael.sym.user_functions import Function, FunctionBag, recursion
 from arael.sym.value import Value
 from arael.syntax import tree
@@ -187,6 +188,8 @@ def _attribute(r: Reader, node: tree.Attribute) -> Value:
             return owner.entries[QUATERNION_PARTS[node.name]]
         if node.name == "vec":
             return owner.vec
+    if isinstance(owner, Transform) and (found := part(owner, node.name)) is not None:
+        return found
     at = VECTOR_PARTS.get(node.name)
     if isinstance(owner, Vector) and at is not None:
         if at < len(owner):
@@ -260,7 +263,7 @@ def _unary(r: Reader, node: tree.Unary) -> Value:
     if node.op == "not":
         return operations.logic("not", r.condition(node.operand))
     value = operations.number(r.value(node.operand), node.operand.span)
-    return value if node.op == "+" else operations.negative(value)
+    return value if node.op == "+" else operations.negative(value, node.span)
 
 
 def _binary(r: Reader, node: tree.Binary) -> Value:

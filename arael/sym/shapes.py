@@ -5,14 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from arael.check.typed import QUATERNION, MatrixType, QuaternionType, ValueType, VectorType
+from arael.check.typed import (
+    QUATERNION,
+    MatrixType,
+    QuaternionType,
+    TransformType,
+    ValueType,
+    VectorType,
+)
 from arael.sym.complain import fail
 from arael.sym.expr import Expr, as_expr, const, symbol
 from arael.sym.limits import MAX_SCALARS
 from arael.sym.value import Value
 
 
-class _Composite(Value):
+class Composite(Value):
     """A value of several scalars."""
 
     __slots__ = ("_entries",)
@@ -25,7 +32,7 @@ class _Composite(Value):
         return self._entries
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, _Composite):
+        if not isinstance(other, Composite):
             return NotImplemented
         return self.type == other.type and self.entries == other.entries
 
@@ -38,7 +45,7 @@ class _Composite(Value):
         return call_on_any(name, self, *args)
 
 
-class Vector(_Composite):
+class Vector(Composite):
     """A column of expressions: ``Vector([x, y, 1])``, or ``Vector("p", 3)`` for p.x, p.y, p.z."""
 
     __slots__ = ()
@@ -103,7 +110,7 @@ class Vector(_Composite):
         return self._call("unit")  # type: ignore[no-any-return]
 
 
-class Matrix(_Composite):
+class Matrix(Composite):
     """A matrix of expressions, given by its rows."""
 
     __slots__ = ("_columns",)
@@ -178,7 +185,7 @@ class Matrix(_Composite):
         return self._call("rotation_vector")  # type: ignore[no-any-return]
 
 
-class Quaternion(_Composite):
+class Quaternion(Composite):
     """A quaternion, scalar first; those that rotate are of length 1."""
 
     __slots__ = ()
@@ -259,6 +266,10 @@ def composite(type_: ValueType, entries: tuple[Expr, ...]) -> Value:
         return Matrix([entries[i * n : (i + 1) * n] for i in range(type_.rows)])
     if isinstance(type_, QuaternionType):
         return Quaternion(*entries)
+    if isinstance(type_, TransformType):
+        from arael.sym.transforms import of_entries
+
+        return of_entries(entries)
     (entry,) = entries
     return entry
 

@@ -57,7 +57,8 @@ def test_what_was_written_is_kept() -> None:
     assert str(1 * x + 0) == "x"
     assert str(x - -2) == "x + 2"
     assert str(sym.parse("2 * 3 + 1 / 3")) == "6 + 1 / 3"
-    assert str(-(-x)) == "x"
+    opposite = -x
+    assert str(-opposite) == "x"
 
 
 def test_equality_and_hash() -> None:
@@ -160,6 +161,29 @@ def test_rotations(angles: list[float]) -> None:
     np.testing.assert_allclose(q.rotate(sym.Vector([1, 2, 3])).eval(), oracle @ [1, 2, 3])
     np.testing.assert_allclose((q * q.conj()).eval(), [1, 0, 0, 0], atol=1e-15)
     assert str(sym.Quaternion.named("q")) == "quat(q.w, q.x, q.y, q.z)"
+
+
+@given(ANGLES, ANGLES)
+def test_transforms(phi: list[float], t: list[float]) -> None:
+    from scipy.spatial.transform import Rotation
+
+    q = sym.exp(sym.Vector(phi))
+    a = sym.Transform(sym.Vector(t), q)
+    r = Rotation.from_rotvec(phi).as_matrix()
+    oracle = np.block([[r, np.array([t]).T], [np.zeros((1, 3)), np.ones((1, 1))]])
+    np.testing.assert_allclose(a.matrix().eval(), oracle, atol=1e-14)
+    np.testing.assert_allclose((a * sym.Vector([1, 2, 3])).eval(), r @ [1, 2, 3] + t, atol=1e-13)
+    back = sym.parse("T.inverse() * (T * T)", names={"T": a})
+    np.testing.assert_allclose(back.matrix().eval(), oracle, atol=1e-13)
+    np.testing.assert_allclose(sym.exp(a.log()).matrix().eval(), oracle, atol=1e-12)
+    s = sym.similarity(t, q, 2.0)
+    np.testing.assert_allclose((s * sym.Vector([1, 2, 3])).eval(), 2 * r @ [1, 2, 3] + t)
+    assert sym.parse("S.scale", names={"S": s}) == 2.0
+    assert str(sym.parse("T.translation", names={"T": a})) == str(sym.Vector(t))
+    with pytest.raises(AraelError, match="E0301"):
+        a + a
+    with pytest.raises(AraelError, match="E0301"):
+        sym.parse("-T", names={"T": a})
 
 
 def test_parse_gives_values_of_every_kind() -> None:
