@@ -56,7 +56,8 @@ def solve(
     Parameters
     ----------
     config : settings of the loop; a pass's own settings go over it, `settings` over both
-    solver : linear solver: ``auto``, ``dense``, ``band``, ``sparse``, ``schur``, ``cholmod``, ...
+    solver : linear solver: ``auto``, ``dense``, ``band``, ``sparse``, ``schur``, ``schur_pcg``,
+        ``cholmod``, ...
     passes : names of the model's passes to run, or passes built in Python; None: all of the model,
         or one plain solve if it declares none; an empty list: one plain solve
     freeze : paths of parameters, or of what holds them, that stay (``"poses.ea"``, ``"poses"``)

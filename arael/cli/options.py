@@ -9,7 +9,7 @@ import click
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-SOLVERS = ("auto", "dense", "band", "sparse", "schur", "cholmod", "lapack_band")
+SOLVERS = ("auto", "dense", "band", "sparse", "schur", "schur_pcg", "cholmod", "lapack_band")
 
 
 def solver_option(function: F) -> F:

@@ -80,7 +80,7 @@ def minimise(
             minimiser.accepted,
             status,
             minimiser.damping,
-            dict(solver.plan),
+            solver.report(),
             timing,
             minimiser.history,
         )

@@ -10,7 +10,10 @@ from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from tests.runtime import toys
 
-SOLVERS = ["dense", "band", "lapack_band", "sparse", "schur", "cholmod", "auto"]
+SOLVERS = ["dense", "band", "lapack_band", "sparse", "schur", "schur_pcg", "cholmod", "auto"]
+
+
+EXACT = {"schur_pcg": {"tolerance": 1e-13, "floor": 1e-13}}
 
 
 @pytest.mark.parametrize("name", SOLVERS)
@@ -21,7 +24,9 @@ def test_same_first_step(name, loops):
     for solver in ("dense", name):
         problem = Problem(layout, toys.chain_store(layout, 25, loops))
         before = problem.x
-        minimise(problem, LmConfig.of(max_iters=1), problem.make_solver(solver))
+        minimise(
+            problem, LmConfig.of(max_iters=1), problem.make_solver(solver, **EXACT.get(solver, {}))
+        )
         moved.append(problem.x - before)
     scale = np.abs(moved[0]).max()
     np.testing.assert_allclose(moved[1], moved[0], rtol=1e-8, atol=1e-8 * scale)

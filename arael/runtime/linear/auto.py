@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from arael.diagnostics.records import AraelError, Diagnostic
-from arael.diagnostics.suggest import closest
-from arael.runtime.linear.analysis import ORDERINGS, Analysis, analyse, analyse_order
+from arael.runtime.linear.analysis import Analysis, analyse, analyse_order
 from arael.runtime.linear.costs import Cost, predict
+from arael.runtime.linear.iterative import iterative_solver, predict_iterative
+from arael.runtime.linear.options import SOLVERS, check_options
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.linear.reduced import INNER, Reduced, plan_reduced
+from arael.runtime.linear.reduced import Reduced, choose_set, plan_reduced
+from arael.runtime.linear.reduction import Reduction, reduce
 
 if TYPE_CHECKING:
     from arael.runtime.linear.base import LinearSolver
 
-_BANDS = ("half_bandwidth", "block_half_bandwidth")
+__all__ = ["CANDIDATES", "SOLVERS", "make_solver"]
 
-#: Solvers by name, with the options each of them takes.
-SOLVERS: dict[str, tuple[str, ...]] = {
-    "auto": ("ordering", "eliminate"),
-    "dense": (),
-    "band": _BANDS,
-    "sparse": ("ordering",),
-    "schur": ("eliminate", "reduced", "ordering"),
-    "cholmod": (),
-    "lapack_band": _BANDS,
-}
-
-#: Those that `auto` chooses from; they need nothing that may be missing.
+#: Direct solvers that `auto` chooses from; they need nothing that may be missing.
 CANDIDATES = ("dense", "band", "sparse", "schur")
+
+# `schur_pcg` is taken where it is predicted to be this many times as fast as all direct ones: its
+# iterations are a guess, and its steps are not finished.
+_MARGIN = 4.0
 
 # With more entities, orderings of the whole system take longer than the elimination of a kind of
 # entities that makes up half of it, and hardly ever find a better order.
@@ -51,9 +46,12 @@ def make_solver(
         ``ordering`` (`sparse`, `auto`): ``"auto"`` or one of
         `arael.runtime.linear.analysis.ORDERINGS`. ``half_bandwidth`` in scalars,
         ``block_half_bandwidth`` in entities (`band`, `lapack_band`): the band the problem is
-        declared to have. ``eliminate`` (`schur`, `auto`): ``"auto"``, or block rows no two of which
-        are coupled. ``reduced`` (`schur`): solver for what is left, ``"auto"`` or one of
-        `arael.runtime.linear.reduced.INNER`.
+        declared to have. ``eliminate`` (`schur`, `schur_pcg`, `auto`): ``"auto"``, or block rows
+        no two of which are coupled. ``reduced`` (`schur`): solver for what is left, ``"auto"`` or
+        one of `arael.runtime.linear.reduced.INNER`. `schur_pcg`: ``formed``, whether the reduced
+        system is formed or only applied (``"auto"``, True, False); ``preconditioner``
+        (``"cluster"``, ``"tridiagonal"``, ``"jacobi"``); ``tolerance`` (0.1) and ``floor`` (1e-6),
+        bounds of the forcing term; ``iterations`` (500), the most of one solve.
 
     Returns
     -------
@@ -66,22 +64,22 @@ def make_solver(
         E0840 for an unknown solver, E0841 where `cholmod` is missing, E0842 for an unknown or
         impossible option, E1020 for an entity outside the declared band.
     """
-    _check(name, options)
+    check_options(name, options)
+    reduction = reduce(pattern, choose_set(pattern, options.pop("eliminate", "auto")))
     ordering = options.pop("ordering", "auto")
-    eliminate = options.pop("eliminate", "auto")
     asked = name == "schur"
-    reduced = plan_reduced(pattern, single, eliminate, ordering if asked else "auto", asked)
+    reduced = plan_reduced(reduction, single, ordering if asked else "auto", patient=asked)
     analysis = _analysis(pattern, "auto" if asked else ordering, name, reduced)
     costs = predict(pattern, single, analysis)
     inner = options.pop("reduced", "auto")
     if reduced is not None:
         inner = reduced.cheapest() if inner == "auto" else inner
         costs["schur"] = reduced.cost(inner)
-    chosen = name
-    if name == "auto":
-        able = [candidate for candidate in CANDIDATES if candidate in costs]
-        chosen = min(able, key=lambda candidate: costs[candidate].milliseconds)
-    if chosen == "schur":
+    costs["schur_pcg"] = predict_iterative(reduction, reduced, single)
+    chosen = _cheapest(costs, reduction) if name == "auto" else name
+    if chosen == "schur_pcg":
+        solver = iterative_solver(pattern, single, reduction, reduced, _part(single), options)
+    elif chosen == "schur":
         assert reduced is not None
         solver = _schur(pattern, single, reduced, inner)
     else:
@@ -97,14 +95,42 @@ def make_solver(
     return solver
 
 
+def _cheapest(costs: dict[str, Cost], reduction: Reduction) -> str:
+    """Name of the solver that `auto` takes."""
+    able = [candidate for candidate in CANDIDATES if candidate in costs]
+    direct = min(able, key=lambda candidate: costs[candidate].milliseconds)
+    if (
+        _is_kind(reduction)
+        and _MARGIN * costs["schur_pcg"].milliseconds < costs[direct].milliseconds
+    ):
+        return "schur_pcg"
+    return direct
+
+
+def _is_kind(reduction: Reduction) -> bool:
+    """Whether most entities are eliminated, like the points of a bundle; not poses of a graph."""
+    return 2 * int(reduction.eliminated.sum()) >= len(reduction.eliminated)
+
+
 def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced | None) -> Analysis:
     """Symbolic factor of the whole system; the elimination's own order where that will do."""
-    if reduced is None or ordering != "auto" or name not in ("auto", "schur"):
+    if reduced is None or ordering != "auto" or name not in ("auto", "schur", "schur_pcg"):
         return analyse(pattern, ordering)
-    half = 2 * int(reduced.reduction.eliminated.sum()) >= pattern.block_count
-    if name == "schur" or (half and pattern.block_count > _MANY):
+    if name != "auto" or (_is_kind(reduced.reduction) and pattern.block_count > _MANY):
         return analyse_order(pattern, "eliminate_first", reduced.order())
     return analyse(pattern, ordering)
+
+
+def _part(single: bool) -> Callable[[BlockPattern], LinearSolver]:
+    """Maker of direct solvers for parts of a reduced system."""
+
+    def make(part: BlockPattern) -> LinearSolver:
+        analysis = analyse(part, "minimum_degree")
+        costs = predict(part, single, analysis)
+        name = min(("band", "sparse"), key=lambda one: costs[one].milliseconds)
+        return _construct(name, part, single, analysis, {})
+
+    return make
 
 
 def _schur(pattern: BlockPattern, single: bool, reduced: Reduced, inner: str) -> LinearSolver:
@@ -162,53 +188,9 @@ def _reason(asked: str, chosen: str, pattern: BlockPattern, costs: dict[str, Cos
         "band": "entities are coupled with close neighbours only",
         "sparse": "couplings are few and fill-in stays low in a good order",
         "schur": "many entities are coupled only with others than themselves and go block by block",
+        "schur_pcg": "what is left when many entities have gone is too large to factorise",
     }[chosen]
     return (
         f"{chosen} is predicted to factorise {pattern.size} unknowns in {mine:.3g} ms, "
         f"against {others}: {what}"
     )
-
-
-def _check(name: str, options: dict[str, Any]) -> None:
-    if name not in SOLVERS:
-        near = closest(name, SOLVERS)
-        raise AraelError(
-            Diagnostic(
-                "E0840",
-                f"there is no linear solver {name!r}",
-                origin="solver options",
-                notes=(f"solvers are {', '.join(SOLVERS)}",),
-                help=(f"did you mean {near[0]!r}?",) if near else (),
-            )
-        )
-    for option in options:
-        if option not in SOLVERS[name]:
-            near = closest(option, SOLVERS[name])
-            takes = ", ".join(SOLVERS[name]) or "no options"
-            raise AraelError(
-                Diagnostic(
-                    "E0842",
-                    f"the solver {name!r} has no option {option!r}",
-                    origin="solver options",
-                    notes=(f"{name!r} takes {takes}",),
-                    help=(f"did you mean {near[0]!r}?",) if near else (),
-                )
-            )
-    _one_of("ordering", options.get("ordering", "auto"), ("auto", *ORDERINGS))
-    _one_of("reduced", options.get("reduced", "auto"), ("auto", *INNER))
-    if isinstance(options.get("eliminate"), str):
-        _one_of("eliminate", options["eliminate"], ("auto",))
-
-
-def _one_of(option: str, value: Any, known: tuple[str, ...]) -> None:
-    if value not in known:
-        near = closest(str(value), known)
-        raise AraelError(
-            Diagnostic(
-                "E0842",
-                f"there is no {option} {value!r}",
-                origin="solver options",
-                notes=(f"{option} is one of {', '.join(known)}",),
-                help=(f"did you mean {near[0]!r}?",) if near else (),
-            )
-        )

@@ -32,6 +32,10 @@ cdef class LinearSolver:
         """NumPy type of the scalars."""
         return np.dtype(np.float32 if self.single else np.float64)
 
+    def report(self):
+        """Return the plan, and what came of it."""
+        return dict(self.plan)
+
     def factorise(self, values, diagonal):
         """Factorise; return 0 or 1 + the scalar whose pivot failed.
 

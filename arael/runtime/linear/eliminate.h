@@ -375,6 +375,38 @@ static void F(apply)(ptrdiff_t count, const Entity *entities, const Coupling *co
     }
 }
 
+/* y += B x for a symmetric matrix of blocks of which the lower triangle is stored, diagonal blocks
+ * whole. Vectors are padded, those that are read with zeros. */
+static void F(symmetric)(ptrdiff_t count, const Block *blocks, const T *values, const T *x, T *y) {
+    const Block *at;
+    T lanes[W];
+    int c, r;
+    for (at = blocks; at < blocks + count; at++) {
+        const T *b = values + at->place, *xi = x + at->row, *xj = x + at->column;
+        T *yi = y + at->row, *yj = y + at->column;
+        const int w = at->width, h = at->height;
+        for (c = 0; c < w; c += W) {
+            const T *row = b + c;
+            V sum = *(const V *)(yj + c);
+            const V v = *(const V *)(xj + c);
+            if (at->row == at->column) {
+                for (r = 0; r < h; r++, row += w) sum += xi[r] * *(const V *)row;
+            } else {
+                for (r = 0; r < h; r++, row += w) {
+                    const V part = *(const V *)row;
+                    T s = 0;
+                    int i;
+                    sum += xi[r] * part;
+                    *(V *)lanes = part * v;
+                    for (i = 0; i < W; i++) s += lanes[i];
+                    yi[r] += s;
+                }
+            }
+            *(V *)(yj + c) = sum;
+        }
+    }
+}
+
 #undef ROWS
 #undef PIECES
 #undef HALF_PIECE

@@ -23,12 +23,20 @@ cdef extern from *:
         int turned;             /* whether the block lies transposed in the values */
         int kept;               /* number of the kept entity */
     } Coupling;
+    typedef struct {
+        long long place;        /* block in the values, row-major */
+        int row, column;        /* its entities in a padded vector */
+        int height, width;
+    } Block;
     #endif
     """
     ctypedef struct Entity:
         pass
     ctypedef struct Coupling:
         pass
+    ctypedef struct Block:
+        long long place
+        int row, column, height, width
     enum:
         PAIRS_AHEAD
 
@@ -48,6 +56,10 @@ ctypedef void (*apply64_t)(Py_ssize_t, const Entity*, const Coupling*, const dou
                            const double*, double*, double*) noexcept nogil
 ctypedef void (*apply32_t)(Py_ssize_t, const Entity*, const Coupling*, const float*, const float*,
                            float*, float*) noexcept nogil
+ctypedef void (*symmetric64_t)(Py_ssize_t, const Block*, const double*, const double*,
+                               double*) noexcept nogil
+ctypedef void (*symmetric32_t)(Py_ssize_t, const Block*, const float*, const float*,
+                               float*) noexcept nogil
 
 ctypedef struct Kernels64:
     eliminate64_t eliminate
@@ -55,6 +67,7 @@ ctypedef struct Kernels64:
     sweep64_t descend
     sweep64_t ascend
     apply64_t apply
+    symmetric64_t symmetric
 
 ctypedef struct Kernels32:
     eliminate32_t eliminate
@@ -62,6 +75,7 @@ ctypedef struct Kernels32:
     sweep32_t descend
     sweep32_t ascend
     apply32_t apply
+    symmetric32_t symmetric
 
 cdef Kernels64 f64
 cdef Kernels32 f32
@@ -119,3 +133,13 @@ cdef inline void apply(
         f64.apply(count, entities, couplings, z, x, t, y)
     else:
         f32.apply(count, entities, couplings, z, x, t, y)
+
+
+cdef inline void symmetric(
+    Py_ssize_t count, const Block* blocks, const real* values, const real* x, real* y
+) noexcept nogil:
+    """y += B x by the blocks of a lower triangle, diagonal ones whole; x and y padded."""
+    if real is double:
+        f64.symmetric(count, blocks, values, x, y)
+    else:
+        f32.symmetric(count, blocks, values, x, y)

@@ -4,6 +4,7 @@ import numpy as np
 
 ENTITY: np.dtype[Any]
 COUPLING: np.dtype[Any]
+BLOCK: np.dtype[Any]
 SLACK: int
 
 def available() -> tuple[str, ...]: ...

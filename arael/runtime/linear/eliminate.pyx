@@ -15,8 +15,9 @@ cdef extern from *:
     #include "instances.h"
 
     #define ELIMINATE_TABLE(p, set) {(void *)eliminate_##p##_##set, (void *)gram_##p##_##set, \\
-        (void *)descend_##p##_##set, (void *)ascend_##p##_##set, (void *)apply_##p##_##set}
-    static void *eliminate_tables[2][3][5] = {
+        (void *)descend_##p##_##set, (void *)ascend_##p##_##set, (void *)apply_##p##_##set, \\
+        (void *)symmetric_##p##_##set}
+    static void *eliminate_tables[2][3][6] = {
     #if KERNEL_X86
         {ELIMINATE_TABLE(f32, base), ELIMINATE_TABLE(f32, avx2), ELIMINATE_TABLE(f32, avx512)},
         {ELIMINATE_TABLE(f64, base), ELIMINATE_TABLE(f64, avx2), ELIMINATE_TABLE(f64, avx512)},
@@ -25,7 +26,7 @@ cdef extern from *:
     #endif
     };
     """
-    void* eliminate_tables[2][3][5]
+    void* eliminate_tables[2][3][6]
     int kernel_sets() nogil
 
 _NAMES = ("base", "avx2", "avx512")
@@ -38,6 +39,9 @@ COUPLING = np.dtype(
     [(name, np.int64) for name in ("source", "place")]
     + [(name, np.int32) for name in ("padded", "width", "turned", "kept")]
 )
+BLOCK = np.dtype(
+    [("place", np.int64)] + [(name, np.int32) for name in ("row", "column", "height", "width")]
+)
 #: int32 that a list of pairs must have behind it.
 SLACK = PAIRS_AHEAD + 2
 
@@ -47,11 +51,11 @@ cdef void _take(int which):
     cdef void** t = eliminate_tables[0][which]
     f32.eliminate, f32.gram = <eliminate32_t>t[0], <gram32_t>t[1]
     f32.descend, f32.ascend = <sweep32_t>t[2], <sweep32_t>t[3]
-    f32.apply = <apply32_t>t[4]
+    f32.apply, f32.symmetric = <apply32_t>t[4], <symmetric32_t>t[5]
     t = eliminate_tables[1][which]
     f64.eliminate, f64.gram = <eliminate64_t>t[0], <gram64_t>t[1]
     f64.descend, f64.ascend = <sweep64_t>t[2], <sweep64_t>t[3]
-    f64.apply = <apply64_t>t[4]
+    f64.apply, f64.symmetric = <apply64_t>t[4], <symmetric64_t>t[5]
 
 
 def available():

@@ -1,7 +1,7 @@
 # The numeric side of a block elimination; see elimination.pyx.
 
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.eliminate cimport Coupling, Entity
+from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
 cdef class Elimination:
     cdef readonly object reduction      # Reduction
@@ -16,6 +16,7 @@ cdef class Elimination:
     cdef void* _factors
     cdef void* _stored                  # Z
     cdef void* _eliminated              # the eliminated scalars of a vector, at their own places
+    cdef void* _work                    # one eliminated entity
     cdef void* _input                   # padded vectors
     cdef void* _output
 
@@ -28,8 +29,11 @@ cdef class Elimination:
     # Solution of the whole system from that of the reduced one.
     cdef void ascend(self, const real* reduced, real* x) noexcept nogil
 
-    # y -= W' D^-1 W x
-    cdef void apply(self, const real* x, real* y) noexcept nogil
+    # y = B x, and B x - W' D^-1 W x if `whole` is false: B is not reduced then.
+    cdef void multiply(
+        self, Py_ssize_t count, const Block* blocks, const real* values, bint whole, const real* x,
+        real* y
+    ) noexcept nogil
 
 
 cdef class Sums:

@@ -15,7 +15,7 @@ from libc.string cimport memcpy, memset
 from arael.runtime.linear cimport eliminate as kernels
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address
-from arael.runtime.linear.eliminate cimport Coupling, Entity
+from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
 from arael.runtime.linear.memory import aligned
 
@@ -35,11 +35,13 @@ cdef class Elimination:
         factors = aligned(reduction.factor_size, dtype)
         stored = aligned(reduction.stored_size, dtype)
         eliminated = aligned(reduction.pattern.size, dtype)
+        largest = int(reduction.entities["size"].max(initial=1))
+        work = aligned(largest, dtype)
         before = aligned(reduction.padded_size, dtype)
         after = aligned(reduction.padded_size, dtype)
         couplings = np.append(reduction.couplings, np.zeros(1, reduction.couplings.dtype))
         scalars, padded = np.append(reduction.scalars, 0), np.append(reduction.padded, 0)
-        self._keep = (factors, stored, eliminated, before, after, couplings, scalars, padded)
+        self._keep = (factors, stored, eliminated, work, before, after, couplings, scalars, padded)
         self._count = len(reduction.entities) - 1
         self._entities = <const Entity*>address(reduction.entities)
         self._couplings = <const Coupling*>address(couplings)
@@ -47,7 +49,7 @@ cdef class Elimination:
         self._padded = <const long long*>address(padded)
         self._padded_size = reduction.padded_size
         self._factors, self._stored = address(factors), address(stored)
-        self._eliminated = address(eliminated)
+        self._eliminated, self._work = address(eliminated), address(work)
         self._input, self._output = address(before), address(after)
 
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil:
@@ -73,17 +75,22 @@ cdef class Elimination:
         kernels.ascend(self._count, self._entities, self._couplings, <const real*>self._factors,
                        <const real*>self._stored, y, <real*>self._eliminated, x)
 
-    cdef void apply(self, const real* x, real* y) noexcept nogil:
+    cdef void multiply(
+        self, Py_ssize_t count, const Block* blocks, const real* values, bint whole, const real* x,
+        real* y
+    ) noexcept nogil:
         cdef Py_ssize_t i
         cdef real* before = <real*>self._input
         cdef real* after = <real*>self._output
         memset(after, 0, self._padded_size * sizeof(real))
         for i in range(self.n):
             before[self._padded[i]] = x[i]
-        kernels.apply(self._count, self._entities, self._couplings, <const real*>self._stored,
-                      before, <real*>self._eliminated, after)
+        kernels.symmetric(count, blocks, values, before, after)
+        if not whole:
+            kernels.apply(self._count, self._entities, self._couplings, <const real*>self._stored,
+                          before, <real*>self._work, after)
         for i in range(self.n):
-            y[i] += after[self._padded[i]]
+            y[i] = after[self._padded[i]]
 
 
 cdef class Sums:

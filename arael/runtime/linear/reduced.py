@@ -12,7 +12,7 @@ from arael.runtime.linear.analysis import Analysis, analyse
 from arael.runtime.linear.costs import Cost, predict
 from arael.runtime.linear.independent import independent_set, named_set
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.linear.reduction import Products, Reduction, products, reduce
+from arael.runtime.linear.reduction import Products, Reduction, products
 
 Ints = NDArray[np.int64]
 
@@ -87,28 +87,21 @@ def choose_set(pattern: BlockPattern, eliminate: str | Sequence[int] | Ints) -> 
 
 
 def plan_reduced(
-    pattern: BlockPattern,
-    single: bool,
-    eliminate: str | Sequence[int] | Ints = "auto",
-    ordering: str = "auto",
-    patient: bool = True,
+    reduction: Reduction, single: bool, ordering: str = "auto", patient: bool = True
 ) -> Reduced | None:
-    """Plan the elimination of an independent set and price it.
+    """Plan the reduced system of an elimination and price it.
 
     Parameters
     ----------
-    pattern : BlockPattern
+    reduction : Reduction
     single : bool
         f32 if true, else f64.
-    eliminate : str or sequence of int
-        ``"auto"``, or the block rows to eliminate.
     ordering : str
         For the sparse solver of the reduced system.
     patient : bool
         Whether to plan however long it takes; if not, None is returned where an elimination would
         be out of proportion.
     """
-    reduction = reduce(pattern, choose_set(pattern, eliminate))
     if not patient and product_count(reduction) > _TOO_MANY:
         return None
     blocks = products(reduction)

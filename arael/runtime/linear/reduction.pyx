@@ -256,6 +256,22 @@ def products(Reduction r, group=None, reach=None):
     return p
 
 
+def kept_blocks(Reduction r):
+    """Blocks that couple kept entities directly, without any products.
+
+    Returns
+    -------
+    Products
+    """
+    cdef Products p = Products()
+    rows, begin, sources = _direct(r)
+    p.pattern = _pattern(r, begin, rows)
+    p.sources = np.append(sources, -1).astype(np.int64)
+    p.tasks = np.zeros((0, 6), dtype=np.int64)
+    p.pairs = np.zeros((SLACK, 2), dtype=np.int32)
+    return p
+
+
 def _direct(Reduction r):
     """Blocks that couple kept entities, by columns: rows, starts, places in the values."""
     pattern = r.pattern

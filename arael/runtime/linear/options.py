@@ -1,0 +1,94 @@
+"""Names of the linear solvers and their options, and the check of what a caller asks for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
+from arael.runtime.linear.analysis import ORDERINGS
+from arael.runtime.linear.iterative import PRECONDITIONERS
+from arael.runtime.linear.reduced import INNER
+
+_BANDS = ("half_bandwidth", "block_half_bandwidth")
+
+#: Solvers by name, with the options each of them takes.
+SOLVERS: dict[str, tuple[str, ...]] = {
+    "auto": ("ordering", "eliminate"),
+    "dense": (),
+    "band": _BANDS,
+    "sparse": ("ordering",),
+    "schur": ("eliminate", "reduced", "ordering"),
+    "schur_pcg": (
+        "eliminate",
+        "formed",
+        "preconditioner",
+        "tolerance",
+        "floor",
+        "iterations",
+    ),
+    "cholmod": (),
+    "lapack_band": _BANDS,
+}
+
+
+def check_options(name: str, options: dict[str, Any]) -> None:
+    """Raise E0840 for an unknown solver, E0842 for an option it does not take or cannot use."""
+    if name not in SOLVERS:
+        near = closest(name, SOLVERS)
+        raise AraelError(
+            Diagnostic(
+                "E0840",
+                f"there is no linear solver {name!r}",
+                origin="solver options",
+                notes=(f"solvers are {', '.join(SOLVERS)}",),
+                help=(f"did you mean {near[0]!r}?",) if near else (),
+            )
+        )
+    for option in options:
+        if option not in SOLVERS[name]:
+            near = closest(option, SOLVERS[name])
+            takes = ", ".join(SOLVERS[name]) or "no options"
+            raise AraelError(
+                Diagnostic(
+                    "E0842",
+                    f"the solver {name!r} has no option {option!r}",
+                    origin="solver options",
+                    notes=(f"{name!r} takes {takes}",),
+                    help=(f"did you mean {near[0]!r}?",) if near else (),
+                )
+            )
+    _one_of("ordering", options.get("ordering", "auto"), ("auto", *ORDERINGS))
+    _one_of("reduced", options.get("reduced", "auto"), ("auto", *INNER))
+    _one_of("preconditioner", options.get("preconditioner", "cluster"), PRECONDITIONERS)
+    if isinstance(options.get("eliminate"), str):
+        _one_of("eliminate", options["eliminate"], ("auto",))
+    if options.get("formed", "auto") not in ("auto", True, False):
+        raise _impossible("formed", "'auto', True or False", options["formed"])
+    for option in ("tolerance", "floor"):
+        if option in options and not 0 < options[option] < 1:
+            raise _impossible(option, "a number between 0 and 1", options[option])
+    if "iterations" in options and not options["iterations"] >= 1:
+        raise _impossible("iterations", "a number from 1", options["iterations"])
+
+
+def _impossible(option: str, expected: str, found: Any) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E0842", f"{option} must be {expected}, found {found!r}", origin="solver options"
+        )
+    )
+
+
+def _one_of(option: str, value: Any, known: tuple[str, ...]) -> None:
+    if value not in known:
+        near = closest(str(value), known)
+        raise AraelError(
+            Diagnostic(
+                "E0842",
+                f"there is no {option} {value!r}",
+                origin="solver options",
+                notes=(f"{option} is one of {', '.join(known)}",),
+                help=(f"did you mean {near[0]!r}?",) if near else (),
+            )
+        )
