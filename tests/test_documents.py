@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from arael.compiler import compiler
+from arael.diagnostics.records import Findings, Source
+
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(
@@ -50,6 +53,24 @@ def test_python_in_documents(
         page.write_text(text, encoding="utf-8")
     else:
         assert [printed for _, printed in wrong] == []
+
+
+def models() -> list[object]:
+    found = []
+    for page in PAGES:
+        for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
+            if block["language"] == "arael" and re.search(r"^root ", block["code"], re.MULTILINE):
+                name = f"{page.stem}-{len(found)}"
+                found.append(pytest.param(block["code"], id=name))
+    return found
+
+
+@pytest.mark.parametrize("text", models())
+def test_models_in_documents_compile(text: str) -> None:
+    findings = Findings()
+    model = compiler.types(compiler.syntax(Source("page.arael", text)), findings)
+    assert not list(findings)
+    assert compiler.derive(model, "page.arael").kernels
 
 
 def test_documents_have_python() -> None:
