@@ -118,12 +118,46 @@ def _joined(a: Expr, b: Expr, sign: float) -> Expr | None:
     (p, x), (q, y) = _coefficient(a), _coefficient(b)
     if x == y and x.op != "const":
         return tidy("mul", const(p + sign * q), x)
+    merged = _merged(a, sign * q, y) if a.op in ("add", "sub") else None
+    if merged is not None:
+        return merged
     if b.op == "mul" and q < 0:
         positive = tidy("mul", const(-q), y)
         return build("sub" if sign > 0 else "add", a, positive)
     if p < 0 and q * sign > 0 and a.value is None:  # -a + b reads better as b - a
         return build("sub", tidy("mul", const(abs(q)), y), tidy("mul", const(-p), x))
     return None
+
+
+def _merged(total: Expr, number: float, rest: Expr) -> Expr | None:
+    """Add ``number * rest`` to the term of `total` that is like it, if there is one."""
+    terms = _terms(total)
+    at = next((i for i, (_, other) in enumerate(terms) if other == rest), None)
+    if at is None or rest.op == "const":
+        return None
+    terms[at] = (terms[at][0] + number, rest)
+    result: Expr | None = None
+    for coefficient, other in terms:
+        if coefficient == 0:
+            continue
+        if result is None:
+            result = tidy("mul", const(coefficient), other)
+        else:
+            term = tidy("mul", const(abs(coefficient)), other)
+            result = build("add" if coefficient > 0 else "sub", result, term)
+    return const(0.0) if result is None else result
+
+
+def _terms(total: Expr) -> list[tuple[float, Expr]]:
+    """Terms of a sum that leans to the left, with their numbers; none of a long one."""
+    found: list[tuple[float, Expr]] = []
+    while total.op in ("add", "sub") and len(found) < _MOST_FACTORS:
+        number, rest = _coefficient(total.args[1])
+        found.append((number if total.op == "add" else -number, rest))
+        total = total.args[0]
+    if total.op in ("add", "sub"):
+        return []
+    return [_coefficient(total), *reversed(found)]
 
 
 def _div(a: Expr, b: Expr) -> Expr | None:
