@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.dissection import nested_dissection
+from arael.runtime.linear.dissection import apart, nested_dissection
 from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.supernodes import Supernodes, find_supernodes, time_of_front
@@ -63,8 +63,8 @@ class Analysis:
 
 
 def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
-    """Eliminate in the order the entities stand in."""
-    return np.arange(len(weights), dtype=np.int64)
+    """Eliminate in the order the entities stand in, those coupled with nearly everything last."""
+    return np.concatenate(apart(start))
 
 
 ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {

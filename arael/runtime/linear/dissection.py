@@ -34,8 +34,12 @@ def nested_dissection(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
     n = len(weights)
     order = np.empty(n, dtype=np.int64)
     local = np.full(n, -1, dtype=np.int64)
+    # What touches nearly everything, as parameters of the root do, would be in every separator and
+    # brings all vertices close together: it goes last, and the others are parted without it.
+    sparse, dense = apart(start)
+    order[len(sparse) :] = dense
     # Vertices still to be parted, and where their stretch of the order ends.
-    waiting = [(np.arange(n, dtype=np.int64), n)]
+    waiting = [(sparse, len(sparse))]
     while waiting:
         vertices, end = waiting.pop()
         begin = end - len(vertices)
@@ -52,6 +56,16 @@ def nested_dissection(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
                 continue
         order[begin:end] = _leaf(start, neighbours, weights, vertices, local)
     return order
+
+
+def apart(start: Ints) -> tuple[Ints, Ints]:
+    """Vertices of a graph with few neighbours, and those with very many, both ascending.
+
+    Many are more than ten times the root of the number of vertices, as in `minimum_degree`.
+    """
+    degree = np.diff(start)
+    dense = degree > max(16.0, 10.0 * len(degree) ** 0.5)
+    return np.flatnonzero(~dense), np.flatnonzero(dense)
 
 
 def _leaf(start: Ints, neighbours: Ints, weights: Ints, vertices: Ints, local: Ints) -> Ints:

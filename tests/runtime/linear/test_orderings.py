@@ -126,3 +126,21 @@ def test_postorder_keeps_subtrees_together() -> None:
     for child, parent in enumerate(parents):
         assert parent < 0 or position[child] < position[parent]
     assert list(order) == [1, 2, 0, 3, 4, 5, 6]
+
+
+@pytest.mark.parametrize("name", sorted(ORDERINGS))
+def test_what_is_coupled_with_everything_goes_last(name: str) -> None:
+    """Root parameters beside a chain: the work grows with the chain, as it does without them."""
+    flops = []
+    for n in (2000, 4000):
+        sizes = np.concatenate(([7], np.full(n, 3)))
+        links = np.arange(1, n)
+        pattern = BlockPattern.from_pairs(
+            sizes,
+            np.concatenate((np.arange(1, n + 1), links + 1)),
+            np.concatenate((np.zeros(n, dtype=np.int64), links)),
+        )
+        start, neighbours = adjacency(pattern)
+        assert ORDERINGS[name](start, neighbours, pattern.sizes)[-1] == 0
+        flops.append(analyse(pattern, name).flops)
+    assert flops[1] < 2.2 * flops[0]
