@@ -14,7 +14,7 @@ from arael.check.paths import Paths
 from arael.check.places import Place
 from arael.check.reading import bind_field, presence
 from arael.check.report import Reporter
-from arael.check.residuals import check_guard, check_parameters, residual_of
+from arael.check.residuals import check_parameters, residual_of
 from arael.check.scope import BodyScope
 from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
 from arael.check.typist import Slots, Typist
@@ -156,7 +156,7 @@ class Bodies:
         if node is None:
             return guard
         written = condition(t, node)
-        if isinstance(written, Broken) or not check_guard(t, node, written):
+        if isinstance(written, Broken):
             return guard
         if guard is None:
             return written

@@ -3,7 +3,7 @@
 Allowed: a scalar, a vector, a list of both.
 
 Not allowed: a matrix, a quaternion, a comparison, a struct, an empty list; a residual of data
-alone; a guard over parameters.
+alone.
 """
 
 from __future__ import annotations
@@ -65,22 +65,6 @@ def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
     )
 
 
-def check_guard(t: Typist, node: tree.Expr, guard: Typed) -> bool:
-    """Whether a guard keeps to data."""
-    reads = _trial(guard)
-    if not reads:
-        return True
-    t.fail(
-        "E0905",
-        node.span,
-        "guard reads a parameter: that is part of the language, but this version does not compile "
-        "it",
-        labels=[Label(reads[0].span, "solved for")],
-        help=["ask about data, or about `x.value`, which stays as it was when the solve began"],
-    )
-    return False
-
-
 def check_parameters(
     t: Typist, node: tree.Constraint | tree.Fit, residual: Sequence[Typed]
 ) -> bool:
@@ -100,7 +84,3 @@ def check_parameters(
         help=["declare what is to be solved for as `param`"],
     )
     return False
-
-
-def _trial(value: Typed) -> list[Read]:
-    return [n for n in postorder([value]) if isinstance(n, Read) and n.version == "trial"]

@@ -14,6 +14,7 @@ from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.losses import robustify
+from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.scalarise import RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
@@ -111,8 +112,13 @@ def compile_constraint(
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
+    guard, moving = split(site.guard)
+    holds = None
+    if moving is not None:
+        (holds,) = scalariser.nodes(moving)
+        residuals = switched(graph, residuals)
     jacobian = _differentiate(graph, residuals, uses)
-    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian)
+    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
 
 
 def _differentiate(
@@ -153,16 +159,25 @@ def _assemble(
     uses: _Uses,
     residuals: list[int],
     jacobian: dict[tuple[int, int, int], int],
+    still_guard: Typed | None,
+    moving_guard: int | None,
 ) -> Kernel:
     outputs = [*residuals, *jacobian.values()]
+    guards = [] if moving_guard is None else [moving_guard]
+    outputs += guards
     live = graph.live(outputs)
     keys = [graph.key(n) for n in live if graph.ops[n] == "input"]
     state_keys = sorted(k for k in keys if isinstance(k, StateInput))
     raw_keys = sorted(k for k in keys if isinstance(k, RawInput))
     state_nodes = {graph.input(k) for k in state_keys}
+    if guards:
+        state_nodes.add(graph.input(LANE))
 
     lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
-    prepare = graph.tape([*lane_nodes, *uniform_nodes], inputs=raw_keys)
+    on = [graph.const(1.0)] * len(guards)  # every instance acts until the guard is asked
+    prepare = graph.tape([*lane_nodes, *on, *uniform_nodes], inputs=raw_keys)
+    if guards:
+        lane_nodes.append(graph.input(LANE))
 
     kernel = BoundedGraph(site.label, site.span)
     known: dict[int, int] = {}
@@ -175,7 +190,8 @@ def _assemble(
             known[node] = kernel.input((kind, number))
             input_keys.append((kind, number))
     moved = graph.copy(outputs, kernel, known)
-    r, entries = moved[: len(residuals)], dict(zip(jacobian, moved[len(residuals) :], strict=True))
+    r, holds = moved[: len(residuals)], moved[len(residuals) + len(jacobian) :]
+    entries = dict(zip(jacobian, moved[len(residuals) : len(moved) - len(holds)], strict=True))
     # What cancelled to zero when hoisting re-simplified it is no entry any more.
     zero = kernel.const(0.0)
     entries = {k: n for k, n in entries.items() if n != zero}
@@ -194,7 +210,7 @@ def _assemble(
     tape = kernel.tape(results, inputs=input_keys)
     linearise = kernel.tape(everything, inputs=input_keys)
 
-    guard, guard_raw = _guard(site.guard, site, states)
+    guard, guard_raw = _guard(still_guard, site, states)
     group = Group(
         label=site.label,
         struct=site.struct,
@@ -215,6 +231,7 @@ def _assemble(
         places=tuple(scalariser.places),
         guard=guard,
         guard_raw=guard_raw,
+        moving_guard=kernel.tape(holds, inputs=input_keys) if holds else None,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         triplets=site.triplets,
         triplet_pairs=_triplet_pairs(site, states, uses.uses),
@@ -361,6 +378,8 @@ def _slot_name(site: ConstraintSite, slot: int) -> str:
 def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
     if graph.ops[node] == "input":
         key = graph.key(node)
+        if key == LANE:
+            return "whether the guard holds"
         assert isinstance(key, RawInput)
         slot, column, component = key
         return f"{_slot_name(site, slot)}{column}[{component}]"

@@ -52,7 +52,7 @@ def cost_table(problem: Problem) -> CostTable:
     residuals: dict[str, int] = {}
     for number, group in enumerate(problem.layout.groups):
         costs[group.label] = costs.get(group.label, 0.0) + problem.evaluation.group_cost(number)
-        count = len(problem.structure.active[number])
+        count = int(problem.evaluation.acting(number).sum())
         instances[group.label] = instances.get(group.label, 0) + count
         residuals[group.label] = residuals.get(group.label, 0) + count * group.residuals
     return CostTable(costs, instances, residuals)

@@ -198,18 +198,20 @@ def jacobian(problem: Problem) -> Jacobian:
     rows, columns, values = [], [], []
     first_row = first_instance = 0
     for number, group in enumerate(problem.layout.groups):
-        n, m = len(problem.structure.active[number]), group.residuals
+        acting = np.flatnonzero(problem.evaluation.acting(number))
+        n, m = len(acting), group.residuals
         found, entries = problem.evaluation.group_rows(number)
+        found, entries = found[acting], entries[acting]
         residuals.append(np.asarray(found, dtype=np.float64).ravel())
-        constraint.append(np.repeat(first_instance + np.arange(n), m))
+        constraint.append(np.repeat(first_instance + acting, m))
         label_of.append(np.full(n * m, labels.index(group.label)))
         placement = problem.structure.placements[number]
         for k, (residual, use, tangent) in enumerate(group.jacobian):
             rows.append(first_row + m * np.arange(n) + residual)
-            columns.append(column_of[placement.gradient_at[:, use] + tangent])
+            columns.append(column_of[placement.gradient_at[acting, use] + tangent])
             values.append(np.asarray(entries[:, k], dtype=np.float64))
         first_row += n * m
-        first_instance += n
+        first_instance += len(problem.structure.active[number])
     row, column, value = _joined(rows), _joined(columns), _joined(values)
     kept = column >= 0
     matrix = coo_array(

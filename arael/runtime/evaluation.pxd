@@ -17,6 +17,9 @@ cdef class Evaluation:
     cdef bint failed                      # whether there is one, readable without the GIL
     cdef readonly object interpreters     # one GroupInterpreter per group, made when asked for
 
+    cdef readonly bint guarded            # whether a guard reads parameters
+    cdef list _lane_data                  # per group, its data in lane order
+
     cdef object _keep                     # whatever the pointers below point into
     cdef object _entities, _groups
     cdef list _programs                   # per group, machine.Program or None
@@ -41,6 +44,8 @@ cdef class Evaluation:
 
     # Cost at state buffer `which`; NaN if the interpreter failed.
     cdef double cost(self, int which) noexcept nogil
+    # Guards over parameters are asked at the current state; `linearise` does so itself.
+    cdef void guard(self) noexcept nogil
     # J'r and the blocks of J'J at the current state; scalars held fixed have an identity row.
     cdef double linearise(self, void* gradient, void* values) noexcept nogil
     # The other buffer becomes the current state moved by `step`.

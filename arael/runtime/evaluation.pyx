@@ -103,6 +103,8 @@ cdef class Evaluation:
         self._entities = layout.entities
         self._groups = layout.groups
         self._group_count = len(layout.groups)
+        self.guarded = any(group.moving_guard is not None for group in layout.groups)
+        self._lane_data = []
         self._entity_count = len(layout.entities)
         self._programs = [None] * self._group_count if programs is None else list(programs)
         self._take_table(kernels)
@@ -224,6 +226,7 @@ cdef class Evaluation:
                 in_lanes(placement.turn, width),
             ]
             self._keep.append(parts)
+            self._lane_data.append(parts[0])
             for which in range(2):
                 lanes = &self._lanes[which][g]
                 lanes.n = len(one.rows)
@@ -261,10 +264,30 @@ cdef class Evaluation:
             except BaseException as error:
                 return self._fail(error)
 
+    cdef void guard(self) noexcept nogil:
+        cdef Py_ssize_t g
+        cdef Lanes* lanes
+        if not self.guarded:
+            return
+        for g in range(self._group_count):
+            lanes = &self._lanes[self.current][g]
+            if lanes.n == 0 or self._program[g] != NULL:
+                continue
+            if self._table != NULL and self._table.groups[g].cost != NULL:
+                if self._table.groups[g].guard != NULL:
+                    self._table.groups[g].guard(lanes)
+                continue
+            with gil:
+                try:
+                    self.interpreters[g].guard(self.states[self.current])
+                except BaseException as error:
+                    self._fail(error)
+
     cdef double linearise(self, void* gradient, void* values) noexcept nogil:
         cdef size_t item = 4 if self.single else 8
         cdef double total = 0
         cdef Py_ssize_t g
+        self.guard()
         memset(gradient, 0, (self.size + self.trash) * item)
         memset(values, 0, (self.value_count + self.trash * self.trash) * item)
         for g in range(self._group_count):
@@ -396,12 +419,14 @@ cdef class Evaluation:
 
     def group_cost(self, Py_ssize_t g):
         """Cost of one group at the accepted state."""
+        self.guard()
         cost = self._group_cost(g, self.current)
         self.raise_failure()
         return cost
 
     def total_cost(self):
         """Cost at the accepted state."""
+        self.guard()
         cost = self.cost(self.current)
         self.raise_failure()
         return cost
@@ -418,6 +443,7 @@ cdef class Evaluation:
 
         `gradient` (size + trash,) and `values` (value_count + trash^2,) as `room` makes them.
         """
+        self.guard()
         cost = self._group_linearise(g, <void*>address(gradient), <void*>address(values))
         self.raise_failure()
         return cost
@@ -432,6 +458,7 @@ cdef class Evaluation:
     def group_rows(self, Py_ssize_t g):
         """Residuals (n, residuals) and Jacobian entries (n, entries) of one group."""
         group = self._groups[g]
+        self.guard()
         cdef Lanes* lanes = &self._lanes[self.current][g]
         residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
         entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
@@ -448,6 +475,20 @@ cdef class Evaluation:
             )
             return residuals, entries
         return self.interpreters[g].rows(self.states[self.current])
+
+    def acting(self, Py_ssize_t g):
+        """(n,) bool, which instances of one group act at the accepted state."""
+        self.guard()
+        self.raise_failure()
+        interpreter = self.interpreters[g]
+        if self._program[g] != NULL:
+            return interpreter.acting
+        if self._table == NULL or self._table.groups[g].cost == NULL:
+            return interpreter.acting
+        if interpreter.group.moving_guard is None:
+            return interpreter.acting
+        flags = self._lane_data[g][:, -1, :].ravel()
+        return flags[: len(interpreter.instances.rows)] != 0
 
     def moved_by(self, step):
         """Make the accepted state the one moved by `step` (size,)."""

@@ -78,6 +78,19 @@ class GroupInterpreter:
         """(n, residuals)."""
         return self._run(self._residual_tape, states)
 
+    def guard(self, states: Sequence[Array]) -> None:
+        """Ask the guard over parameters, if there is one, which instances act."""
+        if self.group.moving_guard is not None:
+            holds = self._run(self.group.moving_guard, states)[:, 0]
+            self.instances.data[:, -1] = (holds != 0) & ~np.isnan(holds)
+
+    @property
+    def acting(self) -> Array:
+        """(n,) bool, instances that act, as the guard was last asked."""
+        if self.group.moving_guard is None:
+            return np.ones(len(self.instances.rows), dtype=bool)
+        return np.asarray(self.instances.data[:, -1] != 0)
+
     def cost(self, states: Sequence[Array]) -> float:
         """Sum of squared residuals, in f64."""
         return _squares(self.residuals(states))

@@ -7,7 +7,7 @@
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
-    KERNEL_ABI = 1
+    KERNEL_ABI = 2
 
 ctypedef struct Lanes:
     Py_ssize_t n                # instances
@@ -35,11 +35,15 @@ ctypedef void (*refresh_function)(
     Py_ssize_t rows, const void* state, const void* delta, const int32_t* delta_at, void* moved
 ) noexcept nogil
 
+# whether each instance acts, into the last column of `data`
+ctypedef void (*guard_function)(const Lanes* lanes) noexcept nogil
+
 ctypedef struct Kernel:
     const char* label
     cost_function cost
     linearise_function linearise
     rows_function rows
+    guard_function guard    # NULL if no guard reads parameters
 
 ctypedef struct KernelTable:
     int abi

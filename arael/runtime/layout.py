@@ -27,7 +27,7 @@ import msgspec
 
 from arael.runtime.tape import Tape
 
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 
 
 class Step(msgspec.Struct, frozen=True):
@@ -221,6 +221,10 @@ class Group(msgspec.Struct, frozen=True):
     then the uniforms; outputs are the residuals, then the structurally non-zero Jacobian entries
     `jacobian` as (residual, use, tangent index). Where the constraint has a loss, residuals are
     those whose squares sum to it, so whoever squares and differentiates need not know of it.
+
+    `guard` chooses instances by their data. `moving_guard` reads parameters: it is a tape over the
+    inputs of `tape`, evaluated at each linearisation into the last of the lane inputs, which the
+    residuals are switched by.
     """
 
     label: str
@@ -243,6 +247,7 @@ class Group(msgspec.Struct, frozen=True):
     guard: Tape | None = None
     guard_raw: tuple[Raw, ...] = ()
     guard_text: str = ""
+    moving_guard: Tape | None = None
     loss_text: str = ""
     triplets: str = ""  # field of the root that stands for these pairs of uses
     triplet_pairs: tuple[tuple[int, int], ...] = ()

@@ -165,6 +165,7 @@ cdef class Minimiser:
 
     cdef void _run(self) noexcept nogil:
         self._began = self._mark = self._last_check = seconds()
+        self.evaluation.guard()
         self.start_cost = self.current_cost = self.evaluation.cost(self.evaluation.current)
         self._lap(COST)
         self._now.iteration = 0
@@ -179,8 +180,11 @@ cdef class Minimiser:
     cdef void _linearise(self) noexcept nogil:
         """Gradient, blocks and diagonal at the accepted state."""
         cdef Settings* s = &self._settings
+        cdef double cost
         self._mark = seconds()
-        self.evaluation.linearise(self._gradient, self._values)
+        cost = self.evaluation.linearise(self._gradient, self._values)
+        if self.evaluation.guarded:
+            self.current_cost = cost  # other instances may act than those the step was judged by
         if self._box.count:
             self._box.hold(self._gradient, self._values)
         if self.evaluation.single:

@@ -75,7 +75,8 @@ def minimise(
         return Outcome(
             problem.x,
             minimiser.start_cost,
-            minimiser.current_cost,
+            # Guards are asked once more: the last step may have switched instances.
+            problem.cost() if problem.evaluation.guarded else minimiser.current_cost,
             minimiser.attempts,
             minimiser.accepted,
             status,

@@ -16,7 +16,7 @@ from arael.runtime.tape import Tape
 
 
 def emit_constraint(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
-    """Write the functions ``cost_N``, ``linearise_N`` and ``rows_N``."""
+    """Write the functions ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``."""
     group = kernel.group
     w.line()
     w.line("# " + "-" * 96)
@@ -27,6 +27,8 @@ def emit_constraint(w: Writer, number: int, kernel: Kernel, entities: Sequence[E
     )
     _emit_cost(w, number, kernel, entities)
     _emit_both(w, number, kernel, entities)
+    if group.moving_guard is not None:
+        _emit_guard(w, number, kernel, group.moving_guard, entities)
 
 
 def _inputs(kernel: Kernel) -> list[str]:
@@ -123,6 +125,28 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         with w.block("for w in range(W):"):
             w.line("cost += total[w]")
         w.line("return cost")
+    _declare_temporaries(w, declared, used)
+    w.line()
+
+
+def _emit_guard(
+    w: Writer, number: int, kernel: Kernel, tape: Tape, entities: Sequence[Entity]
+) -> None:
+    group = kernel.group
+    with w.block(f"cdef void guard_{number}(const Lanes* lanes) noexcept nogil:"):
+        _head(w, kernel, tape)
+        w.line("cdef const real* s")
+        w.line("cdef real* acts = <real*>lanes.data")
+        declared = len(w.lines)
+        _data_legend(w, kernel, tape)
+        with w.block("for block in range((n + W - 1) // W):"):
+            _gather(w, kernel, tape, entities)
+            at = f"acts[{group.data_count - 1} * W + w]"
+            with w.block("for w in range(W):"):
+                used = statements(w, tape, _inputs(kernel), lambda i: [at], group.places)
+            w.line(f"d += {group.data_count} * W")
+            w.line(f"acts += {group.data_count} * W")
+            w.line(f"row += {len(group.uses)} * W")
     _declare_temporaries(w, declared, used)
     w.line()
 

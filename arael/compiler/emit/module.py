@@ -135,6 +135,8 @@ def _table(
         w.line(f"groups[{number}].cost = cost_{number}")
         w.line(f"groups[{number}].linearise = linearise_{number}")
         w.line(f"groups[{number}].rows = rows_{number}")
+        guarded = kernel.group.moving_guard is not None
+        w.line(f"groups[{number}].guard = {f'guard_{number}' if guarded else 'NULL'}")
     for number in range(len(entities)):
         w.line(f"refresh[{number}] = refresh_{number}")
     w.line("table.abi = KERNEL_ABI")
