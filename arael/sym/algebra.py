@@ -13,7 +13,7 @@ from arael.diagnostics.records import AraelError
 from arael.sym.complain import fail
 from arael.sym.derivatives import variable
 from arael.sym.expr import Expr, postorder, size
-from arael.sym.limits import MAX_ALGEBRA, MAX_DEGREE, MAX_TERMS
+from arael.sym.limits import MAX_ALGEBRA, MAX_DEGREE, MAX_SIMPLIFY, MAX_TERMS
 from arael.sym.sympy_bridge import Bridge
 from arael.sym.value import V
 
@@ -64,7 +64,7 @@ def simplify(value: V) -> V:
     import sympy as sp
 
     for entry in value.entries:
-        _check(entry)
+        _check(entry, MAX_SIMPLIFY)
     found = _each(value, lambda s: sp.simplify(s, ratio=1.0))
     pairs = zip(value.entries, found.entries, strict=True)
     return value.with_entries([b if size([b]) <= size([a]) else a for a, b in pairs])
@@ -91,9 +91,9 @@ def _each(value: V, work: Callable[[Any], Any]) -> V:
     return value.with_entries(results)
 
 
-def _check(e: Expr) -> None:
-    if size([e], MAX_ALGEBRA + 1) > MAX_ALGEBRA:
-        _too_large(f"more than {MAX_ALGEBRA} operations")
+def _check(e: Expr, most: int = MAX_ALGEBRA) -> None:
+    if size([e], most + 1) > most:
+        _too_large(f"more than {most} operations")
     degree: dict[int, float] = {}
     for node in postorder([e]):
         below = [degree[id(a)] for a in node.args]

@@ -13,7 +13,10 @@ MAX_SCALARS = 4096
 """Scalars of one vector or matrix."""
 
 MAX_ALGEBRA = 600
-"""Operations, written out, of what `expand`, `collect` and `simplify` take."""
+"""Operations, written out, of what `expand` and `collect` take."""
+
+MAX_SIMPLIFY = 200
+"""The same of `simplify`, which tries many ways and takes seconds for fifty."""
 
 MAX_TERMS = 5000
 """Terms that `expand` may write out."""

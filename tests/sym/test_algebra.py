@@ -144,6 +144,13 @@ def test_hostile_formulas_end_soon(text: str, what: str) -> None:
     assert time.monotonic() - started < 20
 
 
+def test_long_formulas_are_not_simplified() -> None:
+    f = sym.parse(" + ".join(f"sin({i} * x) * cos(y)^{i}" for i in range(2, 60)))
+    with pytest.raises(AraelError, match="E0653"):
+        f.simplify()
+    assert f.expand().eval(x=0.3, y=0.2) == pytest.approx(f.eval(x=0.3, y=0.2))
+
+
 def test_functions_that_double_do_not_explode() -> None:
     bag = sym.FunctionBag("f0(x) = x + 1")
     for i in range(1, 60):
