@@ -68,6 +68,9 @@ def _unknown(t: Typist, node: tree.Name) -> Broken:
             help=[f"call it: `{node.id}(...)`"],
         )
     help_ = t.scope.advice(node.id)
+    stored = node.id.removesuffix("_value")
+    if stored != node.id and t.scope.candidates(stored):
+        help_ = [f"write `{stored}.value` for what the parameter held when the solve began"]
     if not help_:
         near = nearest(node.id, [*t.scope.names(), *CONSTANTS, *IDENTITIES])
         help_ = [f"did you mean `{near}`?"] if near else []
@@ -107,6 +110,9 @@ def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
     if node.name in t.declarations.broken:
         return BROKEN
     near = nearest(node.name, struct.fields)
+    stored = node.name.removesuffix("_value")
+    if stored != node.name and stored in struct.fields:
+        near = f"{stored}.value"
     help_ = [f"did you mean `{near}`?"] if near else []
     owner = t.paths.owner(entity)
     if not near and owner is not None and node.name in owner.place.struct.fields:

@@ -17,6 +17,7 @@ from arael.check.typed import INT, Literal_, MatrixType, Typed, VectorType
 from arael.check.typist import Typist
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
+from arael.syntax.rust_names import method_advice
 
 
 def call(t: Typist, node: tree.Call) -> Binding:
@@ -117,6 +118,16 @@ def _builtin(
     return t.apply(node, operation, args, type_)
 
 
+def _method_help(t: Typist, func: tree.Attribute, near: str) -> list[str]:
+    """What to write for a method that is none."""
+    foreign = method_advice(func.name)
+    if foreign:
+        return foreign
+    if func.name in FUNCTIONS or func.name in t.declarations.functions:
+        return [f"`{func.name}` is a function: write `{func.name}({func.obj.span.text})`"]
+    return [f"did you mean `{near}`?"] if near else []
+
+
 def _method(t: Typist, node: tree.Call, func: tree.Attribute) -> Binding:
     owner = t.visit(func.obj)
     if isinstance(owner, Broken):
@@ -132,7 +143,7 @@ def _method(t: Typist, node: tree.Call, func: tree.Attribute) -> Binding:
             func.name_span,
             f"{what} has no method `{func.name}`",
             label="unknown method",
-            help=[f"did you mean `{near}`?"] if near and not isinstance(owner, Entity) else [],
+            help=_method_help(t, func, near if not isinstance(owner, Entity) else ""),
         )
     value = t.as_value(owner, func.obj.span)
     if isinstance(value, Broken):

@@ -37,7 +37,10 @@ _CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
     "!": ("write `not`", ("NOT", "not")),
     "&": ("write `and`; arael has no references or bit operations", None),
     "@": ("matrices are multiplied with `*`", ("STAR", "*")),
-    "%": ("arael has no remainder; use `x - floor(x / y) * y`", None),
+    "%": (
+        "the cross product is `cross(a, b)`; for a remainder write `x - floor(x / y) * y`",
+        ("STAR", "*"),
+    ),
     "$": ("leave it out", None),
     "~": ("write `not`", ("NOT", "not")),
     "`": ("leave it out", None),
@@ -117,7 +120,8 @@ def _show(char: str) -> str:
 
 def _operator(pair: str, text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
     help_, token = _OPERATORS[pair]
-    log.error("E0110", f"arael does not use `{pair}`", at, at + 2, help_)
+    if pair not in ("//", "/*") or not log.said(f"arael does not use `{pair}`"):
+        log.error("E0110", f"arael does not use `{pair}`", at, at + 2, help_)
     if token:
         tokens.append(Token(*token, at, at + 2))
     if pair == "//":
@@ -178,23 +182,6 @@ def _spell(char: str) -> str:
         return letter.capitalize() if "CAPITAL" in name else letter
     plain = unicodedata.normalize("NFKD", char.casefold() if char == "\u00df" else char)
     return "".join(c for c in plain if c.isascii()) or "_"
-
-
-def check_comment(comment: str, at: int, log: ErrorLog) -> None:
-    """Tell Rust attributes from comments: they would vanish without a word."""
-    found = re.match(r"#!?\[\s*(arael|derive)\b[^\]]*\]?", comment)
-    if found:
-        log.error(
-            "E0150",
-            "this is a Rust attribute, and a comment in arael",
-            at,
-            at + found.end(),
-            "has no effect here",
-            help=(
-                "delete it; `struct` and `root` say what a model is, and constraints are written "
-                "`constraint name { ... }` inside the struct",
-            ),
-        )
 
 
 def is_bare_fraction(text: str, at: int) -> bool:

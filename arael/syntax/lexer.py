@@ -8,6 +8,7 @@ from functools import cache
 
 from arael.diagnostics.records import Source
 from arael.syntax import foreign, tables
+from arael.syntax.attributes import skip_attribute
 from arael.syntax.limits import MAX_NAME, MAX_NESTING, MAX_NUMBER, MAX_TOKENS
 from arael.syntax.log import ErrorLog
 from arael.syntax.tokens import CLOSERS, NEWLINE, OPENERS, Token
@@ -59,7 +60,7 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
         if kind == "COMMENT":
             word = word.rstrip()
             comments.append(Comment(log.span(at, at + len(word)), word))
-            foreign.check_comment(word, at, log)
+            end = skip_attribute(text, at, log) or end
             if suspicious:
                 _check_unsafe(text, at, end, log)
         elif kind == NEWLINE:

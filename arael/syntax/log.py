@@ -66,6 +66,10 @@ class ErrorLog:
         """Tell whether an error was found that begins in ``start:end``."""
         return any(start <= at < end for at, _ in self._found)
 
+    def said(self, message: str) -> bool:
+        """Tell whether `message` was recorded before, anywhere."""
+        return any(d.message == message for d in self._found.values())
+
     def in_order(self) -> list[Diagnostic]:
         """Everything found, in the order of the text."""
         return [self._found[key] for key in sorted(self._found)]

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import re
 
+from arael.syntax.rust_names import PARAMETERS, plain_type
 from arael.syntax.tokens import Token
 from arael.syntax.trouble import Trouble
 
-_TYPES = {
-    "vect2": "vec2", "vect3": "vec3", "vect4": "vec<4>", "matrix2": "mat2", "matrix3": "mat3",
-    "quatern": "quat", "f32": "real", "f64": "real", "usize": "int", "i32": "int", "i64": "int",
-    "u32": "int", "u64": "int", "String": "string",
-}  # fmt: skip
 _INSIDE_TYPES = frozenset(["COLON", "COMMA", "NUMBER", "SEMICOLON", "SLASH", "STAR", "CARET"])
-_PARAMS = {
-    "SimpleEulerAngleParam": "euler", "EulerAngleParam": "rotation", "AngleParam": "angle",
-    "QuaternionParam": "quaternion", "DirectionParam": "direction", "TransformParam": "transform",
-    "SimilarityParam": "similarity",
-}  # fmt: skip
 _COLLECTIONS = {
     "Vec": "list", "List": "list", "list": "list", "vector": "list", "array": "list", "set": "list",
     "Deque": "deque", "VecDeque": "deque", "deque": "deque", "Arena": "arena", "arena": "arena",
 }  # fmt: skip
+
+_REF = re.compile(r"#\[\s*arael\s*\(\s*ref\s*=\s*([\w.]+)\s*\)\s*\]\s*(?:pub\s+)?$")
 
 
 def generic_type(t: Trouble) -> bool:
@@ -36,7 +29,13 @@ def generic_type(t: Trouble) -> bool:
     if end <= t.index or not (found or "::" in written):
         return False
     name = t.tokens[first - 2].text
-    form = _arael_form(found[1], found[2], name) if found else f"`{plain}`"
+    form = _arael_form(found[1], found[2], name) if found else f"`{plain_type(plain)}`"
+    before = t.log.source.text[: t.tokens[first - 2].start]
+    path = re.search(
+        r"#\[\s*arael\s*\(\s*ref\s*=\s*([\w.]+)\s*\)\s*\]\s*(?:pub\s+)?$", before[-200:]
+    )
+    if path and found and found[1] in ("Ref", "ref"):
+        form = f"`ref {plain_type(found[2])} in {path[1]}`"
     start, stop = t.tokens[first].start, t.tokens[end - 1].end
     t.log.error(
         "E0151" if form else "E0127",
@@ -97,11 +96,11 @@ def _replace_type(t: Trouble, first: int, end: int) -> None:
 
 def _arael_form(outer: str, inner: str, name: str) -> str:
     inner = inner.split(";")[0]
-    element = _plain(inner.split(",")[0])
+    element = plain_type(inner.split(",")[0])
     if outer == "Param":
         return f"`param {name}: {element}`"
-    if outer in _PARAMS:
-        return f"`param {name}: {_PARAMS[outer]}`"
+    if outer in PARAMETERS:
+        return f"`param {name}: {PARAMETERS[outer]}`"
     if outer in _COLLECTIONS:
         return f"`{_COLLECTIONS[outer]} of {element}`"
     if outer in ("Option", "Optional", "optional"):
@@ -116,13 +115,6 @@ def _arael_form(outer: str, inner: str, name: str) -> str:
     if outer == "TripletBlock":
         return "`triplets`, or leave it out: blocks are worked out by themselves"
     return ""
-
-
-def _plain(name: str) -> str:
-    inner = re.fullmatch(r"(\w+)<.*>?", name)
-    name = inner[1] if inner else name
-    bare = re.sub(r"[fd]$", "", name)
-    return _TYPES.get(name) or _TYPES.get(bare) or name
 
 
 def rust_word(t: Trouble) -> bool:
@@ -145,6 +137,16 @@ def rust_word(t: Trouble) -> bool:
     )
     t.automaton.pop(1)
     return True
+
+
+_PROGRAM = "a model runs no program: fill it and solve it from Python, with `arael.load`"
+
+
+def _is_program(t: Trouble) -> bool:
+    """``model.solve(...)``, ``x = 3``, ``a::b(...)`` where an item should begin."""
+    line = t.line_tokens()
+    kinds = [token.type for token in line[1:3]]
+    return kinds[:1] in (["DOT"], ["EQUAL"]) or kinds == ["COLON", "COLON"]
 
 
 def rust_item(t: Trouble) -> bool:
@@ -170,7 +172,12 @@ def rust_item(t: Trouble) -> bool:
         "trait": "a model has structs, constraints and a root only",
         "enum": "a model has structs, constraints and a root only",
         "type": "a type cannot be given another name",
+        **dict.fromkeys(
+            ("for", "while", "loop", "match", "println", "eprintln", "print"), _PROGRAM
+        ),
     }
+    if word.text not in hints and _is_program(t):
+        hints = {word.text: _PROGRAM}
     if word.text not in hints:
         return False
     t.log.error(
@@ -180,4 +187,27 @@ def rust_item(t: Trouble) -> bool:
     return True
 
 
-RECOGNISERS = (rust_item, generic_type, rust_word)
+def rust_path(t: Trouble) -> bool:
+    """``vect3f::new(x, y, z)`` in a body."""
+    opener = t.opener()
+    nested = opener is not None and opener.type != "LBRACE"
+    if not (t.in_body or nested) or t.token.type != "COLON":
+        return False
+    before, after, name = t.before, t.ahead(), t.ahead(2)
+    if after.type != "COLON" or before is None or not t.is_word(before) or not t.is_word(name):
+        return False
+    help_ = f"write `{name.text}` alone"
+    if name.text in ("new", "from", "zeros") or plain_type(before.text) != before.text:
+        help_ = "a vector is written as a list: `[x, y, z]`"
+    t.log.error(
+        "E0150",
+        f"`{before.text}::{name.text}` is no name in arael",
+        before.start,
+        name.end,
+        help=help_,
+    )
+    t.skip(3)
+    return True
+
+
+RECOGNISERS = (rust_item, generic_type, rust_path, rust_word)
