@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from arael.check.arithmetic import NotConstant, evaluate
-from arael.check.typed import Apply, Literal_, MatrixType, Typed, VectorType
+from arael.check.typed import Apply, Literal_, MatrixType, TransformType, Typed, VectorType
 from arael.check.types import size_of
 from arael.check.units import DEG, ONE, RAD, Unit
 from arael.check.units_quantities import (
@@ -85,8 +85,10 @@ def _joined(node: Apply, args: Sequence[Quantity]) -> Quantity:
 
 def _product(node: Apply, args: Sequence[Quantity]) -> Quantity:
     a, b = args[0], args[1]
+    first, second = node.args[0].type, node.args[1].type
+    if isinstance(first, TransformType):
+        return all_joined(a) if first.scaled else joined(all_joined(a), all_joined(b))
     if isinstance(a, tuple) or isinstance(b, tuple):
-        first, second = node.args[0].type, node.args[1].type
         if isinstance(first, MatrixType) and isinstance(second, VectorType):
             return UNKNOWN if a is UNKNOWN else times(all_joined(a), all_joined(b))
         if isinstance(first, VectorType) and isinstance(second, MatrixType):
@@ -172,6 +174,24 @@ def _constant(node: Typed) -> Fraction | None:
     return Fraction(value).limit_denominator(1000)
 
 
+def _inverse(node: Apply, args: Sequence[Quantity]) -> Quantity:
+    type_ = node.args[0].type
+    if isinstance(type_, TransformType):
+        return UNKNOWN if type_.scaled else args[0]
+    return power(all_joined(args[0]), -1)
+
+
+def _rotation_matrix(node: Apply, args: Sequence[Quantity]) -> Quantity:
+    if isinstance(node.args[0].type, TransformType):
+        return ONE
+    return _from(*_ANGLE, ONE)(node, args)
+
+
+def _twist(node: Apply, args: Sequence[Quantity]) -> Quantity:
+    parts = (all_joined(args[0]),) * 3 + (RAD,) * 3
+    return packed(parts) if size_of(node.type) == 6 else UNKNOWN
+
+
 def _det(node: Apply, args: Sequence[Quantity]) -> Quantity:
     matrix = node.args[0].type
     return power(all_joined(args[0]), matrix.rows if isinstance(matrix, MatrixType) else 1)
@@ -234,7 +254,7 @@ RULES: dict[str, Rule] = {
     "emul": _by_element(1),
     "ediv": _by_element(-1),
     "pow": _power,
-    "inverse": _to(-1),
+    "inverse": _inverse,
     "det": _det,
     "dot": _dot,
     "cross": _cross,
@@ -246,7 +266,10 @@ RULES: dict[str, Rule] = {
     "quat_vec": _same,
     "quat_exp": _from(*_ANGLE, ONE),
     "quat_log": _from(*_PURE, RAD, True),
-    "rotation_matrix": _from(*_ANGLE, ONE),
+    "rotation_matrix": _rotation_matrix,
+    **dict.fromkeys(("transform", "similarity", "translation"), _norm),
+    "rotation": lambda node, args: ONE,
+    "tf_log": _twist,
     "euler_angles": _from(*_PURE, RAD, True),
     "rotation_vector": _from(*_PURE, RAD, True),
     "rotate": _rotated,

@@ -14,10 +14,12 @@ from arael.check.typed import (
     Pack,
     Read,
     Select,
+    TransformType,
     Typed,
     VectorType,
 )
 from arael.check.types import size_of
+from arael.check.units import ONE
 from arael.check.units_messages import report_clash, report_misfit
 from arael.check.units_quantities import (
     UNKNOWN,
@@ -80,6 +82,8 @@ def _read(units: Units, node: Read) -> Quantity:
 
 def _component(units: Units, node: Component) -> Quantity:
     whole = units.of(node.of)
+    if isinstance(node.of.type, TransformType) and node.index >= 3:
+        return ONE
     return whole[node.index] if isinstance(whole, tuple) else whole
 
 

@@ -151,6 +151,7 @@ root R {{
     param radv: vec3 [rad]
     param ea: euler
     param q: quaternion
+    param T: transform [m]
     rot: mat3 [1]
     m2: mat3 [m^2]
     freem: mat3
@@ -205,6 +206,11 @@ root R {{
         "euler_angles(rot) / rad",
         "rotation_vector(rot) / rad",
         "q.log() / rad",
+        "(T * mv - mv) / m",
+        "(T.inverse() * mv - mv) / m",
+        "((T * T).inverse() * mv - mv) / m",
+        "T.rotation_matrix() * mv / m",
+        "T.log() ./ [m, m, m, rad, rad, rad]",
         "q.vec",
         "q.rotate(mv) / m",
         "(cross(radv / s, mv) - mv / s) / (m / s)",
@@ -252,6 +258,10 @@ def test_what_fits(residual: str) -> None:
         ("sin(rad) - m", "E0321"),
         ("starship(m, one) / m", "E0321"),
         ("(m2.inverse() * mv - mv) / m", "E0321"),
+        ("(T * mv - radv) / m", "E0321"),
+        ("T * radv / m", "E0321"),
+        ("(T.rotation_matrix() * mv - radv) / m", "E0321"),
+        ("T * mv", "W0301"),
         ("sin(m)", "E0322"),
         ("sin(deg)", "E0322"),
         ("wave(m)", "E0322"),
