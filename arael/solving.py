@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -16,7 +16,6 @@ from arael.config import LmConfig, Observer
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import LEVELS, log, logger
 from arael.result import ENDING, Plan, Result, joined
-from arael.runtime.access import StoreLike
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, Pass
 from arael.runtime.linear import blas
@@ -80,7 +79,7 @@ def solve(
         the root lacks.
     """
     model._store.check_complete()
-    layout, _, _ = posed(model)
+    layout = layout_of(model)
     if observer is not None:
         settings["observer"] = observer
     base = (config or LmConfig()).with_()
@@ -90,7 +89,7 @@ def solve(
     check_paths(layout, [*frozen, *(p for one in schedule for p in (*one.freeze, *one.free))])
     began = time.perf_counter()
     results: list[Result] = []
-    kept: tuple[Structure, LinearSolver] | None = None
+    kept = _kept_of(model, solver, solver_options)
     for one, pass_config in zip(schedule, configs, strict=True):
         _set_root(model, one)
         write = _writer(trace, pass_config.verbose)
@@ -104,6 +103,7 @@ def solve(
         problem.check_start()
         linear, seconds = _linear_solver(problem, solver, solver_options or {}, kept)
         kept = (problem.structure, linear)
+        _keep(model, solver, solver_options, kept)
         try:
             with blas_threads(pass_config.num_threads):
                 outcome = minimise(problem, pass_config, linear, write, seconds)
@@ -124,18 +124,21 @@ def problem_of(
     model: Solvable, frozen: Iterable[str] = (), known: Structure | None = None
 ) -> Problem:
     """The problem that a model poses at its present values."""
-    layout, store, programs = posed(model)
-    kernels = model._compiled.kernels
-    return Problem(layout, store, kernels, frozen=frozenset(frozen), known=known, programs=programs)
-
-
-def posed(model: Solvable) -> tuple[Layout, StoreLike, Sequence[Any] | None]:
-    """Layout, data and programs of a model, the residuals added at run time included."""
     residuals = getattr(model, "_residuals", None)
-    if residuals is None:
-        return model._compiled.layout, model._store, None
-    together = residuals.posed()
-    return together.layout, together, together.programs
+    compiled = model._compiled
+    if residuals is not None:
+        together: Problem = residuals.posed().problem(compiled.kernels, frozenset(frozen), known)
+        return together
+    return Problem(
+        compiled.layout, model._store, compiled.kernels, frozen=frozenset(frozen), known=known
+    )
+
+
+def layout_of(model: Solvable) -> Layout:
+    """Layout of a model, the residuals added at run time included."""
+    residuals = getattr(model, "_residuals", None)
+    found: Layout = model._compiled.layout if residuals is None else residuals.posed().layout
+    return found
 
 
 def cost(model: Solvable) -> float:
@@ -211,6 +214,32 @@ def _linear_solver(
     began = time.perf_counter()
     linear = problem.make_solver(name, **options)
     return linear, time.perf_counter() - began
+
+
+def _kept_of(
+    model: Solvable, name: str, options: Mapping[str, Any] | None
+) -> tuple[Structure, LinearSolver] | None:
+    """Structure and linear solver of the last solve of a model with runtime residuals.
+
+    Those are solved often, after small changes, and mostly small: analysis would take longest.
+    """
+    residuals = getattr(model, "_residuals", None)
+    if residuals is None or residuals.kept is None:
+        return None
+    (last, last_options), kept = residuals.kept
+    found: tuple[Structure, LinearSolver] = kept
+    return found if last == name and last_options == dict(options or {}) else None
+
+
+def _keep(
+    model: Solvable,
+    name: str,
+    options: Mapping[str, Any] | None,
+    kept: tuple[Structure, LinearSolver],
+) -> None:
+    residuals = getattr(model, "_residuals", None)
+    if residuals is not None:
+        residuals.kept = ((name, dict(options or {})), kept)
 
 
 def _set_root(model: Solvable, one: Pass) -> None:

@@ -42,6 +42,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._declarations = Declarations()
         self._constants = Constants(self._declarations, self._report)
         self._posed: Posed | None = None
+        self.kept: Any = None  # structure and linear solver of the last solve
         self._adding: RuntimeResidual | None = None
 
     # --- adding and removing -------------------------------------------------------------------
@@ -351,10 +352,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         return self._rows_of(self.posed(), self._number(label))
 
     def _rows_of(self, posed: Posed, number: int) -> Array:
-        from arael.runtime.problem import Problem
-
         posed.refresh()
-        kernels = self._model._compiled.kernels
-        problem = Problem(posed.layout, posed, kernels, programs=posed.programs)
+        problem = posed.problem(self._model._compiled.kernels, frozenset(), None)
         found: Array = problem.evaluation.group_rows(number)[0]
         return found

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.residuals.derivation import Derived, state_of
@@ -13,8 +14,11 @@ from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable
 from arael.residuals.reading import parameter_table
 from arael.runtime.access import Walker
+from arael.runtime.instances import Instances
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
 from arael.runtime.machine import Program
+from arael.runtime.problem import Problem
+from arael.runtime.structure import Structure
 
 
 class Posed:
@@ -32,12 +36,19 @@ class Posed:
     layout : the model's layout with the tables, entities and groups of the residuals behind its own
     tables : path -> table
     programs : per group, what the expression machine runs; None where compiled kernels have it
+    gathered : data of groups that an earlier problem gathered, by number
     """
 
     def __init__(
         self, layout: Layout, store: Any, owners: Sequence[Expression], derived: Sequence[Derived]
     ) -> None:
+        self._store = store
         self._derived = derived
+        self._checked = -1
+        self._versions: dict[int, int] = {}
+        self._known: Structure | None = None
+        self.gathered: dict[int, Instances] = {}
+        self._own_data: list[int] = []
         self.tables: dict[str, Any] = dict(store.tables)
         tables: list[Table] = list(layout.tables)
         entities: list[Entity] = list(layout.entities)
@@ -59,23 +70,52 @@ class Posed:
             group = one.kernel.group
             uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
             groups.append(msgspec.structs.replace(group, uses=uses))
+            # What reads nothing but its own data is gathered again only when that has changed.
+            if all(not group.slots[raw.slot].steps for raw in group.raw):
+                self._own_data.append(len(self.programs))
+            self._versions[len(self.programs)] = one.rows.version
             self.programs.append(one.program)
         self.layout = msgspec.structs.replace(
             layout, tables=tuple(tables), entities=tuple(entities), groups=tuple(groups)
         )
 
     def refresh(self) -> None:
-        """Take data as it is now, and see that all that is read is there.
+        """See that all that is read is there, and forget what has changed.
 
         Raises
         ------
         AraelError
-            E0762 columns of different length; E0765 a row that was removed, or that lacks what is
-            read.
+            E0765 a row that was removed, or that lacks what is read.
         """
+        if self._checked != self._store.structure_version:
+            for one in self._derived:
+                self._check_rows(one)
+            self._checked = self._store.structure_version
         for one in self._derived:
-            one.rows.refresh()
-            self._check_rows(one)
+            if one.found.optionals:
+                self._check_optionals(one)
+        for number, one in enumerate(self._derived, len(self.programs) - len(self._derived)):
+            if self._versions[number] != one.rows.version:
+                self.gathered.pop(number, None)
+                self._versions[number] = one.rows.version
+
+    def problem(self, kernels: Any, frozen: frozenset[str], known: Structure | None) -> Problem:
+        """The problem as it stands; what has not changed since the last one is taken over."""
+        found = Problem(
+            self.layout,
+            self,
+            kernels,
+            frozen=frozen,
+            known=known or self._known,
+            programs=self.programs,
+            gathered=self.gathered,
+        )
+        if found.structure is not self._known:
+            self.gathered.clear()
+        self._known = found.structure
+        for number in self._own_data:
+            self.gathered[number] = found.instances[number]
+        return found
 
     def _check_rows(self, one: Derived) -> None:
         for path, refs in one.found.refs.items():
@@ -88,11 +128,9 @@ class Posed:
                         help=("remove the residual, or add it anew with a row that is there",),
                     )
                 )
-        if not one.found.optionals:
-            return
-        path = one.table.path
-        import numpy as np
 
+    def _check_optionals(self, one: Derived) -> None:
+        path = one.table.path
         walker = Walker(self, path, np.arange(one.rows.size))
         for (steps, table, within), span in one.found.optionals.items():
             rows = walker.rows(Slot(steps, table))

@@ -33,6 +33,7 @@ class RowsTable:
     ) -> None:
         self.label = label
         self.structure_version = 0
+        self.version = 0  # of the data
         self._data = data
         self._refs = refs
         self._columns: dict[str, Array] = {}
@@ -66,6 +67,7 @@ class RowsTable:
             values = values if values.ndim else values[None]
             columns[path] = np.broadcast_to(values, (size, *values.shape[1:]))
         self._columns = columns
+        self.version += 1
         if size != self.size:
             self.size = size
             self.structure_version += 1

@@ -217,14 +217,15 @@ cdef class Evaluation:
                 width = WIDTH
                 self._program[g] = <void*>self._programs[g]
                 self._shared[g] = bool((placement.rows == placement.rows[:1]).all())
-            parts = [
-                in_lanes(one.data, width),
-                np.ascontiguousarray(one.uniform),
-                in_lanes(placement.rows, width),
-                in_lanes(placement.gradient_at, width),
-                in_lanes(placement.block_at, width),
-                in_lanes(placement.turn, width),
-            ]
+            if width not in one.lanes:
+                one.lanes[width] = in_lanes(one.data, width)
+            if width not in placement.lanes:
+                placement.lanes[width] = [
+                    in_lanes(a, width)
+                    for a in (placement.rows, placement.gradient_at, placement.block_at,
+                              placement.turn)
+                ]
+            parts = [one.lanes[width], np.ascontiguousarray(one.uniform), *placement.lanes[width]]
             self._keep.append(parts)
             self._lane_data.append(parts[0])
             for which in range(2):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,13 @@ class Instances:
     rows : (n,) rows of the group's table
     data : (n, data_count) what does not change within a solve
     uniform : (uniform_count,) what is the same for all instances
+    lanes : `data` in lane order by number of lanes, once it has been asked for
     """
 
     rows: Ints
     data: Array
     uniform: Array
+    lanes: dict[int, Array] = field(default_factory=dict, compare=False, repr=False)
 
 
 def gather_instances(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
 
@@ -38,6 +38,7 @@ class Problem:
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
     programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
+    gathered : data of some groups by number, as an earlier problem of the same structure had it
 
     Attributes
     ----------
@@ -60,16 +61,18 @@ class Problem:
         frozen: frozenset[str] = frozenset(),
         known: Structure | None = None,
         programs: Sequence[Any] | None = None,
+        gathered: Mapping[int, Instances] | None = None,
     ) -> None:
         began = time.perf_counter()
         self.layout = layout
         self.store = store
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
         self.structure = structure_of(store, frozen, known)
+        known_data = gathered or {}
         self.instances: list[Instances] = [
-            gather_instances(store, group, active, rows, self.dtype)
-            for group, active, rows in zip(
-                layout.groups, self.structure.active, self.structure.slot_rows, strict=True
+            known_data.get(number) or gather_instances(store, group, active, rows, self.dtype)
+            for number, (group, active, rows) in enumerate(
+                zip(layout.groups, self.structure.active, self.structure.slot_rows, strict=True)
             )
         ]
         self.diagonal_at = diagonal_positions(self.structure.pattern)

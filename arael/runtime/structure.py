@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +30,14 @@ class Placement:
     gradient_at : (n, uses) int32, first scalar of each use
     block_at : (n, pairs) int64, offset of each pair's block in the values
     turn : (n, pairs) uint8, 0 as computed, 1 transposed, 2 both onto a diagonal block
+    lanes : these arrays in lane order by number of lanes, once they have been asked for
     """
 
     rows: NDArray[np.int32]
     gradient_at: NDArray[np.int32]
     block_at: Ints
     turn: NDArray[np.uint8]
+    lanes: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
