@@ -22,6 +22,7 @@ root Chain {
 }
 """
 COUNT = 100
+LOOP = ("linearise", "factor", "first_factor", "solve", "cost")
 
 
 def main() -> None:
