@@ -10,10 +10,10 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
-from benchmarks import kernels, solvers, start, systems  # noqa: E402
+from benchmarks import kernels, schur, solvers, start, systems  # noqa: E402
 from benchmarks.measure import machine  # noqa: E402
 
-OWN = {"kernels": kernels.run, "start": start.run, "solvers": solvers.run}
+OWN = {"kernels": kernels.run, "start": start.run, "solvers": solvers.run, "schur": schur.run}
 BESIDE = ("slam", "localization", "pose_graph", "bundle")
 SUITES = (*OWN, *BESIDE)
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 
 import arael
+from arael.diagnostics.records import AraelError
 from arael.scenes.columns import columns
 from arael.scenes.config import benchmark_config
 from arael.scenes.fill import fill
@@ -56,3 +58,36 @@ def test_the_plan_says_what_happened() -> None:
     assert result.plan["iterations"] >= result.plan["solves"] > 0
     assert result.plan["preconditioner"] == "cluster"
     assert result.plan["predicted_ms"] > 0
+
+
+@pytest.mark.parametrize("named", ["landmarks", ["landmarks"]])
+def test_collections_are_eliminated_by_name(named: Any) -> None:
+    model = scene("slam")
+    result = model.solve(solver="schur", solver_options={"eliminate": named}, max_iters=1)
+    assert result.plan["eliminated"] == len(model.landmarks)
+
+
+def test_eliminating_poses_by_name_says_who_is_coupled() -> None:
+    with pytest.raises(AraelError) as caught:
+        scene("slam").solve(solver="schur", solver_options={"eliminate": "poses"})
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "E0842"
+    assert "poses[0]." in diagnostic.message and "poses[1]." in diagnostic.message
+
+
+def test_unknown_collection() -> None:
+    with pytest.raises(AraelError) as caught:
+        scene("slam").solve(solver="schur", solver_options={"eliminate": "landmark"})
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "E0842"
+    assert diagnostic.help == ("did you mean `landmarks`?",)
+
+
+def test_single_precision_reaches_the_same_optimum() -> None:
+    costs = {}
+    for precision in ("f32", "f64"):
+        model = arael.load("slam", precision=precision)
+        instance = model()
+        fill(instance, model.layout, columns(make_scene(benchmark_config(poses=20))))
+        costs[precision] = instance.solve(solver="schur").end_cost
+    assert np.isclose(costs["f32"], costs["f64"], rtol=1e-3)

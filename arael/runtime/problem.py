@@ -24,7 +24,7 @@ from arael.runtime.positions import (
 )
 from arael.runtime.states import solved_values, stored_scalars, write_back
 from arael.runtime.structure import Structure, structure_of
-from arael.runtime.system import row_name
+from arael.runtime.system import blocks_of, row_name
 
 
 class Problem:
@@ -107,9 +107,16 @@ class Problem:
         return solved_values(self.structure.system, self.states)
 
     def make_solver(self, name: str = "auto", **options: Any) -> LinearSolver:
-        """A linear solver for this problem's pattern."""
+        """A linear solver for this problem's pattern.
+
+        ``eliminate`` may also name collections: ``"landmarks"``, or several of them.
+        """
         from arael.runtime.linear.auto import make_solver
 
+        chosen = options.get("eliminate", "auto")
+        names = [chosen] if isinstance(chosen, str) else list(chosen)
+        if chosen != "auto" and all(isinstance(name, str) for name in names):
+            options["eliminate"] = blocks_of(self.structure.system, names)
         solver: LinearSolver = make_solver(
             name, self.structure.pattern, self.layout.precision == "f32", **options
         )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
 from arael.runtime.access import Bools, Ints, StoreLike
 from arael.runtime.layout import Entity, Layout
 
@@ -84,6 +87,28 @@ class System:
                 head = f"{place}." if place else ""
                 found += [f"{head}{entity.prefix}{name}" for name in entity.tangent_names]
         return found
+
+
+def blocks_of(system: System, names: Sequence[str]) -> Ints:
+    """Blocks of all rows of the named collections; AraelError E0842 for one that has none."""
+    found = [np.zeros(0, dtype=np.int64)]
+    tables = [entity.table for entity in system.layout.entities if entity.table]
+    for name in names:
+        if name not in tables:
+            near = closest(name, tables)
+            raise AraelError(
+                Diagnostic(
+                    "E0842",
+                    f"eliminate names `{name}`, which is no collection with parameters",
+                    origin="solver options",
+                    notes=(f"collections with parameters are {', '.join(tables) or 'none'}",),
+                    help=(f"did you mean `{near[0]}`?",) if near else (),
+                )
+            )
+        for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
+            if entity.table == name:
+                found.append(blocks.block[blocks.block >= 0])
+    return np.sort(np.concatenate(found))
 
 
 def row_name(store: StoreLike, table: str, row: int) -> str:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from arael.runtime.linear.analysis import Analysis
 from arael.runtime.linear.bandwidth import band_flops, half_bandwidth
 from arael.runtime.linear.pattern import BlockPattern
@@ -17,6 +19,10 @@ _SINGLE = 0.65
 
 # Unknowns from which `dense` hands over to LAPACK, see dense.pyx.
 _LAPACK = 1536
+
+# Scalars of the second cache, and nanoseconds to reach a place behind it.
+_CACHE = 128 * 1024
+_PLACE = 20.0
 
 
 @dataclass(frozen=True)
@@ -67,11 +73,34 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / 90.0
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.
-    cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0
+    scattered = _scattered(pattern, analysis)
+    cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0 + scattered * 1e6
     return {
         "dense": Cost(n**3 / 3, n * (n + 1) // 2, scale * dense * 1e-6),
         "band": Cost(*banded, scale * band * 1e-6),
-        "sparse": Cost(analysis.flops, analysis.nnz, scale * (100e-6 + analysis.milliseconds)),
+        "sparse": Cost(
+            analysis.flops, analysis.nnz, scale * (100e-6 + analysis.milliseconds + scattered)
+        ),
         "lapack_band": Cost(*banded, scale * lapack * 1e-6),
         "cholmod": Cost(analysis.flops, analysis.nnz, cholmod * 1e-6),
     }
+
+
+def _scattered(pattern: BlockPattern, analysis: Analysis) -> float:
+    """Milliseconds for update matrices of fronts whose parents do not fit the second cache.
+
+    Each column of a block that is added to such a parent is a place in memory of its own, which the
+    time of a front does not know of.
+    """
+    nodes = analysis.supernodes
+    width = pattern.sizes[nodes.order].astype(np.float64)
+    before = np.concatenate(([0.0], np.cumsum(width)))
+    below = np.concatenate(([0.0], np.cumsum(width[nodes.rows])))
+    own = np.diff(before[nodes.start])
+    rows = np.diff(below[nodes.row_start])
+    blocks = np.maximum(np.diff(nodes.row_start), 1)
+    child = np.flatnonzero(nodes.parent >= 0)
+    parent = nodes.parent[child]
+    far = (own[parent] + rows[parent]) ** 2 > _CACHE
+    places = rows[child] * blocks[child] / 2
+    return float((places * far).sum()) * _PLACE * 1e-6
