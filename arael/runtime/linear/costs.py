@@ -22,7 +22,10 @@ _LAPACK = 1536
 
 # Scalars of the second cache, and nanoseconds to reach a place behind it.
 _CACHE = 128 * 1024
-_PLACE = 20.0
+_PLACE = 3.0
+
+# Half-bandwidth up to which the columns at work stay in the second cache.
+_NARROW = 360
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,9 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     dense_rate = 88.0 if n <= _LAPACK else 55.0
     dense = 100.0 + 16.0 * n + 0.15 * n * n + n**3 / (3 * dense_rate)
     banded = (band_flops(n, kd), n * (kd + 1))
-    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / 90.0
+    # A wide band leaves the second cache.
+    rate = 90.0 if kd <= _NARROW else 45.0
+    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / rate
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.
     scattered = _scattered(pattern, analysis)
