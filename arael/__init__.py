@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from arael.config import LmConfig as LmConfig
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
+    from arael.functions import Function as Function
     from arael.io import read as read
     from arael.io import write as write
     from arael.loading import load as load
@@ -36,6 +37,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "AraelError": "arael.diagnostics.records",
     "Diagnostic": "arael.diagnostics.records",
+    "Function": "arael.functions",
     "LmConfig": "arael.config",
     "Model": "arael.model",
     "Ref": "arael.model",

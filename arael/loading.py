@@ -13,7 +13,8 @@ import os
 import sys
 import time
 import warnings
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,10 +22,10 @@ from arael.compiler import cache, processor
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import log
 from arael.runtime.layout import Layout, from_json, to_json
+from arael.runtime.native_binding import Binding
 
 if TYPE_CHECKING:
     from arael.model import Model
-    from arael.syntax.tree import Import
 
 Precision = Literal["f32", "f64"]
 
@@ -44,6 +45,7 @@ class Compiled:
     folder : cache entry or shipped folder it came from, or None
     origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
     seconds : what each stage of a compilation took; empty on a warm start
+    bindings : what the caller bound to native functions, by name
     """
 
     layout: Layout
@@ -51,6 +53,7 @@ class Compiled:
     folder: Path | None
     origin: str
     seconds: dict[str, float]
+    bindings: dict[str, Binding] = field(default_factory=dict)
 
 
 def load(
@@ -59,6 +62,7 @@ def load(
     precision: Precision | None = None,
     root: str | None = None,
     interpret: bool | None = None,
+    functions: Mapping[str, Any] | None = None,
 ) -> type[Model]:
     """Load a model as a class whose instances hold its data.
 
@@ -69,6 +73,9 @@ def load(
     root : which root, where the file has several
     interpret : run on the NumPy interpreter (True), on compiled kernels or not at all (False), or
         on the interpreter only where there is no C compiler (None)
+    functions : what to call for each ``extern fn`` of the model, by name: a function pointer of
+        ctypes or cffi, a numba ``cfunc``, a capsule of Cython's, a `scipy.LowLevelCallable`, or a
+        Python function of floats
 
     Returns
     -------
@@ -84,11 +91,18 @@ def load(
     -----
     InterpretedWarning
         No C compiler was found, so the NumPy interpreter stands in.
+    SlowFunctionWarning
+        A Python function is bound to an ``extern fn``.
     """
+    from arael.functions import Functions
     from arael.model import Model
 
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
+    if functions:
+        from arael.face.native import bind_all
+
+        compiled = replace(compiled, bindings=bind_all(layout, functions))
 
     def construct(self: Model, /, **values: Any) -> None:
         Model.__init__(self, compiled, **values)
@@ -99,6 +113,7 @@ def load(
         "__module__": f"arael.models.{layout.name}",
         "compiled": compiled,
         "layout": layout,
+        "functions": Functions(layout, compiled.bindings),
     }
     return type(layout.root, (Model,), members)
 
@@ -126,7 +141,9 @@ def load_compiled(
         shipped = _shipped(path, text, precision)
         if shipped is not None:
             return shipped
-    key = cache.key(text, root, precision, "interpreter" if interpret else "native")
+    # The same text beside other files to import is another model.
+    beside = str(path.resolve().parent) if "import" in text else ""
+    key = cache.key(text, root, precision, "interpreter" if interpret else "native", beside)
     entry = _usable(cache.find(key), interpret)
     if entry is not None:
         return _from_entry(entry, "cache")
@@ -320,24 +337,21 @@ def compile_program(
     """Run the stages up to the IR; return the program and what each stage took."""
     started = time.perf_counter()
     from arael.compiler import compiler
+    from arael.compiler.imports import Imports
     from arael.diagnostics.records import Findings
     from arael.diagnostics.render import render
     from arael.syntax.files import read_source
-    from arael.syntax.parser import parse
 
     seconds = {"import": time.perf_counter() - started}
 
-    def imported(item: Import, beside: Path) -> Any:
-        source = read_source(beside.parent / item.path.value)
-        dependencies[str(Path(source.name).resolve())] = cache.digest(source.text.encode())
-        return parse(source)
-
+    imports = Imports()
     started = time.perf_counter()
     tree = compiler.syntax(read_source(path))
     seconds["syntax"] = time.perf_counter() - started
     findings = Findings()
     started = time.perf_counter()
-    model = compiler.types(tree, findings, root, lambda item: imported(item, path))
+    model = compiler.types(tree, findings, root, imports)
+    dependencies |= imports.digests()
     seconds["check"] = time.perf_counter() - started
     started = time.perf_counter()
     said = tuple(render([d], color=False, width=100) for d in findings.warnings)

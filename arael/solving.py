@@ -126,11 +126,19 @@ def problem_of(
     """The problem that a model poses at its present values."""
     residuals = getattr(model, "_residuals", None)
     compiled = model._compiled
+    bindings = getattr(compiled, "bindings", None)
     if residuals is not None:
-        together: Problem = residuals.posed().problem(compiled.kernels, frozenset(frozen), known)
+        together: Problem = residuals.posed().problem(
+            compiled.kernels, frozenset(frozen), known, bindings
+        )
         return together
     return Problem(
-        compiled.layout, model._store, compiled.kernels, frozen=frozenset(frozen), known=known
+        compiled.layout,
+        model._store,
+        compiled.kernels,
+        frozen=frozenset(frozen),
+        known=known,
+        bindings=bindings,
     )
 
 

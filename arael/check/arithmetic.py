@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from arael.check.typed import Apply, Component, Literal_, Pack, Select, Typed
+from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
 from arael.check.walk import postorder
 from arael.runtime.tape import evaluate as run
@@ -78,6 +78,10 @@ def _value(node: Typed, known: dict[int, Values]) -> Values:
         return known[id(taken)]
     if isinstance(node, Apply):
         return _applied(node, [known[id(a)] for a in node.args])
+    if isinstance(node, Invoke):
+        if node.value is None:
+            raise NotConstant(node, "calls native code")
+        return known[id(node.value)]
     raise NotConstant(node, "depends on the data")
 
 

@@ -10,10 +10,17 @@ from __future__ import annotations
 
 from arael.check.access import constant_index
 from arael.check.binding import BROKEN, Binding, Broken, Entity
-from arael.check.builtins import FUNCTIONS, IDENTITIES, METHODS, ROW_METHODS, Signature
+from arael.check.builtins import (
+    FUNCTIONS,
+    IDENTITIES,
+    METHODS,
+    ROW_METHODS,
+    Signature,
+    is_number,
+)
 from arael.check.scope import ConstantScope
 from arael.check.suggest import nearest
-from arael.check.typed import INT, Literal_, MatrixType, Typed, VectorType
+from arael.check.typed import INT, REAL, Invoke, Literal_, MatrixType, Typed, VectorType
 from arael.check.typist import Typist
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
@@ -178,7 +185,7 @@ def _row(t: Typist, node: tree.Call, func: tree.Attribute, value: Typed) -> Bind
 
 
 def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
-    """Expand a function of the model where it is called."""
+    """A call of a function of the model: its formula written out, with its own derivatives."""
     name = function.name.id
     args: list[Typed] = []
     for arg in node.args:
@@ -195,8 +202,34 @@ def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
             len(node.args),
             Label(function.name.span, "declared here"),
         )
-    if len(args) < len(node.args) or function.body is None or name in t.declarations.broken:
+    if len(args) < len(node.args) or name in t.declarations.broken:
         return BROKEN
+    if function.derivs is None:
+        return _expanded(t, node, function, args)
+    for value in args:
+        if not is_number(value.type):
+            return t.fail(
+                "E0671",
+                value.span,
+                f"`{name}` takes scalars, found {value.type}",
+                label=f"this is {value.type}",
+                labels=[
+                    Label(function.name.span, "a function with derivatives of its own"),
+                    *t.origin(value),
+                ],
+                help=["call it for each component"],
+            )
+    formula = _expanded(t, node, function, args) if function.body is not None else None
+    if isinstance(formula, Broken):
+        return BROKEN
+    assert formula is None or isinstance(formula, Typed)
+    return t.make(Invoke(type=REAL, span=node.span, function=name, args=tuple(args), value=formula))
+
+
+def _expanded(t: Typist, node: tree.Call, function: tree.Function, args: list[Typed]) -> Binding:
+    """The formula of a function for these arguments; the same for the same ones."""
+    name = function.name.id
+    assert function.body is not None
     key = (name, tuple(id(a) for a in args))
     if key not in t.expanded:
         parameters: dict[str, tuple[Binding, Span]] = {

@@ -19,6 +19,7 @@ from arael.check.passes import Passes
 from arael.check.paths import Paths
 from arael.check.places import Sites
 from arael.check.report import Reporter
+from arael.check.scalar_functions import type_functions
 from arael.check.tables import build_blocks, build_entities, build_tables, check_refs
 from arael.check.typed import ConstraintSite, TypedModel
 from arael.check.usage import warn_unread_parameters, warn_unused_structs
@@ -48,6 +49,7 @@ def check(
     constants = Constants(declarations, report)
     check_functions(declarations, report)
     constants.check_all()
+    functions = type_functions(constants, report)
     declare(declarations, constants, report)
     check_containment(declarations, report)
     chosen = choose_root(file, declarations, root, report)
@@ -62,7 +64,7 @@ def check(
     check_refs(sites, paths)
     blocks = {id(place): named_blocks(place, paths, report) for place in sites.places()}
     constraints = _constraints(sites, paths, constants, blocks, report)
-    check_marginalize(sites, paths, report)
+    marginalized = check_marginalize(sites, paths, report)
     passes = Passes(sites, paths, constants, report).all()
     report.stop()
 
@@ -80,6 +82,8 @@ def check(
         constraints=tuple(constraints),
         passes=passes,
         blocks=build_blocks(sites, entities, blocks),
+        functions=functions,
+        marginalize=marginalized,
         doc=chosen.node.doc,
     )
 

@@ -1,9 +1,10 @@
 """Rule: a function of the model can be written out where it is called.
 
-Allowed: functions that call each other in any order; unused ones.
+Allowed: functions that call each other in any order; unused ones; `derivs` that call any function,
+the one they belong to included.
 
-Not allowed: a function that calls itself, directly or through others; a name in its body that is
-neither a parameter nor a constant; two parameters of one name.
+Not allowed: a formula that calls itself, directly or through others; a name in it that is neither
+a parameter nor a constant; two parameters of one name; more or fewer `derivs` than parameters.
 """
 
 from __future__ import annotations
@@ -22,40 +23,40 @@ def check_functions(declarations: Declarations, report: Reporter) -> None:
     visible = {*declarations.consts, *CONSTANTS, *IDENTITIES, *declarations.broken}
     callable_ = {*declarations.functions, *FUNCTIONS, *IDENTITIES, *declarations.broken}
     for name, function in declarations.functions.items():
-        if not (_supported(function, report) and _names(function, visible, callable_, report)):
+        good = _counted(function, report)
+        if not (_names(function, visible, callable_, report) and good):
             declarations.broken.add(name)
     _recursion(declarations, report)
 
 
-def _supported(function: tree.Function, report: Reporter) -> bool:
-    name = function.name.id
-    if function.extern or function.body is None:
-        report.error(
-            "E0902",
-            function.name.span,
-            f"extern fn `{name}`: native functions are part of the language, but this version does "
-            "not compile them",
-            label="declared here",
-            help=["write it as a formula: `fn f(x) = ...`"],
-        )
-        return False
-    if function.derivs is not None:
-        report.error(
-            "E0903",
-            function.name.span,
-            f"fn `{name}`: `derivs` are part of the language, but this version does not compile "
-            "them",
-            label="with derivatives of its own",
-            help=["leave `derivs` out: the formula is differentiated as it stands"],
-        )
-        return False
-    return True
+def _counted(function: tree.Function, report: Reporter) -> bool:
+    """Whether there is one derivative per parameter."""
+    if function.derivs is None or len(function.derivs) == len(function.params):
+        return True
+    takes, gives = len(function.params), len(function.derivs)
+    last = function.derivs[-1].span
+    report.error(
+        "E0670",
+        function.derivs[0].span.to(last),
+        f"`{function.name.id}` takes {takes} argument{'s' * (takes != 1)}, but has {gives} "
+        f"derivative{'s' * (gives != 1)}",
+        label="one expression per argument",
+        labels=[Label(function.name.span, "declared here")],
+        help=[
+            "write the partial derivatives in order: "
+            + f"`derivs [{', '.join(f'd/d{p.id}' for p in function.params)}]`"
+        ],
+    )
+    return False
+
+
+def _formulas(function: tree.Function) -> tuple[tree.Expr, ...]:
+    return (*(() if function.body is None else (function.body,)), *(function.derivs or ()))
 
 
 def _names(
     function: tree.Function, visible: set[str], callable_: set[str], report: Reporter
 ) -> bool:
-    assert function.body is not None
     good = True
     parameters: dict[str, tree.Ident] = {}
     for parameter in function.params:
@@ -68,8 +69,9 @@ def _names(
                 labels=[Label(parameters[parameter.id].span, "first declared here")],
             )
         parameters[parameter.id] = parameter
-    called = {id(n.func) for n in subtrees(function.body) if isinstance(n, tree.Call)}
-    for node in subtrees(function.body):
+    nodes = [node for formula in _formulas(function) for node in subtrees(formula)]
+    called = {id(n.func) for n in nodes if isinstance(n, tree.Call)}
+    for node in nodes:
         if not isinstance(node, tree.Name):
             continue
         known = callable_ if id(node) in called else visible

@@ -9,8 +9,9 @@ from arael.check.report import Reporter
 from arael.diagnostics.records import Label
 
 
-def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> None:
-    """Check that `marginalize` names collections whose elements have parameters."""
+def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> tuple[str, ...]:
+    """Check that `marginalize` names collections whose elements have parameters; their tables."""
+    tables: dict[str, None] = {}
     root = Entity((), sites.root.place)
     for member in sites.root.place.struct.marginalize:
         for path in member.paths:
@@ -32,3 +33,6 @@ def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> None:
                         label="nothing to eliminate",
                         labels=[Label(struct.node.name.span, "declared here")],
                     )
+                else:
+                    tables[found.site.place.table.path] = None
+    return tuple(tables)

@@ -211,6 +211,25 @@ class Loss:
     text: str
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Formal(Typed):
+    """A parameter of a function, within the function's own formulas."""
+
+    index: int
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Invoke(Typed):
+    """A call of a function that has derivatives of its own: scalars to a scalar.
+
+    `value` is its formula, written out for these arguments; None if native code has the value.
+    """
+
+    function: str
+    args: tuple[Typed, ...]
+    value: Typed | None = None
+
+
 # --- the model --------------------------------------------------------------------------------
 
 
@@ -249,6 +268,28 @@ class ConstraintSite:
 
 
 @dataclass(frozen=True)
+class TypedFunction:
+    """A function of the model as a function of scalars; parameters are `Formal`.
+
+    Attributes
+    ----------
+    body : its formula; None for native code, and for one that does not take scalars
+    derivs : partial derivatives, one per parameter; None where the formula is differentiated
+    text, deriv_texts : the same as the model writes them
+    """
+
+    name: str
+    params: tuple[str, ...]
+    native: bool
+    body: Typed | None
+    derivs: tuple[Typed, ...] | None
+    text: str
+    deriv_texts: tuple[str, ...]
+    span: Span
+    doc: str = ""
+
+
+@dataclass(frozen=True)
 class TypedModel:
     """The typed schema of a model: tables and columns as the runtime knows them, typed bodies."""
 
@@ -260,4 +301,6 @@ class TypedModel:
     constraints: tuple[ConstraintSite, ...]
     passes: tuple[Pass, ...]
     blocks: tuple[Block, ...] = ()
+    functions: tuple[TypedFunction, ...] = ()
+    marginalize: tuple[str, ...] = ()
     doc: str = ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from arael.check.typed import Apply, Component, Pack, Select, Typed
+from arael.check.typed import Apply, Component, Invoke, Pack, Select, Typed
 from arael.syntax import tree
 
 
@@ -12,6 +12,8 @@ def operands(node: Typed) -> tuple[Typed, ...]:
     """What a typed expression is computed from, in order."""
     if isinstance(node, Apply):
         return node.args
+    if isinstance(node, Invoke):
+        return node.args if node.value is None else (*node.args, node.value)
     if isinstance(node, Component):
         return (node.of,)
     if isinstance(node, Pack):

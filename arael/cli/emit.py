@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -36,15 +35,12 @@ def _ast(path: Path, precision: str | None) -> str:
 def _types(path: Path, precision: str | None) -> str:
     from arael.cli.outline import outline
     from arael.compiler import compiler
+    from arael.compiler.imports import Imports
     from arael.diagnostics.records import Findings
     from arael.syntax.files import read_source
-    from arael.syntax.tree import Import
-
-    def imported(item: Import) -> Any:
-        return compiler.syntax(read_source(path.parent / item.path.value))
 
     tree = compiler.syntax(read_source(path))
-    return outline(compiler.types(tree, Findings(), None, imported))
+    return outline(compiler.types(tree, Findings(), None, Imports()))
 
 
 def _ir(path: Path, precision: str | None) -> str:

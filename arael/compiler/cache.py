@@ -90,8 +90,8 @@ def directory() -> Path:
     return user_cache_path("arael", appauthor=False)
 
 
-def key(text: str, root: str | None, precision: str | None, target: str) -> str:
-    """Key of a model's entry."""
+def key(text: str, root: str | None, precision: str | None, target: str, beside: str = "") -> str:
+    """Key of a model's entry; `beside` is the folder of a model that imports others."""
     parts = (
         str(FORMAT),
         arael.__version__,
@@ -104,6 +104,7 @@ def key(text: str, root: str | None, precision: str | None, target: str) -> str:
         target,
         root or "",
         precision or "",
+        beside,
         text,
     )
     return digest("\0".join(parts).encode("utf-8", "surrogatepass"))[:40]

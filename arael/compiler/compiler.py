@@ -13,6 +13,7 @@ from arael.check.check import check
 from arael.check.typed import TypedModel
 from arael.compiler.emit.module import emit_module
 from arael.compiler.entities import StateModel, model_state
+from arael.compiler.functions import Functions
 from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
 from arael.runtime.layout import LAYOUT_VERSION, Layout
@@ -55,8 +56,11 @@ def derive(
 ) -> Program:
     """Typed model to IR: residuals and their derivatives as straight-line programs."""
     states: list[StateModel] = [model_state(site) for site in model.entities]
+    functions = Functions(model.functions)
     single = (precision or model.precision) == "f32"
-    kernels = tuple(compile_constraint(site, states, single) for site in model.constraints)
+    kernels = tuple(
+        compile_constraint(site, states, single, functions) for site in model.constraints
+    )
     operations = sum(k.group.operations_after for k in kernels)
     if operations > MAX_OPERATIONS:
         largest = max(kernels, key=lambda k: k.group.operations_after).group
@@ -85,6 +89,8 @@ def derive(
         passes=model.passes,
         blocks=model.blocks,
         warnings=warnings,
+        functions=functions.layouts(),
+        marginalize=model.marginalize,
         doc=model.doc,
     )
     return Program(layout, kernels)
@@ -100,6 +106,7 @@ def emit(program: Program, source_hash: str) -> str:
         layout.precision,
         layout.entities,
         program.kernels,
+        layout.natives,
     )
     if len(text) > MAX_SOURCE:
         raise AraelError(

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
+from arael.compiler.functions import Functions
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
-from arael.compiler.scalarise import RawInput, Scalariser, StateInput
+from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
@@ -103,12 +104,15 @@ class _Uses:
 
 
 def compile_constraint(
-    site: ConstraintSite, states: Sequence[StateModel], single: bool = False
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool = False,
+    functions: Functions | None = None,
 ) -> Kernel:
     """Derive everything about one constraint at one place, for f32 where `single`."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
-    scalariser = Scalariser(graph, uses)
+    scalariser = Scalariser(graph, uses, functions or Functions())
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -210,7 +214,7 @@ def _assemble(
     tape = kernel.tape(results, inputs=input_keys)
     linearise = kernel.tape(everything, inputs=input_keys)
 
-    guard, guard_raw = _guard(still_guard, site, states)
+    guard, guard_raw = _guard(still_guard, site, states, scalariser.functions)
     group = Group(
         label=site.label,
         struct=site.struct,
@@ -272,7 +276,7 @@ def _hoist(
     moving = graph.depends(states)
     frontier = _frontier(graph, outputs, live, moving, lambda _: True)
     if len(frontier) > len(raw_keys) + EXTRA_LANES:
-        costly = {n for n in live if graph.ops[n] in COSTLY}
+        costly = {n for n in live if graph.ops[n] in COSTLY or graph.ops[n] in graph.functions}
         below = graph.depends(costly)
         frontier = _frontier(graph, outputs, live, moving, lambda n: n in below)
     varying = graph.depends(
@@ -343,12 +347,12 @@ def _sum(g: Graph, pairs: list[tuple[int, int]]) -> int:
 
 
 def _guard(
-    guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel]
+    guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
 ) -> tuple[Tape | None, tuple[Raw, ...]]:
     if guard is None:
         return None, ()
     graph = BoundedGraph(site.label, site.span)
-    (node,) = Scalariser(graph, _Uses(site, states)).nodes(guard)
+    (node,) = Scalariser(graph, _Uses(site, states), functions).nodes(guard)
     keys = [key for key in graph.inputs if isinstance(key, RawInput)]
     return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
 

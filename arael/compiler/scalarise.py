@@ -17,6 +17,8 @@ from typing import NamedTuple, Protocol
 from arael.check.typed import (
     Apply,
     Component,
+    Formal,
+    Invoke,
     Literal_,
     MatrixType,
     Pack,
@@ -35,6 +37,7 @@ from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
 from arael.symbolic import inverse, linear, quaternion, rigid, rotation
 from arael.symbolic.graph import Graph
+from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
 
 Nodes = list[int]
@@ -78,12 +81,21 @@ def width(type_: ValueType) -> int:
     return 4 if isinstance(type_, QuaternionType) else 1
 
 
+class Calls(Protocol):
+    """Functions with derivatives of their own, by name."""
+
+    def __getitem__(self, name: str) -> Prescribed:
+        """Return the function of that name."""
+        ...
+
+
 class Scalariser:
     """Scalarises expressions of one constraint into one graph."""
 
-    def __init__(self, graph: Graph, uses: Uses) -> None:
+    def __init__(self, graph: Graph, uses: Uses, functions: Calls) -> None:
         self.graph = graph
         self.uses = uses
+        self.functions = functions
         self.places: list[Place] = []
         self._done: dict[int, Nodes] = {}
         self._place_of: dict[tuple[str, str], int] = {}
@@ -124,6 +136,11 @@ class Scalariser:
             arms = zip(self.nodes(e.then), self.nodes(e.otherwise), strict=True)
             with _at(g, self._place(e.span)):
                 return [g.op("select", cond, a, b) for a, b in arms]
+        if isinstance(e, Invoke):
+            arguments = [self.nodes(a)[0] for a in e.args]
+            value = None if e.value is None else self.nodes(e.value)[0]
+            with _at(g, self._place(e.span)):
+                return [g.call(self.functions[e.function], arguments, value)]
         assert isinstance(e, Apply), type(e)
         cached = self._cached(e)
         if cached is not None:
@@ -172,7 +189,7 @@ class Scalariser:
         found = self.uses.cached(read.slot, read.column, cache)
         return [self.graph.input(StateInput(use, offset)) for use, offset in found]
 
-    def _place(self, span: Span) -> int:
+    def _place(self, span: Span) -> int | None:
         key = (str(span), span.text)
         if key not in self._place_of:
             self._place_of[key] = len(self.places)
@@ -180,8 +197,35 @@ class Scalariser:
         return self._place_of[key]
 
 
+class _NoUses:
+    """The entities of a function: none."""
+
+    def stored(self, slot: int, column: str) -> Sequence[tuple[int, int]]:
+        raise AssertionError(f"a function reads {column}")
+
+    def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
+        raise AssertionError(f"a function reads {column}")
+
+
+class FormulaScalariser(Scalariser):
+    """Scalarises formulas of a function for given arguments.
+
+    What it makes belongs to the place that is current, that of the call.
+    """
+
+    def __init__(self, graph: Graph, arguments: Sequence[int], functions: Calls) -> None:
+        super().__init__(graph, _NoUses(), functions)
+        self.arguments = arguments
+
+    def _scalarise(self, e: Typed) -> Nodes:
+        return [self.arguments[e.index]] if isinstance(e, Formal) else super()._scalarise(e)
+
+    def _place(self, span: Span) -> int | None:
+        return self.graph.place
+
+
 @contextmanager
-def _at(graph: Graph, place: int) -> Iterator[None]:
+def _at(graph: Graph, place: int | None) -> Iterator[None]:
     """Let new nodes remember `place`."""
     saved, graph.place = graph.place, place
     yield

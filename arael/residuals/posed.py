@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -17,6 +17,7 @@ from arael.runtime.access import Walker
 from arael.runtime.instances import Instances
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
 from arael.runtime.machine import Program
+from arael.runtime.native_binding import Binding
 from arael.runtime.problem import Problem
 from arael.runtime.structure import Structure
 
@@ -99,7 +100,13 @@ class Posed:
                 self.gathered.pop(number, None)
                 self._versions[number] = one.rows.version
 
-    def problem(self, kernels: Any, frozen: frozenset[str], known: Structure | None) -> Problem:
+    def problem(
+        self,
+        kernels: Any,
+        frozen: frozenset[str],
+        known: Structure | None,
+        bindings: Mapping[str, Binding] | None = None,
+    ) -> Problem:
         """The problem as it stands; what has not changed since the last one is taken over."""
         found = Problem(
             self.layout,
@@ -109,6 +116,7 @@ class Posed:
             known=known or self._known,
             programs=self.programs,
             gathered=self.gathered,
+            bindings=bindings,
         )
         if found.structure is not self._known:
             self.gathered.clear()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Layout, Raw, Slot, Step
-from arael.runtime.tape import Tape, evaluate
+from arael.runtime.tape import Natives, Tape, evaluate
 
 Array = NDArray[Any]
 Ints = NDArray[np.int64]
@@ -132,7 +132,7 @@ def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw
     return np.asarray(found)
 
 
-def outputs(tape: Tape, inputs: list[Array], n: int) -> list[Array]:
+def outputs(tape: Tape, inputs: list[Array], n: int, natives: Natives | None = None) -> list[Array]:
     """Results of a tape, each as (n,) f64."""
-    values = evaluate(tape, inputs, np.float64)
+    values = evaluate(tape, inputs, np.float64, natives)
     return [np.broadcast_to(np.asarray(values[o], dtype=np.float64), (n,)) for o in tape.outputs]

@@ -12,7 +12,7 @@ from arael.runtime.failures import SolveError, listed
 from arael.runtime.layout import Group, Place
 from arael.runtime.problem import Problem
 from arael.runtime.system import row_name
-from arael.runtime.tape import PRIMITIVES, Tape, evaluate
+from arael.runtime.tape import NATIVE, PRIMITIVES, Natives, Tape, evaluate
 
 
 def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal: Array) -> None:
@@ -82,6 +82,7 @@ def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:
     output = group.residuals + column if derivatives else column
     notes = [f"it acts on `{problem.instance_place(number, instance)}`"]
     notes += _cause(problem, number, instance, output)
+    notes += [f"`{name}` raised {said}" for name, said in problem.natives.said.items()]
     return Diagnostic(
         "E1002" if derivatives else "E1001",
         f"`{problem.instance_name(number, instance)}`: {what} is {_shown(value)} at the start",
@@ -134,7 +135,9 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
     group = problem.layout.groups[number]
     interpreter = problem.evaluation.interpreters[number]
     inputs = [_one(a, instance) for a in interpreter.inputs(problem.states)]
-    found = _first_bad(group.tape, group.tape.outputs[output], inputs, group.places)
+    found = _first_bad(
+        group.tape, group.tape.outputs[output], inputs, group.places, problem.natives
+    )
     if found is None:
         return []
     lines, bad_input = found
@@ -147,7 +150,11 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
     rows = problem.structure.slot_rows[number]
     raw = [_one(gather(problem.store, group.slots, rows, r), instance) for r in group.raw]
     prepared = _first_bad(
-        group.prepare, group.prepare.outputs[bad_input - first_lane], raw, group.places
+        group.prepare,
+        group.prepare.outputs[bad_input - first_lane],
+        raw,
+        group.places,
+        problem.natives,
     )
     if prepared is None:
         return lines
@@ -160,13 +167,17 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
 
 
 def _first_bad(
-    tape: Tape, output: int, inputs: Sequence[Array], places: tuple[Place, ...]
+    tape: Tape,
+    output: int,
+    inputs: Sequence[Array],
+    places: tuple[Place, ...],
+    natives: Natives,
 ) -> tuple[list[str], int | None] | None:
     """The earliest node on the way to `output` at which finite operands give no finite value.
 
     Returns lines that describe it, and the number of the input if it is one.
     """
-    values = evaluate(tape, inputs)
+    values = evaluate(tape, inputs, natives=natives)
     node = output
     if np.isfinite(values[node]):
         return None
@@ -182,7 +193,9 @@ def _first_bad(
     place = tape.places[node] if tape.places else -1
     if 0 <= place < len(places):
         lines.append(f"in `{places[place].text}` at {places[place].where}")
-    lines.append(f"`{tape.ops[node]}` of ({operands}) is {_shown(values[node])}")
+    lines.append(
+        f"`{tape.ops[node].removeprefix(NATIVE)}` of ({operands}) is {_shown(values[node])}"
+    )
     return lines, None
 
 

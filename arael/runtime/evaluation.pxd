@@ -4,6 +4,7 @@ from cython cimport floating
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.kernel cimport KernelTable, Lanes
+from arael.runtime.natives cimport NativeTable
 
 
 cdef class Evaluation:
@@ -15,6 +16,7 @@ cdef class Evaluation:
     cdef readonly int current             # which of the two holds the accepted state
     cdef readonly object failure          # exception raised by the interpreter, else None
     cdef bint failed                      # whether there is one, readable without the GIL
+    cdef readonly NativeTable natives     # native functions of the model
     cdef readonly object interpreters     # one GroupInterpreter per group, made when asked for
 
     cdef readonly bint guarded            # whether a guard reads parameters
@@ -70,3 +72,4 @@ cdef class Evaluation:
     cdef _refresh_all(self, int source, int target)
     cdef _view(self, void* data, Py_ssize_t length)
     cdef double _fail(self, error) noexcept
+    cdef double _checked(self, double cost) noexcept nogil

@@ -10,6 +10,7 @@ from arael.runtime.instances import Instances
 from arael.runtime.interpreter import GroupInterpreter
 from arael.runtime.layout import Layout
 from arael.runtime.machine import Program
+from arael.runtime.natives import NativeTable
 from arael.runtime.structure import Structure
 
 class Interpreters(Protocol):
@@ -28,6 +29,7 @@ class Evaluation:
     current: int
     interpreters: Interpreters
     guarded: bool
+    natives: NativeTable
 
     def __init__(
         self,
@@ -38,6 +40,7 @@ class Evaluation:
         held_values: NDArray[np.int64],
         diagonal_at: NDArray[np.int64],
         kernels: Any,
+        natives: NativeTable,
         programs: Sequence[Program | None] | None = None,
     ) -> None: ...
     @property

@@ -61,15 +61,15 @@ def is_plain(entity):
 class Interpreters:
     """The NumPy interpreters of all groups, each made when it is first asked for."""
 
-    def __init__(self, layout, instances, placements, dtype):
-        self._parts = layout, instances, placements, dtype
+    def __init__(self, layout, instances, placements, dtype, natives):
+        self._parts = layout, instances, placements, dtype, natives
         self._made = {}
 
     def __getitem__(self, g):
         if g not in self._made:
-            layout, instances, placements, dtype = self._parts
+            layout, instances, placements, dtype, natives = self._parts
             self._made[g] = GroupInterpreter(
-                layout.groups[g], layout.entities, instances[g], placements[g], dtype
+                layout.groups[g], layout.entities, instances[g], placements[g], dtype, natives
             )
         return self._made[g]
 
@@ -86,13 +86,16 @@ cdef class Evaluation:
     held_values, diagonal_at : int64 arrays, offsets in the values
     kernels : capsule "arael.kernels" or None
         None interprets what has no program.
+    natives : NativeTable
+        The native functions of the model.
     programs : list of machine.Program or None, one per group
         What runs on the expression machine. Compiled kernels, if any, are of the groups before the
         first program, and of the first entities.
     """
 
     def __init__(
-        self, layout, structure, instances, stored, held_values, diagonal_at, kernels, programs=None
+        self, layout, structure, instances, stored, held_values, diagonal_at, kernels, natives,
+        programs=None
     ):
         dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
         self.single = layout.precision == "f32"
@@ -100,6 +103,7 @@ cdef class Evaluation:
         self.value_count = structure.pattern.value_count
         self.trash = structure.trash
         self._keep = [kernels]
+        self.natives = natives
         self._entities = layout.entities
         self._groups = layout.groups
         self._group_count = len(layout.groups)
@@ -111,7 +115,7 @@ cdef class Evaluation:
         self._allocate(sum(len(g.uses) for g in layout.groups))
         self._make_states(layout.entities, structure.system, stored, dtype)
         self._make_lanes(layout.groups, structure.placements, instances)
-        self.interpreters = Interpreters(layout, instances, structure.placements, dtype)
+        self.interpreters = Interpreters(layout, instances, structure.placements, dtype, natives)
         held = self._kept(structure.system.held, np.int64)
         positions = self._kept(held_values, np.int64)
         self._held, self._held_count = <const int64_t*>address(held), len(held)
@@ -230,6 +234,7 @@ cdef class Evaluation:
             self._lane_data.append(parts[0])
             for which in range(2):
                 lanes = &self._lanes[which][g]
+                lanes.natives = self.natives.items
                 lanes.n = len(one.rows)
                 lanes.data = address(parts[0])
                 lanes.uniform = address(parts[1])
@@ -258,7 +263,7 @@ cdef class Evaluation:
         if self._program[g] != NULL:
             return (<Program>self._program[g]).cost(lanes)
         if self._table != NULL and self._table.groups[g].cost != NULL:
-            return self._table.groups[g].cost(lanes)
+            return self._checked(self._table.groups[g].cost(lanes))
         with gil:
             try:
                 return self.interpreters[g].cost(self.states[which])
@@ -306,7 +311,7 @@ cdef class Evaluation:
         if self._program[g] != NULL:
             return (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
         if self._table != NULL and self._table.groups[g].linearise != NULL:
-            return self._table.groups[g].linearise(lanes, gradient, values)
+            return self._checked(self._table.groups[g].linearise(lanes, gradient, values))
         with gil:
             try:
                 return self.interpreters[g].linearise(
@@ -406,6 +411,13 @@ cdef class Evaluation:
             self.failure = error
         return NAN
 
+    cdef double _checked(self, double cost) noexcept nogil:
+        """`cost`; a failure of a native function becomes one of the evaluation."""
+        if self.natives.failed:
+            with gil:
+                self._fail(self.natives.failure)
+        return cost
+
     # --- the same from Python ----------------------------------------------------------------
 
     @property
@@ -474,6 +486,7 @@ cdef class Evaluation:
             self._table.groups[g].rows(
                 lanes, <void*>address(residuals), <void*>address(entries)
             )
+            self.natives.raise_failure()
             return residuals, entries
         return self.interpreters[g].rows(self.states[self.current])
 
@@ -504,4 +517,5 @@ cdef class Evaluation:
         """Raise what the interpreter raised, if anything."""
         if self.failed:
             failure, self.failure, self.failed = self.failure, None, False
+            self.natives.clear()
             raise failure

@@ -9,6 +9,7 @@ import numpy as np
 
 from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
 from arael.runtime.layout import Group
+from arael.runtime.tape import Natives
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,12 @@ class Instances:
 
 
 def gather_instances(
-    store: StoreLike, group: Group, rows: Ints, slot_rows: list[Ints], dtype: np.dtype[Any]
+    store: StoreLike,
+    group: Group,
+    rows: Ints,
+    slot_rows: list[Ints],
+    dtype: np.dtype[Any],
+    natives: Natives | None = None,
 ) -> Instances:
     """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
     n = len(rows)
@@ -38,7 +44,7 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
         inputs = [gather(store, group.slots, slot_rows, raw) for raw in group.raw]
-        found = outputs(group.prepare, inputs, n)
+        found = outputs(group.prepare, inputs, n, natives)
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):
                 data[:, k] = found[k]

@@ -14,7 +14,7 @@ from arael.runtime.access import Array
 from arael.runtime.instances import Instances
 from arael.runtime.layout import Entity, Group
 from arael.runtime.structure import Placement
-from arael.runtime.tape import Tape, evaluate
+from arael.runtime.tape import Natives, Tape, evaluate
 
 
 def restricted(tape: Tape, outputs: tuple[int, ...]) -> Tape:
@@ -50,6 +50,7 @@ class GroupInterpreter:
     instances : its data
     placement : where contributions go
     dtype : precision of the root
+    natives : native functions of the model
     """
 
     def __init__(
@@ -59,11 +60,13 @@ class GroupInterpreter:
         instances: Instances,
         placement: Placement,
         dtype: np.dtype[Any],
+        natives: Natives | None = None,
     ) -> None:
         self.group = group
         self.instances = instances
         self.placement = placement
         self.dtype = dtype
+        self.natives = natives
         self.tangents = [entities[use.entity].tangent for use in group.uses]
         self._residual_tape = restricted(group.tape, group.tape.outputs[: group.residuals])
 
@@ -136,7 +139,7 @@ class GroupInterpreter:
 
     def _run(self, tape: Tape, states: Sequence[Array]) -> Array:
         n = len(self.instances.rows)
-        values = evaluate(tape, self.inputs(states), self.dtype)
+        values = evaluate(tape, self.inputs(states), self.dtype, self.natives)
         found = np.empty((n, len(tape.outputs)), dtype=self.dtype)
         for k, node in enumerate(tape.outputs):
             found[:, k] = values[node]

@@ -7,7 +7,16 @@
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
-    KERNEL_ABI = 2
+    KERNEL_ABI = 3
+
+# A native function as it was bound, called with its arguments in f64. Numbered as in
+# Layout.natives; addresses come with a problem and are never part of generated code.
+cdef struct Native:
+    double (*call)(const Native* native, const double* arguments) noexcept nogil
+    void* function              # what `call` passes the arguments on to
+    void* user_data
+    Py_ssize_t arity
+    void* owner                 # the binding, a Python object
 
 ctypedef struct Lanes:
     Py_ssize_t n                # instances
@@ -18,6 +27,7 @@ ctypedef struct Lanes:
     const int32_t* gradient_at  # [blocks][uses][W] first scalar of the entity in the gradient
     const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
     const uint8_t* turn         # [blocks][pairs][W] 0 as is, 1 transposed, 2 both on a diagonal
+    const Native* natives       # the native functions of the model
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as
 # rows and that of use b as columns; of a diagonal pair only the lower triangle is written.

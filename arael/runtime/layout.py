@@ -297,6 +297,30 @@ class Pass(msgspec.Struct, frozen=True):
     free: tuple[str, ...] = ()
 
 
+class Function(msgspec.Struct, frozen=True):
+    """A function of the model, as a function of scalars.
+
+    Attributes
+    ----------
+    native : whether its value comes from native code that the caller binds
+    text, derivs : formula and derivatives as the model writes them; "" and () where it has none
+    shape : shape of its value
+    tape : its value, flat; inputs are the parameters. None if its formula does not take scalars.
+    partials : its derivatives, one row per scalar of the value, one column per parameter
+    """
+
+    name: str
+    params: tuple[str, ...]
+    native: bool
+    text: str
+    derivs: tuple[str, ...]
+    where: str
+    shape: tuple[int, ...] = ()
+    tape: Tape | None = None
+    partials: Tape | None = None
+    doc: str = ""
+
+
 class Layout(msgspec.Struct, frozen=True):
     """A compiled model."""
 
@@ -311,7 +335,14 @@ class Layout(msgspec.Struct, frozen=True):
     passes: tuple[Pass, ...]
     blocks: tuple[Block, ...] = ()
     warnings: tuple[str, ...] = ()  # rendered, for a warm start to repeat
+    functions: tuple[Function, ...] = ()
+    marginalize: tuple[str, ...] = ()  # tables that the Schur complement is to eliminate
     doc: str = ""
+
+    @property
+    def natives(self) -> tuple[str, ...]:
+        """Names of the native functions, in the order in which kernels number them."""
+        return tuple(f.name for f in self.functions if f.native)
 
     def table(self, path: str) -> Table:
         """Return the table of that path; KeyError if there is none."""

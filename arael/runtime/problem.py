@@ -17,6 +17,8 @@ from arael.runtime.failures import SolveError
 from arael.runtime.instances import Instances, gather_instances
 from arael.runtime.layout import Layout, ParamUse
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.native_binding import Binding
+from arael.runtime.natives import NativeTable
 from arael.runtime.positions import (
     dense_matrix,
     diagonal_positions,
@@ -25,6 +27,7 @@ from arael.runtime.positions import (
 from arael.runtime.states import solved_values, stored_scalars, write_back
 from arael.runtime.structure import Structure, structure_of
 from arael.runtime.system import blocks_of, row_name
+from arael.runtime.unbound import require_bound
 
 
 class Problem:
@@ -39,6 +42,7 @@ class Problem:
     known : structure of an earlier problem, taken over if nothing of it has changed
     programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
     gathered : data of some groups by number, as an earlier problem of the same structure had it
+    bindings : what is bound to the native functions of the model
 
     Attributes
     ----------
@@ -50,6 +54,8 @@ class Problem:
     ------
     SolveError
         E1005: an active constraint reads through a null ref.
+    AraelError
+        E0820: nothing is bound to a native function that a constraint calls.
     """
 
     def __init__(
@@ -62,15 +68,19 @@ class Problem:
         known: Structure | None = None,
         programs: Sequence[Any] | None = None,
         gathered: Mapping[int, Instances] | None = None,
+        bindings: Mapping[str, Binding] | None = None,
     ) -> None:
         began = time.perf_counter()
         self.layout = layout
         self.store = store
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
-        self.structure = structure_of(store, frozen, known)
+        self.natives = NativeTable([f for f in layout.functions if f.native], bindings or {})
+        require_bound(layout, self.natives)
+        self.structure = structure_of(store, frozen, known, self.natives)
         known_data = gathered or {}
         self.instances: list[Instances] = [
-            known_data.get(number) or gather_instances(store, group, active, rows, self.dtype)
+            known_data.get(number)
+            or gather_instances(store, group, active, rows, self.dtype, self.natives)
             for number, (group, active, rows) in enumerate(
                 zip(layout.groups, self.structure.active, self.structure.slot_rows, strict=True)
             )
@@ -84,6 +94,7 @@ class Problem:
             self._held_values(),
             self.diagonal_at,
             kernels,
+            self.natives,
             programs,
         )
         self.box = Box(self.evaluation, self.structure, self.diagonal_at)

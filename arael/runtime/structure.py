@@ -15,6 +15,7 @@ from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.system import System, build_system, free_scalars, row_name
+from arael.runtime.tape import Natives
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,14 @@ class Structure:
 
 
 def structure_of(
-    store: StoreLike, frozen: frozenset[str] = frozenset(), known: Structure | None = None
+    store: StoreLike,
+    frozen: frozenset[str] = frozenset(),
+    known: Structure | None = None,
+    natives: Natives | None = None,
 ) -> Structure:
     """The structure of a store; `known` itself if nothing of it has changed."""
     layout = store.layout
-    active = [active_rows(store, group) for group in layout.groups]
+    active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     key = _key(store, active, free)
     if known is not None and known.key == key and known.system.store is store:
@@ -76,7 +80,7 @@ def structure_of(
     )
 
 
-def active_rows(store: StoreLike, group: Group) -> Ints:
+def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
     """Rows of the group's table whose guard holds, ascending."""
     rows = np.arange(store.tables[group.table].size, dtype=np.int64)
     if group.guard is None or len(rows) == 0:
@@ -84,7 +88,7 @@ def active_rows(store: StoreLike, group: Group) -> Ints:
     walker = Walker(store, group.table, rows)
     ways = [walker.rows(slot) for slot in group.slots]
     inputs = [gather(store, group.slots, ways, raw) for raw in group.guard_raw]
-    holds = outputs(group.guard, inputs, len(rows))[0]
+    holds = outputs(group.guard, inputs, len(rows), natives)[0]
     return np.flatnonzero((holds != 0) & ~np.isnan(holds)).astype(np.int64)
 
 

@@ -7,7 +7,7 @@ language; its nodes are numbered in order of evaluation and refer only to earlie
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 import numpy as np
@@ -86,12 +86,24 @@ PRIMITIVES: dict[str, tuple[int, Callable[..., Array] | None]] = {
 }
 
 
+NATIVE = "extern:"
+"""Before the name of a native function where it is an operation of a tape."""
+
+
+class Natives(Protocol):
+    """Native functions by name, on whole columns."""
+
+    def __getitem__(self, name: str) -> Callable[..., Array]:
+        """Return the function of that name: arrays or scalars to an array."""
+        ...
+
+
 class Tape(msgspec.Struct, frozen=True):
     """A straight-line program.
 
     Attributes
     ----------
-    ops : names of `PRIMITIVES`, one per node
+    ops : names of `PRIMITIVES`, one per node; or ``extern:NAME``, the native function of that name
     args : one tuple per node. Of an ``input``: its number; of a ``const``: index into `constants`;
         else the numbers of earlier nodes.
     constants : literal values
@@ -106,13 +118,21 @@ class Tape(msgspec.Struct, frozen=True):
     places: tuple[int, ...] = ()
 
     @property
+    def natives(self) -> set[str]:
+        """Names of the native functions that the tape calls."""
+        return {op.removeprefix(NATIVE) for op in self.ops if op.startswith(NATIVE)}
+
+    @property
     def operations(self) -> int:
         """Number of arithmetic operations of one evaluation."""
         return sum(op not in ("input", "const") for op in self.ops)
 
 
 def evaluate(
-    tape: Tape, inputs: Sequence[Array], dtype: np.dtype[Any] | type = np.float64
+    tape: Tape,
+    inputs: Sequence[Array],
+    dtype: np.dtype[Any] | type = np.float64,
+    natives: Natives | None = None,
 ) -> list[Array]:
     """Compute every node, for a whole column of instances at once.
 
@@ -121,6 +141,7 @@ def evaluate(
     tape : the program
     inputs : one array (or scalar) per input number, broadcastable against each other
     dtype : precision of the constants (and so of the evaluation, if the inputs have it too)
+    natives : the native functions that the tape calls
 
     Returns
     -------
@@ -134,6 +155,9 @@ def evaluate(
                 values.append(np.asarray(inputs[args[0]]))
             elif op == "const":
                 values.append(np.asarray(tape.constants[args[0]], dtype=dtype))
+            elif op.startswith(NATIVE):
+                assert natives is not None, op
+                values.append(natives[op.removeprefix(NATIVE)](*(values[a] for a in args)))
             else:
                 function = PRIMITIVES[op][1]
                 assert function is not None

@@ -12,6 +12,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 from arael.runtime.tape import PRIMITIVES, Tape
 from arael.symbolic.folding import fold
+from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.simplify import RULES
 from arael.symbolic.taping import write_tape
 
@@ -23,12 +24,14 @@ class Graph:
 
     Attributes
     ----------
-    ops : name of the operation, one per node: those of `arael.runtime.tape.PRIMITIVES`, and
-        ``custom``, a value whose derivative is prescribed (see `custom`)
+    ops : name of the operation, one per node: those of `arael.runtime.tape.PRIMITIVES`;
+        ``custom``, a value whose derivative is prescribed (see `custom`); and the operations of
+        `functions`
     args : operands, one tuple per node. Of an ``input``: its number, an index into `inputs`;
         of a ``const``: index into `constants`; else earlier nodes.
     constants : literal values
     inputs : keys of the inputs, in order of creation
+    functions : functions with derivatives of their own that were called, by their operation
     places : per node, the place that was current when it was first made, or -1
     place : current place: an index into the caller's table of source places, or None. New nodes
         remember it.
@@ -39,6 +42,7 @@ class Graph:
         self.args: list[tuple[int, ...]] = []
         self.constants: list[float] = []
         self.inputs: list[Hashable] = []
+        self.functions: dict[str, Prescribed] = {}
         self.places: list[int] = []
         self.place: int | None = None
         self.simplify = simplify
@@ -109,6 +113,28 @@ class Graph:
         flat = tuple(node for pair in partials for node in pair)
         return self.intern("custom", (value, *flat))
 
+    def call(self, function: Prescribed, args: Sequence[int], value: int | None = None) -> int:
+        """Make a node for a call of a function whose derivatives are prescribed.
+
+        Parameters
+        ----------
+        function : what is called
+        args : its arguments
+        value : node of its value; None for one that is known only to native code
+
+        Returns
+        -------
+        A node; where there is a `value`, it costs nothing, and a tape has `value` in its place.
+        """
+        self.functions[function.operation] = function
+        operands = args if value is None else (value, *args)
+        return self.intern(function.operation, tuple(operands))
+
+    def is_free(self, node: int) -> bool:
+        """Whether a node is only another name of its first operand's value."""
+        function = self.functions.get(self.ops[node])
+        return self.ops[node] == "custom" or (function is not None and not function.native)
+
     def intern(self, name: str, args: tuple[int, ...]) -> int:
         """Node of exactly this operation and operands, without simplification."""
         key = (name, args)
@@ -161,7 +187,7 @@ class Graph:
         name = self.ops[node]
         if name in ("input", "const"):
             return ()
-        return self.args[node][:1] if name == "custom" else self.args[node]
+        return self.args[node][:1] if self.is_free(node) else self.args[node]
 
     def live(self, outputs: Iterable[int]) -> list[int]:
         """Nodes that `outputs` are computed from, themselves included, in order of evaluation."""
@@ -186,7 +212,7 @@ class Graph:
 
     def operations(self, outputs: Iterable[int]) -> int:
         """Count the distinct arithmetic operations that `outputs` take."""
-        return sum(self.ops[n] not in ("input", "const", "custom") for n in self.live(outputs))
+        return sum(self._is_operation(n) for n in self.live(outputs))
 
     def tree_operations(self, outputs: Iterable[int]) -> int:
         """Count the operations of the expressions written out in full, nothing shared."""
@@ -194,8 +220,11 @@ class Graph:
         size: dict[int, int] = {}
         for node in self.live(outputs):
             inner = sum(size[operand] for operand in self.operands(node))
-            size[node] = inner + (self.ops[node] not in ("input", "const", "custom"))
+            size[node] = inner + self._is_operation(node)
         return sum(size[node] for node in outputs)
+
+    def _is_operation(self, node: int) -> bool:
+        return self.ops[node] not in ("input", "const") and not self.is_free(node)
 
     # Rewriting
 
@@ -223,8 +252,10 @@ class Graph:
                 new[node] = target.const(self.constants[args[0]])
             elif name == "input":
                 new[node] = target.input(self.inputs[args[0]])
-            elif name == "custom":
+            elif name == "custom" or name in self.functions:
                 new[node] = target.intern(name, tuple(new[a] for a in args))
+                if name in self.functions:
+                    target.functions[name] = self.functions[name]
             else:
                 new[node] = target.op(name, *(new[a] for a in args))
         target.place = saved

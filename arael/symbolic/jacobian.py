@@ -15,7 +15,7 @@ LARGEST_FOR_ELIMINATION = 4000
 """Cost of the forward program above which nothing else is tried, since it would take long."""
 
 # A division or a root takes the time of several products; a change of sign is free.
-_COST = {"div": 4, "sqrt": 4, "neg": 0, "input": 0, "const": 0, "custom": 0}
+_COST = {"div": 4, "sqrt": 4, "neg": 0, "input": 0, "const": 0}
 
 
 def jacobian(
@@ -43,4 +43,4 @@ def jacobian(
 
 def _cost(graph: Graph, outputs: list[int], rows: list[dict[Seed, int]]) -> int:
     nodes = graph.live([*outputs, *(node for row in rows for node in row.values())])
-    return sum(_COST.get(graph.ops[node], 1) for node in nodes)
+    return sum(_COST.get(graph.ops[node], 1) for node in nodes if not graph.is_free(node))

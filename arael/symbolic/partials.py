@@ -136,6 +136,8 @@ def arguments(g: Graph, node: int) -> tuple[int, ...]:
         return ()
     if name == "custom":
         return g.args[node][1::2]
+    if name in g.functions:
+        return g.functions[name].arguments(g.args[node])
     return g.args[node][1:] if name == "select" else g.args[node]
 
 
@@ -164,4 +166,8 @@ def partials(g: Graph, node: int) -> Partials:
     if name == "custom":
         flat = g.args[node][1:]
         return list(zip(flat[::2], flat[1::2], strict=True))
+    if name in g.functions:
+        function = g.functions[name]
+        given = function.arguments(g.args[node])
+        return list(zip(given, function.partials(g, given), strict=True))
     return RULES[name](g, node, *g.args[node])

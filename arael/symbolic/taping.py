@@ -51,7 +51,7 @@ def write_tape(g: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | No
             written[node] = tape.append(name, (numbers[key],), place)
         elif name == "const":
             written[node] = tape.constant(g.constants[args[0]], place)
-        elif name == "custom":
+        elif g.is_free(node):
             written[node] = written[args[0]]
         elif node in absorbed:
             operand, factor = absorbed[node]

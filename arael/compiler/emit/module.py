@@ -10,6 +10,7 @@ from arael.compiler.emit.refresh import emit_refresh
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
+from arael.runtime.tape import NATIVE
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
@@ -60,10 +61,14 @@ def emit_module(
     precision: str,
     entities: Sequence[Entity],
     kernels: Sequence[Kernel],
+    natives: Sequence[str] = (),
 ) -> str:
     """Cython source of the kernels of a model; the same text for the same model, always."""
     w = Writer()
-    _head(w, name, source, source_hash, precision)
+    called = sorted({len(args) for k in kernels for args in _native_calls(k)})
+    _head(w, name, source, source_hash, precision, "Native, " if called else "")
+    if called:
+        _natives(w, natives, called)
     for number, entity in enumerate(entities):
         emit_refresh(w, number, entity)
     for number, kernel in enumerate(kernels):
@@ -72,7 +77,38 @@ def emit_module(
     return w.text()
 
 
-def _head(w: Writer, name: str, source: str, source_hash: str, precision: str) -> None:
+def _native_calls(kernel: Kernel) -> list[tuple[int, ...]]:
+    """Operands of each call of a native function."""
+    guard = kernel.group.moving_guard
+    tapes = [kernel.linearise, *([] if guard is None else [guard])]
+    nodes = [node for tape in tapes for node in zip(tape.ops, tape.args, strict=True)]
+    return [args for op, args in nodes if op.startswith(NATIVE)]
+
+
+def _natives(w: Writer, names: Sequence[str], arities: Sequence[int]) -> None:
+    """Write the numbers of native functions, and how one is called, by number of arguments."""
+    w.line()
+    w.line("# Native functions, bound by the caller at run time.")
+    with w.block("cdef enum:"):
+        for number, name in enumerate(names):
+            w.line(f"native_{name} = {number}")
+    for arity in arities:
+        parameters = "".join(f", double x{k}" for k in range(arity))
+        w.line()
+        w.line()
+        with w.block(
+            f"cdef inline double call_{arity}(const Native* native{parameters}) noexcept nogil:"
+        ):
+            w.line(f"cdef double x[{max(arity, 1)}]")
+            for k in range(arity):
+                w.line(f"x[{k}] = x{k}")
+            w.line("return native.call(native, x)")
+    w.line()
+
+
+def _head(
+    w: Writer, name: str, source: str, source_hash: str, precision: str, imported: str
+) -> None:
     suffix = "f" if precision == "f32" else ""
     w.line("# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True")
     w.line("# cython: initializedcheck=False, infer_types=False, binding=False")
@@ -84,7 +120,7 @@ def _head(w: Writer, name: str, source: str, source_hash: str, precision: str) -
     w.line("from libc.stdint cimport int32_t, int64_t, uint8_t")
     w.line()
     w.line("from arael.runtime.kernel cimport (")
-    w.line("    KERNEL_ABI, Kernel, KernelTable, Lanes, refresh_function,")
+    w.line(f"    KERNEL_ABI, Kernel, KernelTable, Lanes, {imported}refresh_function,")
     w.line(")")
     w.line()
     w.line("cdef extern from *:")

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from arael.runtime.tape import NATIVE
+
 _BINARY = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}"}
 _CALLS = [
     "pow",
@@ -71,4 +73,8 @@ def literal(value: float) -> str:
 
 def expression(op: str, operands: list[str]) -> str:
     """One operation on named operands."""
+    if op.startswith(NATIVE):
+        number = f"native_{op.removeprefix(NATIVE)}"
+        arguments = ", ".join([f"&lanes.natives[{number}]", *operands])
+        return f"<real>call_{len(operands)}({arguments})"
     return FORMS[op].format(*operands)

@@ -73,8 +73,11 @@ def write(g: Graph, node: int, notation: Notation, names: Names = default_name) 
             written[current] = text, notation.negation if text.startswith("-") else ATOM
         elif name == "input":
             written[current] = names(g.key(current)), ATOM
-        elif name == "custom":
+        elif g.is_free(current):
             written[current] = written[g.args[current][0]]
+        elif name in g.functions:
+            arguments = ", ".join(written[a][0] for a in g.args[current])
+            written[current] = f"{g.functions[name].name}({arguments})", ATOM
         else:
             form = notation.forms[name]
             operands = [

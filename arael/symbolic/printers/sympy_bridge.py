@@ -45,8 +45,11 @@ def to_sympy(
             built[node] = (
                 sp.Symbol(default_name(key), real=True) if symbols is None else symbols(key)
             )
-        elif name == "custom":
+        elif g.is_free(node):
             built[node] = built[g.args[node][0]]
+        elif name in g.functions:
+            native = sp.Function(g.functions[name].name, real=True)
+            built[node] = native(*(built[a] for a in g.args[node]))
         else:
             built[node] = table[name](*(built[a] for a in g.args[node]))
     return [built[node] for node in nodes]

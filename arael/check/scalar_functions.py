@@ -1,0 +1,106 @@
+"""Rule: a function with derivatives of its own takes scalars and gives one, and so do they.
+
+Allowed: ``fn f(x) derivs [2 * x] = x * x``, ``extern fn f(x, y) derivs [g(x), f(x, y)]``.
+
+Not allowed: a vector, a truth value or a matrix as the formula or as one of the derivatives.
+
+Functions without `derivs` may take what their formulas can do with; those that can do with scalars
+are typed here too, so that Python can call them.
+"""
+
+from __future__ import annotations
+
+from arael.check.binding import Binding, Broken
+from arael.check.builtins import is_number
+from arael.check.constants import Constants
+from arael.check.expressions import HANDLERS
+from arael.check.limits import MAX_OPERATIONS
+from arael.check.report import Reporter
+from arael.check.scope import ConstantScope
+from arael.check.typed import REAL, Formal, MatrixType, Typed, TypedFunction, VectorType
+from arael.check.typist import Slots, Typist
+from arael.diagnostics.records import AraelError, Findings, Label, Span
+from arael.syntax import tree
+
+
+def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunction, ...]:
+    """Every function of the model that works on scalars."""
+    found = []
+    operations = 0
+    for name, function in constants.declarations.functions.items():
+        if name in constants.declarations.broken:
+            continue
+        prescribed = function.derivs is not None
+        if not prescribed and operations > MAX_OPERATIONS:
+            continue  # a library of large formulas; constraints can still call them
+        speaking = report if prescribed else Reporter(Findings())
+        try:
+            typed, cost = _typed(function, constants, speaking)
+        except AraelError:
+            if prescribed:
+                raise
+            continue
+        operations += cost
+        if typed is not None:
+            found.append(typed)
+        elif prescribed:
+            constants.declarations.broken.add(name)
+    return tuple(found)
+
+
+def _typed(
+    function: tree.Function, constants: Constants, report: Reporter
+) -> tuple[TypedFunction | None, int]:
+    before = len(report.findings.errors)
+    formals = {p.id: Formal(type=REAL, span=p.span, index=i) for i, p in enumerate(function.params)}
+    locals_: dict[str, tuple[Binding, Span]] = {
+        p.id: (formals[p.id], p.span) for p in function.params
+    }
+    name = function.name.id
+    scope = ConstantScope(constants.declarations, constants.named, locals_, f"`{name}`")
+    t = Typist(constants.declarations, report, HANDLERS, scope, constants.named, Slots([]))
+    vectors = function.derivs is None
+    body = _scalar(t, function, function.body, "the formula", vectors) if function.body else None
+    derivs = None
+    if function.derivs is not None:
+        derivs = [
+            _scalar(t, function, node, f"the derivative by `{p.id}`", False)
+            for p, node in zip(function.params, function.derivs, strict=True)
+        ]
+    if len(report.findings.errors) > before:
+        return None, t.operations
+    kept = None if derivs is None else tuple(d for d in derivs if d is not None)
+    return TypedFunction(
+        name=name,
+        params=tuple(p.id for p in function.params),
+        native=function.extern,
+        body=body,
+        derivs=kept,
+        text=_text(function.body),
+        deriv_texts=tuple(_text(d) for d in function.derivs or ()),
+        span=function.name.span,
+        doc=function.doc,
+    ), t.operations
+
+
+def _scalar(
+    t: Typist, function: tree.Function, node: tree.Expr, what: str, vectors: bool
+) -> Typed | None:
+    value = t.value(node)
+    if isinstance(value, Broken):
+        return None
+    if is_number(value.type) or (vectors and isinstance(value.type, VectorType | MatrixType)):
+        return value
+    t.fail(
+        "E0671",
+        node.span,
+        f"{what} of `{function.name.id}` is no scalar, found {value.type}",
+        label=f"this is {value.type}",
+        labels=[Label(function.name.span, "a function with derivatives of its own")],
+        help=["one function per component, or leave `derivs` out"],
+    )
+    return None
+
+
+def _text(node: tree.Expr | None) -> str:
+    return "" if node is None else " ".join(node.span.text.split())

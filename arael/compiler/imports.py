@@ -1,0 +1,113 @@
+"""Files that a model imports: where they may lie, and how many there may be.
+
+A model may come from a stranger, and what is wrong with a file is shown with its text. So an import
+reads models beside the importing file or below it, and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.syntax.files import read_source
+from arael.syntax.parser import parse
+from arael.syntax.tree import File, Import
+
+MAX_FILES = 64
+"""Files of one model."""
+
+MAX_CHARACTERS = 4 << 20
+"""Characters of all files of one model together."""
+
+
+class Imports:
+    """Reads the files that a model imports, each once.
+
+    Attributes
+    ----------
+    texts : text of each file by its path
+    """
+
+    def __init__(self) -> None:
+        self.texts: dict[Path, str] = {}
+        self._files: dict[Path, File] = {}
+
+    def __call__(self, item: Import) -> File:
+        """Give the file that an import names.
+
+        Raises
+        ------
+        AraelError
+            E0220 for a path that leads elsewhere than beside or below the importing file, E0221
+            where the model has too many files; and what is wrong with the file.
+        """
+        path = _within(item)
+        real = path.resolve()
+        known = self._files.get(real)
+        if known is not None:
+            return known
+        if len(self._files) >= MAX_FILES:
+            raise _too_large(item, f"more than {MAX_FILES} files")
+        try:
+            source = read_source(path)
+        except AraelError as error:
+            at = f"imported by {item.span}"
+            raise AraelError(replace(d, notes=(*d.notes, at)) for d in error.diagnostics) from None
+        self.texts[real] = source.text
+        if sum(map(len, self.texts.values())) > MAX_CHARACTERS:
+            raise _too_large(item, f"more than {MAX_CHARACTERS >> 20} MiB of text")
+        self._files[real] = parse(source)
+        return self._files[real]
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of each file as it is now; "" of one that has changed since it was read."""
+        found = {}
+        for path, text in self.texts.items():
+            data = path.read_bytes()
+            same = data.decode("utf-8-sig", "replace") == text
+            found[str(path)] = hashlib.sha256(data).hexdigest() if same else ""
+        return found
+
+
+def _within(item: Import) -> Path:
+    """The path that an import means, if it may be read."""
+    written = item.path.value
+    beside = Path(item.span.source.name).parent
+    name = PurePosixPath(written)
+    if name.is_absolute() or re.search(r"[\\:\0]", written) or written.startswith("~"):
+        raise _outside(item, "an import is relative to the file that it stands in, with `/`")
+    if ".." in name.parts:
+        raise _outside(item, "`..` leaves the folder of the model")
+    if name.suffix != ".arael":
+        raise _outside(item, "an import names a model: a file that ends in `.arael`")
+    path = beside / name
+    if not path.resolve().is_relative_to(beside.resolve()):
+        raise _outside(item, "this is a link to somewhere else")
+    return path
+
+
+def _outside(item: Import, why: str) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E0220",
+            f"cannot import {item.path.value!r}: only models beside this file or below it",
+            item.path.span,
+            why,
+            help=("move or copy the file beside the model, and import it by its name",),
+        )
+    )
+
+
+def _too_large(item: Import, what: str) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E0221",
+            "the model has too many files or too much text",
+            item.path.span,
+            what,
+            help=("a model holds no data; join small files, drop imports that are not used",),
+        )
+    )

@@ -1,0 +1,15 @@
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from arael.runtime.layout import Function
+from arael.runtime.native_binding import Binding
+
+class NativeTable:
+    failure: BaseException | None
+    names: list[str]
+    bindings: dict[str, Binding]
+    said: dict[str, str]
+    def __init__(self, functions: Sequence[Function], bindings: Mapping[str, Binding]) -> None: ...
+    def clear(self) -> None: ...
+    def raise_failure(self) -> None: ...
+    def __getitem__(self, name: str) -> Callable[..., Any]: ...

@@ -1,0 +1,36 @@
+"""Native functions that a model calls and that nothing is bound to."""
+
+from __future__ import annotations
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Function, Layout
+from arael.runtime.natives import NativeTable
+
+
+def require_bound(layout: Layout, natives: NativeTable) -> None:
+    """Raise AraelError (E0820) for native functions that constraints call and nobody bound."""
+    missing = [f for f in layout.functions if f.native and f.name not in natives.bindings]
+    if not missing:
+        return
+    called: dict[str, str] = {}
+    for group in layout.groups:
+        for tape in (group.tape, group.prepare, group.guard, group.moving_guard):
+            for name in sorted(tape.natives if tape is not None else ()):
+                called.setdefault(name, group.label)
+    wrong = [unbound(f, layout, called[f.name]) for f in missing if f.name in called]
+    if wrong:
+        raise AraelError(wrong)
+
+
+def unbound(function: Function, layout: Layout, caller: str = "") -> Diagnostic:
+    """Tell that nothing is bound to a native function."""
+    return Diagnostic(
+        "E0820",
+        f"nothing is bound to the native function `{function.name}`",
+        origin=function.where,
+        notes=(f"`{caller}` calls it",) if caller else (),
+        help=(
+            f'give it when loading: `arael.load("{layout.source}", '
+            f'functions={{"{function.name}": ...}})`',
+        ),
+    )
