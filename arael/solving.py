@@ -85,8 +85,9 @@ def solve(
     base = (config or LmConfig()).with_()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**one.config).with_(**settings) for one in schedule]
-    frozen = set([freeze] if isinstance(freeze, str) else freeze)
-    check_paths(layout, [*frozen, *(p for one in schedule for p in (*one.freeze, *one.free))])
+    given = [freeze] if isinstance(freeze, str) else list(freeze)
+    frozen = held_by(layout, given)
+    check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])
     began = time.perf_counter()
     results: list[Result] = []
     kept = _kept_of(model, solver, solver_options)
@@ -95,7 +96,7 @@ def solve(
         write = _writer(trace, pass_config.verbose)
         if len(schedule) > 1 and write is not None:
             write(f"pass {one.name}")
-        frozen = (frozen | set(one.freeze)) - set(one.free)
+        frozen = (frozen | held_by(layout, one.freeze)) - held_by(layout, one.free)
         if pass_config.time_limit is not None:
             left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
             pass_config = replace(pass_config, time_limit=left)
@@ -182,6 +183,16 @@ def parameter_paths(layout: Layout) -> list[str]:
                 path = f"{table.path}.{column.path}" if table.path else column.path
                 found += [path, *(f"{path}.{part.name}" for part in column.param.parts)]
     return found
+
+
+def held_by(layout: Layout, paths: Iterable[str]) -> set[str]:
+    """Paths of the parameters that `paths` name or hold, so that parts can be freed again."""
+    wanted = tuple(paths)
+    return {
+        one
+        for one in parameter_paths(layout)
+        if any(one == path or one.startswith(f"{path}.") for path in wanted)
+    }
 
 
 def check_paths(layout: Layout, paths: Iterable[str]) -> None:
