@@ -135,10 +135,16 @@ def test_ctrl_c_ends_a_solve_that_never_enters_python(both):
         raise KeyboardInterrupt
 
     previous = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    signal.setitimer(signal.ITIMER_REAL, 0.1, 1.0)  # again, should one come before the loop
     try:
         # Steps too short to converge: this would go on for minutes.
-        result = net.solve(max_iters=10**8, min_iters=10**8, initial_lambda=1e9, lambda_floor=1e9)
+        result = net.solve(
+            max_iters=10**8,
+            min_iters=10**8,
+            initial_lambda=1e9,
+            lambda_floor=1e9,
+            time_limit=60.0,
+        )
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, previous)

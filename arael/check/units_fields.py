@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from arael.check.declared import FieldDecl
 from arael.check.suggest import nearest
-from arael.check.typed import BOOL, QUATERNION, STRING, TransformType
+from arael.check.typed import BOOL, QUATERNION, STRING
 from arael.check.units import ONE, RAD, Unit
 from arael.check.units_parsing import BadUnit, parse_unit
 from arael.check.units_quantities import UNKNOWN, Clash, Quantity, all_joined, joined
@@ -54,11 +54,7 @@ def declare_unit(field: FieldDecl, report: Reporter) -> None:
         field.quantity = ONE
         if node is not None and declared != ONE:
             _wrong(field, node, f"a unit quaternion has no unit, found {node.text}", report)
-    elif node is not None and (
-        field.kind != "column"
-        or field.type in (BOOL, STRING)
-        or isinstance(field.type, TransformType)  # metres and a pure rotation in one
-    ):
+    elif node is not None and (field.kind != "column" or field.type in (BOOL, STRING)):
         what = field.text.split(" [")[0]
         _wrong(field, node, f"`{what}` has no unit, found {node.text}", report)
     elif declared is not None:

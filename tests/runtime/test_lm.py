@@ -333,7 +333,7 @@ def test_ctrl_c_ends_a_solve_without_an_observer():
         raise KeyboardInterrupt
 
     previous = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    signal.setitimer(signal.ITIMER_REAL, 0.1, 1.0)  # again, should one come before the loop
     try:
         # Steps too short to converge: this would go on for hours.
         outcome, problem = solved(
@@ -343,6 +343,7 @@ def test_ctrl_c_ends_a_solve_without_an_observer():
             min_iters=10**6,
             initial_lambda=1e9,
             lambda_floor=1e9,
+            time_limit=60.0,
         )
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
