@@ -121,22 +121,14 @@ def _package_stamp() -> str:
     """Digest the times of arael's own files, so that a checkout under work serves nothing stale."""
     stamps = []
     package = Path(__file__).parents[1]
-    for room in (
-        "check",
-        "compiler",
-        "compiler/emit",
-        "symbolic",
-        "symbolic/scalars",
-        "syntax",
-        "runtime",
-    ):
-        with contextlib.suppress(OSError), os.scandir(package / room) as files:
-            stamps += [
-                f"{room}/{f.name}:{f.stat().st_mtime_ns}"
-                for f in files
-                if f.name.endswith((".py", ".pxd"))
-            ]
-    return digest("\n".join(sorted(stamps)).encode())
+    for room in ("check", "compiler", "runtime", "symbolic", "syntax"):
+        for folder, _, names in os.walk(package / room):
+            for name in names:
+                if name.endswith((".py", ".pxd", ".lark")):
+                    file = Path(folder, name)
+                    with contextlib.suppress(OSError):
+                        stamps.append(f"{file}:{file.stat().st_mtime_ns}")
+    return digest("\n".join(sorted(stamps)).encode("utf-8", "surrogatepass"))
 
 
 @lru_cache(maxsize=1)

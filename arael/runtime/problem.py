@@ -120,10 +120,13 @@ class Problem:
     def make_solver(self, name: str = "auto", **options: Any) -> LinearSolver:
         """A linear solver for this problem's pattern.
 
-        ``eliminate`` may also name collections: ``"landmarks"``, or several of them.
+        ``eliminate`` may also name collections: ``"landmarks"``, or several of them; without it
+        those that the model says to marginalize are eliminated, if it says so.
         """
         from arael.runtime.linear.auto import make_solver
 
+        if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
+            options.setdefault("eliminate", list(self.layout.marginalize))
         chosen = options.get("eliminate", "auto")
         names = [chosen] if isinstance(chosen, str) else list(chosen)
         if chosen != "auto" and all(isinstance(name, str) for name in names):

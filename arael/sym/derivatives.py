@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, cast
 
@@ -33,6 +33,7 @@ class Tidied(Written):
 
     ops = _Nodes("op")
     args = _Nodes("args")
+    functions: Mapping[str, Any] = {}  # calls of one's own are nodes of another kind here
 
     def op(self, name: str, *args: Expr) -> Expr:
         """Make an operation."""

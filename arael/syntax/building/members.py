@@ -124,7 +124,7 @@ class MemberBuilder(Builder):
         return tree.Key(span=span, field=parts[0])
 
     def _make_marginalize(self, parts: list[Any], span: Span) -> tree.Marginalize:
-        return tree.Marginalize(span=span, paths=tuple(parts[1:]))
+        return tree.Marginalize(span=span, paths=tuple(parts))
 
     def _make_skip_self_block(self, parts: list[Any], span: Span) -> tree.SkipSelfBlock:
         return tree.SkipSelfBlock(span=span)
