@@ -11,7 +11,7 @@ from tests.examples.scripts import EXAMPLES
 FOLDERS = sorted(path for path in EXAMPLES.iterdir() if path.is_dir())
 WITH_PICTURE = (
     "bench_band", "bench_investigate", "bench_sparse", "jacobian_demo",
-    "linear_demo", "loc_demo", "slam_demo",
+    "linear_demo", "loc_demo", "loc_global_demo", "slam_demo", "user_function_demo",
 )  # fmt: skip
 
 
