@@ -121,6 +121,25 @@ class Model(Fields):
 
         return solving.solve(self, config, solver, passes, **settings)
 
+    def serialize(self) -> NDArray[np.float64]:
+        """Values of all parameters that are solved for, as one vector of stored scalars.
+
+        In the order of `Result.x`, f64: a quaternion has four of them though three are solved for.
+        What is fixed or not to be optimised is left out, unless it is an entity in part.
+        """
+        return self._problem().x
+
+    def deserialize(self, x: Any) -> None:
+        """Put a vector of `serialize`, or `Result.x`, back into the parameters.
+
+        Raises
+        ------
+        AraelError
+            E0704 it has another length; E0705 not finite; E0721 not a rotation. The model is as
+            it was then.
+        """
+        self._problem().put(x)
+
     def cost(self) -> float:
         """Sum of squared residuals at the present values."""
         return self._problem().cost()

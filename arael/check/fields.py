@@ -1,10 +1,10 @@
 """Rule: a field has a type that exists and that its role allows.
 
 Allowed: ``param`` of the parameter types; plain data of every value type, optional or with a
-default; structs by value; collections of structs; refs.
+default; structs by value; collections of structs; refs; ``skip`` of plain data and refs.
 
 Not allowed: ``param`` of a string or an optional; a list of numbers; ``euler`` without ``param``;
-an optional collection; a default for a struct.
+an optional collection; a default for a struct; ``skip`` of a collection or a struct.
 """
 
 from __future__ import annotations
@@ -66,8 +66,17 @@ class Fields:
         text = type_text(type_)
         name = node.name.id
         plain = isinstance(type_, tree.NamedType)
-        if node.role != "data" and not isinstance(type_, tree.NamedType | tree.OptionalType):
-            return self._wrong(type_.span, f"`{node.role}` takes a value type, found `{text}`", "")
+        skipped = node.role == "skip" and isinstance(type_, tree.RefType)
+        value = isinstance(type_, tree.NamedType | tree.OptionalType)
+        if node.role != "data" and not value and not skipped:
+            return self._wrong(
+                type_.span,
+                f"`{node.role}` takes a value type, found `{text}`",
+                "not a value",
+                "leave `skip` out: what no constraint reads costs nothing in a solve"
+                if node.role == "skip"
+                else "leave `param` out: the parameters of the rows are found",
+            )
         if isinstance(type_, tree.NamedType):
             if node.role == "param":
                 return self._param(node, type_, text)
@@ -128,7 +137,12 @@ class Fields:
         if not self._struct(type_, ""):
             return None
         if node.role == "skip":
-            return self._wrong(type_.span, "`skip` takes a value type", f"{type_.name} is a struct")
+            return self._wrong(
+                type_.span,
+                "`skip` takes a value type",
+                f"{type_.name} is a struct",
+                "leave `skip` out: what no constraint reads costs nothing in a solve",
+            )
         return FieldDecl(name, node, "struct", text, struct=type_.name, optional=optional)
 
     def _param(self, node: tree.Field, type_: tree.NamedType, text: str) -> FieldDecl | None:

@@ -20,9 +20,10 @@ def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
         return Entity(entity.steps, entity.place.values[name], entity.holder)
     if field.kind == "collection":
         return Collection(entity, entity.place.collections[name])
-    if field.kind == "ref":
+    skipped = field.node.role == "skip"
+    if field.kind == "ref" and not skipped:
         return t.paths.follow(entity, field)
-    if field.kind != "column" or field.node.role == "skip":
+    if field.kind != "column" or skipped:
         return t.fail(
             "E0304",
             span,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -141,6 +141,11 @@ class Fields:
             return
         if isinstance(value, Parameter):
             value = np.array(value.value)
+        if member.column.role == "param" and isinstance(value, Mapping):
+            value, fixed = given.value_and_fixed(member, value, origin)
+            self._set(member, value)
+            self._get(member).fixed = fixed
+            return
         if member.column.role != "ref":
             if value is not None:
                 self._need_present(member, origin)

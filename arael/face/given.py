@@ -53,14 +53,18 @@ def _leaf(flat: dict[str, Any], leaf: Leaf, value: Any) -> None:
     if leaf.column.role == "ref":
         flat[leaf.path] = refs(value)
     elif leaf.column.role == "param" and isinstance(value, Mapping):
-        if not value.keys() <= {"value", "fixed"} or "value" not in value:
-            raise error(
-                "E0703", 'expected a value or {"value": ..., "fixed": ...}', leaf.path, leaf.column
-            )
-        flat[leaf.path] = value["value"]
-        flat[f"{leaf.path}.fixed"] = value.get("fixed", False)
+        flat[leaf.path], flat[f"{leaf.path}.fixed"] = value_and_fixed(leaf, value, leaf.path)
     else:
         flat[leaf.path] = np.array(value.value) if isinstance(value, Parameter) else value
+
+
+def value_and_fixed(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> tuple[Any, Any]:
+    """What a parameter is given as ``{"value": ..., "fixed": True}``."""
+    if not given.keys() <= {"value", "fixed"} or "value" not in given:
+        raise error(
+            "E0703", 'expected a value or {"value": ..., "fixed": ...}', origin, leaf.column
+        )
+    return given["value"], given.get("fixed", False)
 
 
 def refs(value: Any) -> Any:

@@ -24,7 +24,7 @@ from arael.runtime.positions import (
     diagonal_positions,
     row_and_column_positions,
 )
-from arael.runtime.states import solved_values, stored_scalars, write_back
+from arael.runtime.states import put_values, solved_values, stored_scalars, write_back
 from arael.runtime.structure import Structure, structure_of
 from arael.runtime.system import blocks_of, row_name
 from arael.runtime.unbound import require_bound
@@ -139,6 +139,10 @@ class Problem:
     def write_back(self) -> None:
         """Put the accepted state into the store."""
         write_back(self.store, self.structure.system, self.states)
+
+    def put(self, x: Array) -> None:
+        """Put stored scalars, in the order of `x`, into the store; this problem stays as it is."""
+        put_values(self.store, self.structure.system, x)
 
     @property
     def free(self) -> Ints:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.access import Array, StoreLike
-from arael.runtime.layout import Entity
-from arael.runtime.system import System
+from arael.runtime.layout import Entity, ParamUse
+from arael.runtime.store.messages import error
+from arael.runtime.store.values import convert
+from arael.runtime.system import EntityBlocks, System, row_name
 
 
 def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Array:
@@ -55,3 +57,57 @@ def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
         for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True)
     ]
     return np.concatenate(parts).astype(np.float64) if parts else np.zeros(0)
+
+
+def put_values(store: StoreLike, system: System, values: Any) -> None:
+    """Write stored scalars in order of the system (`solved_values`) into the columns.
+
+    Only parameters that move are written, all of them or, after an error, none.
+
+    Raises
+    ------
+    AraelError
+        E0704 the number of scalars differs; E0705 one is not finite; E0721 four of them are not a
+        rotation, or three not a direction.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    counts = [
+        int((blocks.first >= 0).sum()) * entity.stored
+        for entity, blocks in zip(system.layout.entities, system.blocks, strict=True)
+    ]
+    if given.shape != (sum(counts),):
+        raise error(
+            "E0704",
+            f"expected {sum(counts)} numbers, found an array of shape {given.shape}",
+            "deserialize",
+            help="take the vector from `serialize()` or `Result.x` of this model: it has the "
+            "stored scalars of what is solved for",
+        )
+    parts = np.split(given, np.cumsum(counts)[:-1])
+    ready = []
+    for entity, blocks, part in zip(system.layout.entities, system.blocks, parts, strict=True):
+        rows = np.flatnonzero(blocks.first >= 0)
+        for use in entity.params:
+            ready.append(_of_parameter(store, entity, use, blocks, rows, part))
+    for column, at, found in ready:
+        column[at] = found
+
+
+def _of_parameter(
+    store: StoreLike, entity: Entity, use: ParamUse, blocks: EntityBlocks, rows: Array, part: Array
+) -> tuple[Array, Array, Array]:
+    """Where the values of one parameter go, and the checked values of the rows that move."""
+    table = store.tables[entity.table]
+    declared = store.layout.table(entity.table).column(use.column)
+    column = table.column(use.column)
+    free = blocks.free[rows, use.tangent_start : use.tangent_start + use.tangent]
+    moves = free.any(axis=1)
+    at = rows[moves]
+    state = part.reshape(len(rows), entity.stored)[moves]
+    found = state[:, use.stored_start : use.stored_start + use.stored]
+    found = found.reshape(len(at), *column.shape[1:])
+
+    def name_of(i: int) -> str:
+        return f"{row_name(store, entity.table, int(at[i]))}.{use.column}".removeprefix(".")
+
+    return column, at, convert(declared, found, len(at), column.dtype, name_of, True)
