@@ -3,9 +3,9 @@
     python bundle_demo.py [problem.txt] [--cameras 12] [--points 400] [--seed 1]
                           [--save solved.txt] [--plot bundle_demo.png]
 
-With a file, a BAL problem is read and solved. Without one, a ring of cameras around a cloud of points
-is made, with half a pixel of noise, and the solution is compared with the truth. The model is
-`bundle_adjustment.arael` beside this file.
+With a file, a BAL problem is read and solved. Without one, a ring of cameras around a cloud of
+points is made, with half a pixel of noise, and the solution is compared with the truth. The model
+is `bundle_adjustment.arael` beside this file.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def test_points_and_lenses_are_found() -> None:
     ring = module.make_ring(12, 400, seed=1)
     ba = module.problem(ring, seed=1)
     assert ba.solve().status == "converged"
-    # Two residuals of NOISE a detection, less nine unknowns a camera, three a point, plus the gauge.
+    # Two residuals a detection, less nine unknowns a camera and three a point, plus the gauge.
     freedom = 2 * len(ring.camera) - 9 * 12 - 3 * 400 + 7
     assert ba.cost() == pytest.approx(freedom * module.NOISE**2, rel=0.08)
     assert np.abs(np.asarray(ba.cameras.f.value) - module.FOCAL).max() < 3
