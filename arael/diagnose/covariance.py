@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnose.freedom import refuse_free_directions
 from arael.diagnose.normal import NormalEquations
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.geometry import ellipsoid
@@ -56,6 +57,7 @@ class Covariance:
         self._number = {name: i for i, name in enumerate(self.names)}
         self._columns: dict[int, Floats] = {}
         # Here, so that a singular system is told at once.
+        refuse_free_directions(self._equations)
         self._solver = self._equations.solver
 
     @cached_property

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnose.gauges import find_gauges
+from arael.diagnose.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
-
-if TYPE_CHECKING:
-    from arael.diagnose.normal import NormalEquations
+from arael.runtime.failures import SolveError
 
 Floats = NDArray[np.float64]
 
@@ -81,6 +79,13 @@ class FreeDirections(list[FreeDirection]):
     def _more(self) -> list[str]:
         more = len(self) - _SHOWN
         return [f"  and {more} more"] if more > 0 else []
+
+
+def refuse_free_directions(equations: NormalEquations) -> None:
+    """Raise SolveError (E1008) naming the free directions, if there are any."""
+    directions = equations.smallest()[1]
+    if directions.shape[1]:
+        raise SolveError(FreeDirections(equations, directions).as_error())
 
 
 def _described(equations: NormalEquations, basis: Floats) -> list[FreeDirection]:

@@ -106,13 +106,8 @@ class NormalEquations:
         Raises
         ------
         SolveError
-            E1008: it is singular; the free directions are named.
+            E1008: it is singular to rounding.
         """
-        from arael.diagnose.freedom import FreeDirections
-
-        directions = self.smallest()[1]
-        if directions.shape[1]:
-            raise SolveError(FreeDirections(self, directions).as_error())
         solver = SparseSolver(self.problem.structure.pattern)
         failed = solver.factorise(self._values, self._unit)
         if failed:

@@ -19,11 +19,10 @@ from arael.geometry.quaternions import (
     quat_to_euler,
     quat_to_matrix,
 )
+from arael.geometry.rotation_vectors import rotation_from_vector, rotation_vector
 from arael.geometry.rotations import (
     euler_angles,
-    rotation_from_vector,
     rotation_matrix,
-    rotation_vector,
     skew,
     vee,
     wrap_angle,

@@ -1,4 +1,4 @@
-"""Euler angles, rotation matrices and rotation vectors: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
+"""Euler angles and rotation matrices: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
 
 from __future__ import annotations
 
@@ -65,29 +65,6 @@ def vee(m: ArrayLike) -> Array:
         axis=-1,
     )
     return found
-
-
-def rotation_from_vector(v: ArrayLike) -> Array:
-    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) [rad]: the exponential map.
-
-    Rodrigues' formula ``I + sin(a)/a [v]x + (1 - cos(a))/a^2 [v]x^2`` with a = |v|, written with
-    sinc so that it is exact at zero too.
-    """
-    vectors = as_array(v, (3,), "v")
-    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
-    k = skew(vectors)
-    # (1 - cos a) / a^2 = sinc(a / 2)^2 / 2; NumPy's sinc has pi in it.
-    found: Array = (
-        np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (k @ k)
-    )
-    return found
-
-
-def rotation_vector(rotation: ArrayLike) -> Array:
-    """Rotation vectors (..., 3) [rad], no longer than pi, of rotation matrices: the logarithm."""
-    from arael.geometry.quaternions import quat_from_matrix, quat_log
-
-    return quat_log(quat_from_matrix(rotation))
 
 
 def wrap_angle(angle: ArrayLike) -> Array:
