@@ -47,7 +47,7 @@ def _ir(path: Path, precision: str | None) -> str:
     from arael.cli.outline import programs
     from arael.loading import compile_program
 
-    return programs(compile_program(path, None, precision, {})[0].layout)
+    return programs(compile_program(path, None, precision, {})[0])
 
 
 def _pyx(path: Path, precision: str | None) -> str:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import Source, Span
 from arael.runtime.layout import Group, Layout, Use
 from arael.runtime.tape import Tape
+
+if TYPE_CHECKING:
+    from arael.compiler.compiler import Program
+    from arael.compiler.groups import Kernel
 
 
 def outline(node: Any) -> str:
@@ -52,14 +56,16 @@ def _field_names(node: Any) -> list[str]:
     return list(getattr(node, "__struct_fields__", ()))
 
 
-def programs(layout: Layout) -> str:
+def programs(program: Program) -> str:
     """Print the IR: every constraint as a straight-line program with its derivatives."""
+    layout = program.layout
     parts = [f"model {layout.name}, root {layout.root}, {layout.precision}"]
-    parts += [_program(group, layout) for group in layout.groups]
+    parts += [_constraint(kernel, layout) for kernel in program.kernels]
     return "\n\n".join(parts)
 
 
-def _program(group: Group, layout: Layout) -> str:
+def _constraint(kernel: Kernel, layout: Layout) -> str:
+    group = kernel.group
     lines = [
         f"constraint {group.label} at {group.table or 'root'}  ({group.where})",
         f"  {group.residuals} residuals, {len(group.jacobian)} derivatives, "
@@ -70,7 +76,8 @@ def _program(group: Group, layout: Layout) -> str:
         lines.append(f"  when {group.guard_text}")
     if group.loss_text:
         lines.append(f"  loss {group.loss_text}")
-    lines += [f"  {line}" for line in _tape(group.tape, _input_names(group, layout))]
+    names = [*kernel.state_names, *kernel.data_names, *kernel.uniform_names]
+    lines += [f"  {line}" for line in _tape(group.tape, names)]
     outputs = group.tape.outputs
     lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]
     for node, (row, use, k) in zip(outputs[group.residuals :], group.jacobian, strict=True):
@@ -86,22 +93,6 @@ def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
             yield f"t{number} = {tape.constants[args[0]]!r}"
         else:
             yield f"t{number} = {op} {' '.join(f't{a}' for a in args)}"
-
-
-def _input_names(group: Group, layout: Layout) -> list[str]:
-    states = [_state(group, group.uses[use], offset, layout) for use, offset in group.states]
-    data = [f"data {i}" for i in range(group.data_count)]
-    return [*states, *data, *(f"uniform {i}" for i in range(group.uniform_count))]
-
-
-def _state(group: Group, use: Use, offset: int, layout: Layout) -> str:
-    """Name of a scalar of an entity's state: a stored parameter, or a value cached beside it."""
-    for param in layout.entities[use.entity].params:
-        index = offset - param.stored_start
-        if 0 <= index < param.stored:
-            component = f"[{index}]" if param.stored > 1 else ""
-            return f"{_way(group, use)}{param.column}{component}"
-    return f"{_way(group, use)}cached[{offset}]"
 
 
 def _tangent(group: Group, use: Use, index: int, layout: Layout) -> str:

@@ -253,8 +253,7 @@ def _assemble(
         products=tuple(products),
         rolled=rolled,
         state_names=tuple(
-            f"{_slot_name(site, uses.uses[use].slot)}{states[uses.uses[use].entity].names[offset]}"
-            for use, offset in state_keys
+            _state_name(site, uses.uses[use], states, offset) for use, offset in state_keys
         ),
         data_names=tuple(_node_name(site, graph, n) for n in lane_nodes),
         uniform_names=tuple(_node_name(site, graph, n) for n in uniform_nodes),
@@ -377,6 +376,12 @@ def _slot_name(site: ConstraintSite, slot: int) -> str:
     if not steps:
         return ""
     return ".".join(s.ref if s.kind == "ref" else s.kind for s in steps) + "."
+
+
+def _state_name(site: ConstraintSite, use: Use, states: Sequence[StateModel], offset: int) -> str:
+    """Name of a scalar of a state as a reader of generated code would write it."""
+    state = states[use.entity]
+    return f"{_slot_name(site, use.slot)}{state.entity.prefix}{state.names[offset]}"
 
 
 def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:

@@ -101,11 +101,11 @@ class Covariance:
     def marginals(self, path: str) -> Floats:
         """Marginal covariances (rows, k, k) of a whole collection, in one pass.
 
+        Rows that do not move have zeros.
+
         Parameters
         ----------
         path : of a collection (``"landmarks"``) or of a parameter in it (``"poses.pos"``)
-
-        Rows that do not move have zeros.
         """
         entity, first, tangents = self._entity(path)
         scale = self._equations.scale

@@ -114,10 +114,13 @@ class Collection(Fields):
         n : number of rows, where no array tells
         parent : in a nested collection the rows that hold the new ones: `Refs` or dense rows (n,)
         **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
-        as
-            dicts of arrays; the presence of an optional struct as an array of bools under its name
+            as dicts of arrays; the presence of an optional struct as an array of bools under its
+            name
 
-        Raises AraelError as `append`; nothing is added then.
+        Raises
+        ------
+        AraelError
+            As `append`; nothing is added then.
         """
         table = self._table
         flat, children = given.flatten(self._group, values, table.label)
