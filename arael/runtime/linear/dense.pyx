@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Dense Cholesky: own kernels up to a thousand unknowns and a half, LAPACK beyond."""
+"""Dense Cholesky: own kernels; LAPACK for large matrices where vectors are narrow."""
 
 from libc.math cimport isfinite
 from libc.string cimport memset
@@ -11,10 +11,7 @@ from arael.runtime.linear.blocks cimport address, put
 
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned
-
-# Beyond this the own kernels, which do not pack their operands, fall out of the caches.
-cdef Py_ssize_t LARGE = 1536
+from arael.runtime.linear.memory import aligned, leading
 
 
 cdef class DenseSolver(LinearSolver):
@@ -31,15 +28,17 @@ cdef class DenseSolver(LinearSolver):
     cdef void* _matrix              # column-major, lower triangle
     cdef void* _inverse             # (n,) 1 / diagonal of the factor
     cdef Py_ssize_t _leading
+    cdef bint _large                # whether LAPACK is faster
     cdef Py_ssize_t _count
     cdef const long long* _blocks
 
     def __init__(self, pattern, bint single=False):
         super().__init__(pattern, single)
-        if self.n > LARGE:
+        self._large = self.n > tiles.large
+        if self._large:
             load_blas()
         pad = tiles.PAD_BYTES // self.dtype.itemsize
-        self._leading = -(-self.n // pad) * pad
+        self._leading = leading(self.n, pad)
         matrix = aligned(self.n * self._leading, self.dtype)
         inverse = aligned(self.n, self.dtype)
         table = block_table(pattern, self._leading)
@@ -73,7 +72,7 @@ cdef class DenseSolver(LinearSolver):
         put(self._blocks, 0, self._count, values, matrix)
         for i in range(n):
             matrix[i + i * ld] = diagonal[i]
-        if n <= LARGE:
+        if not self._large:
             return tiles.potrf(n, n, ld * n, matrix, ld, <real*>self._inverse)
         status = blas.potrf(<int>n, matrix, <int>ld)
         # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
@@ -84,7 +83,7 @@ cdef class DenseSolver(LinearSolver):
 
     cdef void _solve(self, real* b) noexcept nogil:
         cdef Py_ssize_t n = self.n, ld = self._leading
-        if n > LARGE:
+        if self._large:
             blas.potrs(<int>n, <real*>self._matrix, <int>ld, b)
             return
         tiles.forward(n, n, <const real*>self._matrix, ld, <const real*>self._inverse, b)

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from arael.runtime.linear.memory import leading
+
 
 cdef class Fronts:
     """Everything the numeric factorisation needs to know about its supernodes, in scalars.
@@ -65,8 +67,7 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad):
     f.columns = np.diff(offset[begin])
     weight_of_rows = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
     f.below = np.diff(weight_of_rows[row_start])
-    tall = -(-f.columns // pad) * pad
-    low = -(-f.below // pad) * pad
+    tall, low = leading(f.columns, pad), leading(f.below, pad)
     # Triangle and panel of a front lie side by side; a vector may overshoot each by `pad`.
     size = f.columns * (tall + low) + 2 * pad
     place = np.concatenate(([0], np.cumsum(size)))

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+Ints = NDArray[np.int64]
+
 LINE = 64
+
+# Lines of a column from which conflicts matter.
+_TALL = 16
 
 
 def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
@@ -15,3 +20,19 @@ def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
     skip = -raw.ctypes.data % LINE
     slack = LINE // size
     return raw[skip : skip + (count + slack) * size].view(dtype)
+
+
+def leading(rows: Ints | int, pad: int) -> Ints | int:
+    """Leading dimension for matrices of so many rows: padded, and without conflicts in the caches.
+
+    Columns an even number of cache lines apart crowd into few sets of a cache; in tall matrices an
+    odd number is worth a line more.
+
+    Parameters
+    ----------
+    rows : int or array of int
+    pad : int
+        Scalars of a cache line.
+    """
+    lines = -(-rows // pad)
+    return (lines + (lines > _TALL) * ((lines + 1) % 2)) * pad

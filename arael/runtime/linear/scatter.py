@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.linear.fronts import Fronts
+from arael.runtime.linear.memory import leading
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.supernodes import Supernodes
 
@@ -52,16 +53,12 @@ def place_blocks(
     width = pattern.sizes[supernodes.order]
     before = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
     row_below = before[at] - before[supernodes.row_start[front]]
-    leading = np.where(
-        inside,
-        -(-fronts.columns[front] // pad) * pad,
-        -(-fronts.below[front] // pad) * pad,
-    )
+    apart = leading(np.where(inside, fronts.columns[front], fronts.below[front]), pad)
     row = np.where(inside, offset[high] - fronts.first[front], row_below)
-    place = np.where(inside, fronts.triangle[front], fronts.panel[front]) + row + column * leading
+    place = np.where(inside, fronts.triangle[front], fronts.panel[front]) + row + column * apart
     how = np.where(low == high, 2, (position[pattern.rows] < position[columns]).astype(np.int64))
     height, wide = pattern.sizes[pattern.rows], pattern.sizes[columns]
-    blocks = np.stack((pattern.value_start, height, wide, place, leading, how), axis=1)
+    blocks = np.stack((pattern.value_start, height, wide, place, apart, how), axis=1)
     sequence = np.lexsort((column, front))
     starts = np.searchsorted(front[sequence], np.arange(ns + 1)).astype(np.int64)
     return starts, np.ascontiguousarray(blocks[sequence], dtype=np.int64)

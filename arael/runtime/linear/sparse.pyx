@@ -21,7 +21,7 @@ from arael.runtime.linear.blocks cimport address, put
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
-from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.memory import aligned, leading
 from arael.runtime.linear.scatter import place_blocks
 
 
@@ -68,6 +68,7 @@ cdef class SparseSolver(LinearSolver):
     cdef void* _inverse                 # 1 / diagonal of the factor
     cdef void* _work                    # n scalars, then the rows of the widest front
     cdef Py_ssize_t _strip_room
+    cdef Py_ssize_t _large              # fronts with more columns go to BLAS
     cdef void* _stack[2]
 
     def __init__(self, pattern, bint single=False, ordering="auto", analysis=None):
@@ -78,13 +79,14 @@ cdef class SparseSolver(LinearSolver):
         nodes = analysis.supernodes
         fronts = plan_fronts(nodes, pattern.sizes, pad)
         block_start, blocks = place_blocks(pattern, nodes, fronts, pad)
-        if fronts.columns.max(initial=0) > LARGE:
+        self._large = tiles.large
+        if fronts.columns.max(initial=0) > self._large:
             load_blas()
         ns = len(nodes.parent)
         table = np.zeros((ns + 1, 14), dtype=np.int64)
         table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
-        table[1:, 2] = -(-fronts.columns // pad) * pad
-        table[1:, 3] = -(-fronts.below // pad) * pad
+        table[1:, 2] = leading(fronts.columns, pad)
+        table[1:, 3] = leading(fronts.below, pad)
         table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
         table[1:, 7], table[1:, 8] = fronts.update, fronts.parity
         table[:, 9], table[:, 10] = block_start, fronts.child_start
@@ -173,7 +175,7 @@ cdef class SparseSolver(LinearSolver):
                 of_child = <const real*>self._stack[c.parity] + c.update
                 tiles.extend_columns(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
                                      f.columns, of_child, c.low, triangle, f.tall, panel, f.low)
-            status = eliminate(f, triangle, panel, update, inverse + f.first)
+            status = eliminate(f, triangle, panel, update, inverse + f.first, self._large)
             if status:
                 return 1 + self._scalar[f.first + status - 1]
             if f.below == 0:
@@ -240,16 +242,13 @@ cdef extern from *:
 
 cdef Py_ssize_t DENSE = PY_SSIZE_T_MAX // 2
 
-# Fronts with more columns go to BLAS, whose packing then pays.
-cdef Py_ssize_t LARGE = 1536
-
 
 cdef Py_ssize_t eliminate(
-    const Front* f, real* triangle, real* panel, real* update, real* inverse
+    const Front* f, real* triangle, real* panel, real* update, real* inverse, Py_ssize_t large
 ) noexcept nogil:
     """Factor the columns of a front and form its update matrix; 0 or 1 + the failing column."""
     cdef Py_ssize_t k = f.columns, r = f.below, i, status
-    if k <= LARGE:
+    if k <= large:
         status = tiles.potrf(k, k, DENSE, triangle, f.tall, inverse)
         if status == 0 and r > 0:
             tiles.trsm(r, k, triangle, f.tall, inverse, panel, f.low)

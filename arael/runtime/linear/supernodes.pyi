@@ -1,5 +1,3 @@
-from typing import Any
-
 from numpy import int64
 from numpy.typing import NDArray
 
@@ -12,5 +10,4 @@ class Supernodes:
     row_start: Ints
     rows: Ints
 
-def time_of_front(columns: Any, rows: Any) -> Any: ...
 def find_supernodes(start: Ints, neighbours: Ints, weights: Ints, order: Ints) -> Supernodes: ...

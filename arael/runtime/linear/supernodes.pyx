@@ -3,6 +3,9 @@
 
 import numpy as np
 
+from arael.runtime.linear.front_time cimport front_time
+
+from arael.runtime.linear.siblings import join_siblings
 from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
 
 
@@ -30,38 +33,6 @@ cdef class Supernodes:
         self.row_start, self.rows = row_start, rows
 
 
-def time_of_front(columns, rows):
-    """Predicted nanoseconds to assemble and factor a front, f64 on one core with wide vectors.
-
-    Only ratios matter: the model decides which supernodes to merge and compares orderings and
-    solvers. Fitted to measured refactorisations; the terms are a constant for the calls, the chain
-    of square roots along the diagonal, floating-point work, zeroing and reading the columns, and
-    moving the update matrix to the parent.
-
-    Parameters
-    ----------
-    columns, rows : number or array
-        Scalar columns k and scalar rows r below them.
-    """
-    return _time(columns, rows) if np.isscalar(columns) else _times(columns, rows)
-
-
-def _times(columns, rows):
-    k = np.asarray(columns, dtype=np.float64)
-    r = np.asarray(rows, dtype=np.float64)
-    return (
-        150.0 + 16.0 * k + 0.02 * k * k * k + (k * k * r + k * r * r) / 90.0
-        + 0.16 * k * k + 0.24 * k * r + 2.5 * r + 0.2 * r * r
-    )
-
-
-cdef inline double _time(double k, double r) noexcept nogil:
-    return (
-        150.0 + 16.0 * k + 0.02 * k * k * k + (k * k * r + k * r * r) / 90.0
-        + 0.16 * k * k + 0.24 * k * r + 2.5 * r + 0.2 * r * r
-    )
-
-
 def find_supernodes(start, neighbours, weights, order):
     """Symbolic factorisation of a graph in a given order.
 
@@ -85,17 +56,32 @@ def find_supernodes(start, neighbours, weights, order):
     counts, rows = column_counts(start, neighbours, order, parents, weight)
     first = _maximal(parents, counts)
     owner, tree = _amalgamate(first, parents, weight, rows)
-    # Merged supernodes gather their columns; within one they keep their order.
+    order, begin, tree = _gather(order, owner, tree)
+    row_start, rows = _structure(start, neighbours, order, begin, tree)
+    into = join_siblings(begin, tree, row_start, rows, weights[order])
+    keep = np.flatnonzero(into == np.arange(len(into)))
+    if len(keep) < len(into):
+        number = np.searchsorted(keep, into)
+        owner = np.repeat(number, np.diff(begin))
+        tree = np.where(tree[keep] < 0, -1, number[tree[keep]])
+        order, begin, tree = _gather(order, owner, tree)
+        row_start, rows = _structure(start, neighbours, order, begin, tree)
+    return Supernodes(order, begin, tree, row_start, rows)
+
+
+def _gather(order, owner, tree):
+    """Order, beginnings and parents once the columns of each supernode stand together.
+
+    Within a supernode columns keep their order.
+    """
     node_order = postorder(tree)
     rank = np.empty(len(node_order), dtype=np.int64)
     rank[node_order] = np.arange(len(node_order))
     columns = np.argsort(rank[owner], kind="stable")
-    order = np.ascontiguousarray(order[columns])
     begin = np.searchsorted(rank[owner][columns], np.arange(len(node_order) + 1)).astype(np.int64)
     tree = tree[node_order]
     tree = np.where(tree < 0, -1, rank[tree]).astype(np.int64)
-    row_start, row = _structure(start, neighbours, order, begin, tree)
-    return Supernodes(order, begin, tree, row_start, row)
+    return np.ascontiguousarray(order[columns]), begin, tree
 
 
 def _relabel(order, parents, sequence):
@@ -138,7 +124,7 @@ cdef _amalgamate(first, parents, weight, below):
         for c in range(f[s], f[s + 1]):
             k[s] += w[c]
         r[s] = b[f[s + 1] - 1]
-        t[s] = _time(k[s], r[s])
+        t[s] = front_time(k[s], r[s])
         p = up[f[s + 1] - 1]
         if p >= 0:
             parent[s] = node_of[p]
@@ -149,7 +135,7 @@ cdef _amalgamate(first, parents, weight, below):
             best = best_previous = previous = -1
             c = head[s]
             while c >= 0:
-                merged = _time(k[c] + k[s], r[s])
+                merged = front_time(k[c] + k[s], r[s])
                 gain = t[c] + t[s] - merged
                 if gain > most:
                     most, best, best_previous = gain, c, previous
@@ -159,7 +145,7 @@ cdef _amalgamate(first, parents, weight, below):
                 break
             into[best] = s
             k[s] += k[best]
-            t[s] = _time(k[s], r[s])
+            t[s] = front_time(k[s], r[s])
             # The grandchildren take the place of the child.
             if best_previous < 0:
                 head[s] = sibling[best]

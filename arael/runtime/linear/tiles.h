@@ -5,8 +5,13 @@
  *   F(x)  the name of function x in this instance.
  * All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is 6, so that
  * the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the callers:
- * a kernel may touch up to one vector beyond the last row.
+ * a kernel may touch up to one vector beyond the last row. Large matrices go by blocks, TILE_BLOCK
+ * columns of one operand by a depth of TILE_DEPTH: multiples of the rows and columns of any tile.
  */
+#ifndef TILE_BLOCK
+#define TILE_BLOCK 96
+#define TILE_DEPTH 240
+#endif
 
 #if VB
 typedef T F(vec) __attribute__((vector_size(VB), aligned(sizeof(T)), may_alias));
@@ -120,24 +125,54 @@ static inline int F(vectors)(ptrdiff_t rows) {
     return v < RV ? (int)v : RV;
 }
 
-/* Factor of the nc x nc matrix d into `factor` (leading dimension NC); 0 or 1 + failing pivot. */
-static int F(pivots)(int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
-    int i, j, l;
+/* Factor of the nc x nc matrix d into `factor` (leading dimension NC); 0 or 1 + failing pivot.
+ *
+ * As L D L' first, so that no square root stands in the chain from pivot to pivot; the columns are
+ * multiplied by the roots of D together at the end. */
+TILE_INLINE int F(pivot_block)(const int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
+    T a[NC][NC], pivot[NC];
+    int i, j, l, failed = 0;
+    TILE_UNROLL
     for (j = 0; j < nc; j++) {
-        T pivot = d[j + j * ldd];
-        for (l = 0; l < j; l++) pivot -= factor[j + l * NC] * factor[j + l * NC];
-        /* NaN fails the first comparison, infinity the second. */
-        if (!(pivot > 0 && pivot <= LARGEST)) return j + 1;
-        pivot = SQRT(pivot);
-        factor[j + j * NC] = pivot;
-        inverse[j] = 1 / pivot;
-        for (i = j + 1; i < nc; i++) {
-            T s = d[i + j * ldd];
-            for (l = 0; l < j; l++) s -= factor[i + l * NC] * factor[j + l * NC];
-            factor[i + j * NC] = s * inverse[j];
+        TILE_UNROLL
+        for (i = j; i < nc; i++) a[j][i] = d[i + j * ldd];
+    }
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        const T part = 1 / a[j][j];
+        pivot[j] = a[j][j];
+        TILE_UNROLL
+        for (l = j + 1; l < nc; l++) {
+            const T t = a[j][l] * part;
+            TILE_UNROLL
+            for (i = l; i < nc; i++) a[l][i] -= a[j][i] * t;
         }
     }
+    TILE_UNROLL
+    for (j = nc - 1; j >= 0; j--) {
+        /* NaN fails the first comparison, infinity the second. */
+        if (!(pivot[j] > 0 && pivot[j] <= LARGEST)) failed = j + 1;
+    }
+    if (failed) return failed;
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) inverse[j] = 1 / SQRT(pivot[j]);
+    TILE_UNROLL
+    for (j = 0; j < nc; j++) {
+        TILE_UNROLL
+        for (i = j; i < nc; i++) factor[i + j * NC] = a[j][i] * inverse[j];
+    }
     return 0;
+}
+
+static int F(pivots)(int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
+    switch (nc) {
+    case 6: return F(pivot_block)(6, d, ldd, factor, inverse);
+    case 5: return F(pivot_block)(5, d, ldd, factor, inverse);
+    case 4: return F(pivot_block)(4, d, ldd, factor, inverse);
+    case 3: return F(pivot_block)(3, d, ldd, factor, inverse);
+    case 2: return F(pivot_block)(2, d, ldd, factor, inverse);
+    default: return F(pivot_block)(1, d, ldd, factor, inverse);
+    }
 }
 
 /* First column of which all rows up to the ends of both operands may be addressed. */
@@ -154,10 +189,10 @@ static inline ptrdiff_t F(first)(ptrdiff_t end, ptrdiff_t other, ptrdiff_t reach
  * Up to NC - 1 entries above the diagonal are spoilt: in a band they alias the rows that many
  * places before ld below the diagonal of the column before, so there reach is at most ld - NC.
  */
-static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
-                          T *inverse) {
+static ptrdiff_t F(potrf_near)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
+                               T *inverse) {
     ptrdiff_t j0, i, end, first;
-    T factor[NC * NC];
+    T factor[NC * NC] = {0};
     for (j0 = 0; j0 < n; j0 += NC) {
         const int nc = n - j0 < NC ? (int)(n - j0) : NC;
         T *column = l + j0 * ld;
@@ -184,9 +219,30 @@ static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, 
     return 0;
 }
 
-/* x = x l^-T, x of shape (r, k) */
-static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T *inverse, T *x,
-                    ptrdiff_t ldx) {
+/* c = c - a b' for m x n entries of c and depth k; if `lower` only what lies in tiles on or below the
+ * diagonal. Goes by blocks of b that stay in the second cache. */
+static void F(lessen)(ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, const T *a, ptrdiff_t lda, const T *b,
+                      ptrdiff_t ldb, T *c, ptrdiff_t ldc, int lower) {
+    ptrdiff_t jb, i0, i, j0, end;
+    int rv, nc, tile;
+    for (jb = 0; jb < n; jb += TILE_BLOCK) {
+        for (i0 = lower ? jb : 0; i0 < m; i0 += tile * W) {
+            tile = F(vectors)(m - i0);
+            end = n - jb < TILE_BLOCK ? n : jb + TILE_BLOCK;
+            if (lower && end > i0 + tile * W) end = i0 + tile * W;
+            for (j0 = jb; j0 < end; j0 += NC) {
+                nc = n - j0 < NC ? (int)(n - j0) : NC;
+                i = lower && j0 > i0 ? i0 + (j0 - i0) / W * W : i0;
+                rv = tile - (int)((i - i0) / W);
+                TILE_SIZES(F(subtract), k, a + i, lda, b + j0, ldb, c + i + j0 * ldc, ldc)
+            }
+        }
+    }
+}
+
+/* x = x l^-T, x of shape (r, k), for k so small that l stays in the second cache */
+static void F(trsm_near)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T *inverse, T *x,
+                         ptrdiff_t ldx) {
     ptrdiff_t i, j0;
     int rv, nc;
     for (i = 0; i < r; i += rv * W) {
@@ -199,19 +255,68 @@ static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T 
     }
 }
 
+/* x = x l^-T, x of shape (r, k) */
+static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T *inverse, T *x,
+                    ptrdiff_t ldx) {
+    ptrdiff_t j;
+    if (k <= 2 * TILE_DEPTH) {
+        F(trsm_near)(r, k, l, ld, inverse, x, ldx);
+        return;
+    }
+    for (j = 0; j < k; j += TILE_DEPTH) {
+        const ptrdiff_t kb = k - j < TILE_DEPTH ? k - j : TILE_DEPTH;
+        F(trsm_near)(r, kb, l + j * (ld + 1), ld, inverse + j, x + j * ldx, ldx);
+        F(lessen)(r, k - j - kb, kb, x + j * ldx, ldx, l + j + kb + j * ld, ld,
+                  x + (j + kb) * ldx, ldx, 0);
+    }
+}
+
 /* Lower triangle of u = -x x', x of shape (r, k); what lies above the diagonal is spoilt. */
 static void F(syrk)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u, ptrdiff_t ldu) {
-    ptrdiff_t i0, i, j0;
+    const ptrdiff_t near = k < TILE_DEPTH + TILE_DEPTH / 2 ? k : TILE_DEPTH;
+    ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
-    for (i0 = 0; i0 < r; i0 += tile * W) {
-        tile = F(vectors)(r - i0);
-        for (j0 = 0; j0 < r && j0 < i0 + tile * W; j0 += NC) {
-            nc = r - j0 < NC ? (int)(r - j0) : NC;
-            i = j0 > i0 ? i0 + (j0 - i0) / W * W : i0;
-            rv = tile - (int)((i - i0) / W);
-            TILE_SIZES(F(negative), k, x + i, ldx, x + j0, ldx, u + i + j0 * ldu, ldu)
+    for (jb = 0; jb < r; jb += TILE_BLOCK) {
+        for (i0 = jb; i0 < r; i0 += tile * W) {
+            tile = F(vectors)(r - i0);
+            end = r - jb < TILE_BLOCK ? r : jb + TILE_BLOCK;
+            if (end > i0 + tile * W) end = i0 + tile * W;
+            for (j0 = jb; j0 < end; j0 += NC) {
+                nc = r - j0 < NC ? (int)(r - j0) : NC;
+                i = j0 > i0 ? i0 + (j0 - i0) / W * W : i0;
+                rv = tile - (int)((i - i0) / W);
+                TILE_SIZES(F(negative), near, x + i, ldx, x + j0, ldx, u + i + j0 * ldu, ldu)
+            }
         }
     }
+    for (i = near; i < k; i += TILE_DEPTH) {
+        const ptrdiff_t depth = k - i < TILE_DEPTH ? k - i : TILE_DEPTH;
+        F(lessen)(r, r, depth, x + i * ldx, ldx, x + i * ldx, ldx, u, ldu, 1);
+    }
+}
+
+/* The factor of a dense matrix, as `potrf_near` finds it, block by block of columns. */
+static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
+                          T *inverse) {
+    /* A vector of rows below the corner, which its own factorisation overshoots. */
+    V kept[TILE_DEPTH];
+    ptrdiff_t j, c;
+    if (n <= 2 * TILE_DEPTH || height < n || reach < n * ld)
+        return F(potrf_near)(n, height, reach, l, ld, inverse);
+    for (j = 0; j < n; j += TILE_DEPTH) {
+        const ptrdiff_t nb = n - j < TILE_DEPTH ? n - j : TILE_DEPTH, rest = n - j - nb;
+        T *corner = l + j * (ld + 1), *below = corner + nb;
+        ptrdiff_t status;
+        if (rest > 0)
+            for (c = 0; c < nb; c++) kept[c] = *(const V *)(below + c * ld);
+        status = F(potrf_near)(nb, nb, reach, corner, ld, inverse + j);
+        if (status) return j + status;
+        if (rest == 0) break;
+        for (c = 0; c < nb; c++) *(V *)(below + c * ld) = kept[c];
+        F(trsm_near)(rest, nb, corner, ld, inverse + j, below, ld);
+        F(lessen)(rest, rest, nb, below, ld, below, ld, corner + nb * (ld + 1), ld, 1);
+    }
+    return 0;
 }
 
 /* to += from for a column of h scalars: whole vectors, then ever smaller ones */

@@ -68,6 +68,9 @@ ctypedef struct Tiles32:
 cdef Tiles64 f64
 cdef Tiles32 f32
 
+# Columns from which BLAS and LAPACK are faster than the kernels taken.
+cdef Py_ssize_t large
+
 
 cdef inline Py_ssize_t potrf(
     Py_ssize_t n, Py_ssize_t height, Py_ssize_t reach, real* l, Py_ssize_t ld, real* inverse

@@ -165,12 +165,18 @@ cdef extern from *:
     """
     void* tile_tables[2][3][9]
     int tile_sets() nogil
+    Py_ssize_t PY_SSIZE_T_MAX
 
 _NAMES = ("base", "avx2", "avx512")
 
 
+# Without wide vectors the BLAS of the wheel, which has kernels for every processor, is ahead.
+cdef Py_ssize_t NARROW = 1536
+
+
 cdef void _take(int which):
-    global f32, f64
+    global f32, f64, large
+    large = PY_SSIZE_T_MAX if which else NARROW
     cdef void** t = tile_tables[0][which]
     f32.potrf, f32.trsm, f32.syrk = <potrf32_t>t[0], <trsm32_t>t[1], <syrk32_t>t[2]
     f32.multiply, f32.transposed = <multiply32_t>t[3], <multiply32_t>t[4]

@@ -56,8 +56,8 @@ def test_every_remainder(size: int, instructions: str) -> None:
 
 @pytest.mark.parametrize("size", [1537, 1600])
 @pytest.mark.parametrize("name", ["dense", "sparse", "band"])
-def test_beyond_the_own_kernels(size: int, name: str) -> None:
-    """Matrices so large that LAPACK takes over; NaN is still found."""
+def test_large(size: int, name: str, instructions: str) -> None:
+    """Matrices that go block by block, or to LAPACK; NaN is still found."""
     pattern = build([size - 20, 20], [(0, 1)])
     values, diagonal = positive(pattern, 0)
     solver = make_solver(name, pattern)
@@ -70,8 +70,10 @@ def test_beyond_the_own_kernels(size: int, name: str) -> None:
         assert solver.factorise(values, spoilt) == 1 + 900
 
 
-def test_large_fronts_with_rows_below() -> None:
-    pattern = build([1540, 1540, 10], [(0, 2), (1, 2)])
+@pytest.mark.parametrize("size", [450, 1540])
+@pytest.mark.parametrize("below", [10, 300])
+def test_large_fronts_with_rows_below(size: int, below: int, instructions: str) -> None:
+    pattern = build([size, size, below], [(0, 2), (1, 2)])
     values, diagonal = positive(pattern, 0)
     solver = make_solver("sparse", pattern)
     assert solver.plan["supernodes"] > 1

@@ -1,0 +1,3 @@
+from typing import Any
+
+def time_of_front(columns: Any, rows: Any) -> Any: ...
