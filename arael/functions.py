@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from arael.runtime.native_binding import Binding
 from arael.runtime.natives import NativeTable
 from arael.runtime.tape import Array, Tape, evaluate
 from arael.runtime.unbound import unbound
+
+if TYPE_CHECKING:
+    from arael.sym.user_functions import FunctionBag
 
 __all__ = ["Function", "Functions"]
 
@@ -33,8 +38,10 @@ class Function:
 
     Notes
     -----
-    Only functions of scalars can be called from Python. The arguments may be arrays, which are
-    broadcast against each other; a function whose value is a vector adds axes at the end.
+    Numbers and arrays are taken for scalars: arrays are broadcast against each other, and a
+    function whose value is a vector adds axes at the end. With an expression, a vector or a matrix
+    of `arael.sym` among the arguments the value is symbolic too. A function that takes vectors can
+    be called in that way only.
     """
 
     def __init__(self, declared: layouts.Function, family: Functions) -> None:
@@ -53,29 +60,55 @@ class Function:
         return not self.native or self.name in self._family.bindings
 
     def __call__(self, *args: Any) -> Any:
-        """Value for these arguments: a float where all are numbers, else an array.
+        """Value for these arguments: a float where all are numbers, an array, or symbolic.
 
         Raises
         ------
         TypeError
             For another number of arguments.
         AraelError
-            E0820: nothing is bound to native code that it calls.
+            E0820: nothing is bound to native code that it calls; E0302: it takes vectors, and
+            numbers were given.
         """
+        if self._is_symbolic(args):
+            return self._family.bag[self.name](*args)
         (value,) = self._values(self._declared.tape, args, (self._declared.shape,))
         return value
 
     def partials(self, *args: Any) -> tuple[Any, ...]:
-        """Partial derivatives for these arguments, one per parameter, shaped as the value is."""
+        """Partial derivatives for these arguments, one per parameter, shaped as the value is.
+
+        Those that the model prescribes with `derivs`, where it does.
+        """
+        if self._is_symbolic(args):
+            from arael.sym import symbols
+
+            formals = symbols(self.params)
+            value = self._family.bag[self.name](*formals)
+            given = dict(zip(self.params, args, strict=True))
+            return tuple(value.diff(x).subs(given) for x in formals)
         n, shape = len(self.params), self._declared.shape
         return self._values(self._declared.partials, args, (shape,) * n, n)
+
+    def _is_symbolic(self, args: tuple[Any, ...]) -> bool:
+        if len(args) != len(self.params):
+            raise TypeError(f"{self!r} takes {len(self.params)} arguments, found {len(args)}")
+        room = sys.modules.get("arael.sym.value")  # whoever has a value of it has imported it
+        return room is not None and any(isinstance(a, room.Value) for a in args)
 
     def _values(
         self, tape: Tape | None, args: tuple[Any, ...], shapes: tuple[Any, ...], stride: int = 1
     ) -> tuple[Any, ...]:
-        if len(args) != len(self.params):
-            raise TypeError(f"{self!r} takes {len(self.params)} arguments, found {len(args)}")
-        assert tape is not None
+        if tape is None:
+            raise AraelError(
+                Diagnostic(
+                    "E0302",
+                    f"`{self.name}` does not take numbers",
+                    origin=self._declared.where,
+                    notes=(f"it is {self!r}",),
+                    help=("call it with vectors: `arael.sym.Vector([1, 2])`, then `.eval()`",),
+                )
+            )
         missing = tape.natives - self._family.bindings.keys()
         if missing:
             raise AraelError(self._family.unbound(sorted(missing)[0]))
@@ -110,12 +143,10 @@ class Functions(Mapping[str, Function]):
         self.layout = layout
         self.bindings = dict(bindings)
         self.table = NativeTable([f for f in layout.functions if f.native], self.bindings)
-        self._functions = {
-            f.name: Function(f, self) for f in layout.functions if f.tape is not None
-        }
+        self._functions = {f.name: Function(f, self) for f in layout.functions}
 
     def __getitem__(self, name: str) -> Function:
-        """Return the function of that name; KeyError if there is none that takes scalars."""
+        """Return the function of that name; KeyError if there is none."""
         return self._functions[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -126,6 +157,26 @@ class Functions(Mapping[str, Function]):
 
     def __repr__(self) -> str:
         return f"<functions {', '.join(self._functions)}>"
+
+    @cached_property
+    def bag(self) -> FunctionBag:
+        """The functions as `sym.parse` takes them: ``sym.parse("sigmoid(t)", M.functions.bag)``.
+
+        Native functions that nothing is bound to can be differentiated, but have no value (E0820).
+        """
+        from arael.diagnostics.records import Source
+        from arael.sym import FunctionBag
+
+        source = Source(f"functions of {self.layout.source}", self.layout.items)
+        return FunctionBag.from_source(source, {n: self._native(n) for n in self.layout.natives})
+
+    def _native(self, name: str) -> Callable[..., float]:
+        def value(*args: float) -> float:
+            if name not in self.bindings:
+                raise AraelError(self.unbound(name))
+            return float(self.table[name](*args))
+
+        return value
 
     def unbound(self, name: str) -> Diagnostic:
         """Tell that nothing is bound to a native function."""

@@ -19,7 +19,7 @@ from arael.check.passes import Passes
 from arael.check.paths import Paths
 from arael.check.places import Sites
 from arael.check.report import Reporter
-from arael.check.scalar_functions import type_functions
+from arael.check.scalar_functions import source_text, type_functions
 from arael.check.tables import build_blocks, build_entities, build_tables, check_refs
 from arael.check.typed import ConstraintSite, TypedModel
 from arael.check.usage import warn_unread_parameters, warn_unused_structs
@@ -83,6 +83,7 @@ def check(
         passes=passes,
         blocks=build_blocks(sites, entities, blocks),
         functions=functions,
+        constants=tuple((n, source_text(c.value)) for n, c in declarations.consts.items()),
         marginalize=marginalized,
         doc=chosen.node.doc,
     )

@@ -5,10 +5,13 @@ Allowed: ``fn f(x) derivs [2 * x] = x * x``, ``extern fn f(x, y) derivs [g(x), f
 Not allowed: a vector, a truth value or a matrix as the formula or as one of the derivatives.
 
 Functions without `derivs` may take what their formulas can do with; those that can do with scalars
-are typed here too, so that Python can call them.
+are typed here too, so that Python can call them. The others are kept as text.
 """
 
 from __future__ import annotations
+
+import re
+from dataclasses import replace
 
 from arael.check.binding import Binding, Broken
 from arael.check.builtins import is_number
@@ -24,7 +27,7 @@ from arael.syntax import tree
 
 
 def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunction, ...]:
-    """Every function of the model that works on scalars."""
+    """Every function of the model; without a body those that do not work on scalars."""
     found = []
     operations = 0
     for name, function in constants.declarations.functions.items():
@@ -32,19 +35,21 @@ def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunctio
             continue
         prescribed = function.derivs is not None
         if not prescribed and operations > MAX_OPERATIONS:
-            continue  # a library of large formulas; constraints can still call them
+            found.append(_as_text(function))  # a library of large formulas
+            continue
         speaking = report if prescribed else Reporter(Findings())
         try:
             typed, cost = _typed(function, constants, speaking)
         except AraelError:
             if prescribed:
                 raise
+            found.append(_as_text(function))
             continue
         operations += cost
-        if typed is not None:
-            found.append(typed)
-        elif prescribed:
+        if typed is None and prescribed:
             constants.declarations.broken.add(name)
+            continue
+        found.append(typed or _as_text(function))
     return tuple(found)
 
 
@@ -70,17 +75,22 @@ def _typed(
     if len(report.findings.errors) > before:
         return None, t.operations
     kept = None if derivs is None else tuple(d for d in derivs if d is not None)
+    return replace(_as_text(function), body=body, derivs=kept), t.operations
+
+
+def _as_text(function: tree.Function) -> TypedFunction:
+    """A function without what its formulas mean."""
     return TypedFunction(
-        name=name,
+        name=function.name.id,
         params=tuple(p.id for p in function.params),
         native=function.extern,
-        body=body,
-        derivs=kept,
-        text=_text(function.body),
-        deriv_texts=tuple(_text(d) for d in function.derivs or ()),
+        body=None,
+        derivs=None,
+        text="" if function.body is None else source_text(function.body),
+        deriv_texts=tuple(source_text(d) for d in function.derivs or ()),
         span=function.name.span,
         doc=function.doc,
-    ), t.operations
+    )
 
 
 def _scalar(
@@ -102,5 +112,6 @@ def _scalar(
     return None
 
 
-def _text(node: tree.Expr | None) -> str:
-    return "" if node is None else " ".join(node.span.text.split())
+def source_text(node: tree.Expr) -> str:
+    """What was written, on one line and without comments."""
+    return " ".join(re.sub(r"#[^\n]*", " ", node.span.text).split())

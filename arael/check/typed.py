@@ -302,5 +302,6 @@ class TypedModel:
     passes: tuple[Pass, ...]
     blocks: tuple[Block, ...] = ()
     functions: tuple[TypedFunction, ...] = ()
+    constants: tuple[tuple[str, str], ...] = ()  # names, and texts as written
     marginalize: tuple[str, ...] = ()
     doc: str = ""

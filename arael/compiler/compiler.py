@@ -16,7 +16,7 @@ from arael.compiler.entities import StateModel, model_state
 from arael.compiler.functions import Functions
 from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
-from arael.runtime.layout import LAYOUT_VERSION, Layout
+from arael.runtime.layout import LAYOUT_VERSION, Constant, Layout
 from arael.syntax.parser import parse
 from arael.syntax.tree import File, Import
 
@@ -90,6 +90,7 @@ def derive(
         blocks=model.blocks,
         warnings=warnings,
         functions=functions.layouts(),
+        constants=tuple(Constant(name, text) for name, text in model.constants),
         marginalize=model.marginalize,
         doc=model.doc,
     )

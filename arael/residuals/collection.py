@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from arael.check.constants import Constants
-from arael.check.declared import Declarations
-from arael.check.functions import check_functions
-from arael.check.items import gather
 from arael.check.report import Reporter
-from arael.diagnostics.records import Findings, Source
+from arael.diagnostics.records import AraelError, Findings, Source
 from arael.diagnostics.suggest import closest
+from arael.face.native import bind_all
 from arael.face.ref import Refs
+from arael.residuals.declared import declared
 from arael.residuals.derivation import Derived, derive
 from arael.residuals.expression import Array, Definition, Expression, RuntimeResidual
 from arael.residuals.messages import error
 from arael.residuals.posed import Posed
 from arael.residuals.reading import reader_for
 from arael.residuals.schema import Row, schema_of
-from arael.syntax.parser import parse
+from arael.runtime.layout import Layout
+from arael.runtime.native_binding import Binding
+from arael.runtime.unbound import unbound
 
 
 class Residuals(Mapping[str, RuntimeResidual]):
@@ -34,13 +35,12 @@ class Residuals(Mapping[str, RuntimeResidual]):
     def __init__(self, model: Any) -> None:
         self._model = model
         self.schema = schema_of(model._compiled.layout)
+        self._layout: Layout = self.schema.layout  # with the native functions of `functions`
         self._derived: dict[str, Derived] = {}
         self._definitions: dict[str, Definition] = {}
         self._named: dict[str, RuntimeResidual] = {}  # who brings each parameter along
-        self._findings = Findings()
-        self._report = Reporter(self._findings)
-        self._declarations = Declarations()
-        self._constants = Constants(self._declarations, self._report)
+        self._declared = self.schema.declared
+        self._natives: dict[str, Binding] = {}  # those that `functions` brought along
         self._posed: Posed | None = None
         self.kept: Any = None  # structure and linear solver of the last solve
         self._adding: RuntimeResidual | None = None
@@ -145,29 +145,40 @@ class Residuals(Mapping[str, RuntimeResidual]):
         definition._owner = self
         return definition
 
-    def functions(self, text: str) -> None:
-        """Declare functions and constants for the formulas: ``fn`` and ``const`` items.
+    def functions(self, text: str, bind: Mapping[str, Any] | None = None) -> None:
+        """Declare further functions and constants for the formulas: ``fn`` and ``const`` items.
+
+        Functions and constants of the model are there already. Those declared here may be declared
+        anew; formulas that were added before keep what they were read with.
+
+        Parameters
+        ----------
+        bind : what to call for each ``extern fn`` of the text, by name, as `arael.load` takes it
 
         Raises
         ------
         AraelError
-            What is wrong with them; they are then as before.
+            What is wrong with them; E0206 for a name that the model declares; E0820-E0822 for what
+            is bound. They are then as before.
         """
-        findings = Findings()
-        report = Reporter(findings)
-        declarations = gather(parse(Source("functions", text)), None, report)
-        for struct in declarations.structs.values():
-            report.error(
-                "E0608", struct.node.span, "expected functions and constants", label="a struct"
-            )
-        before = self._declarations
-        declarations.functions = {**before.functions, **declarations.functions}
-        declarations.consts = {**before.consts, **declarations.consts}
-        check_functions(declarations, report)
-        constants = Constants(declarations, report)
-        constants.check_all()
-        report.stop()
-        self._declarations, self._constants = declarations, constants
+        model = self.schema.declared.declarations
+        declared_ = declared(
+            Source("functions", text),
+            self._declared.declarations,
+            fixed=frozenset({*model.functions, *model.consts}),
+        )
+        own = [f for f in declared_.functions.layouts() if f.name not in model.functions]
+        natives = {f.name: f for f in own if f.native}
+        layout = msgspec.structs.replace(self.schema.layout, functions=tuple(natives.values()))
+        bindings = {**self._natives, **bind_all(layout, bind or {})}
+        for name, function in natives.items():
+            if name not in bindings:
+                raise AraelError(unbound(function, layout, way=f'bind={{"{name}": ...}}'))
+        self._declared, self._natives, self._posed = declared_, bindings, None
+        before = {f.name: f for f in self._layout.functions}
+        # What is there keeps its place: programs know native functions by their number.
+        functions = tuple({**before, **natives}.values())
+        self._layout = msgspec.structs.replace(self.schema.layout, functions=functions)
 
     # --- looking --------------------------------------------------------------------------------
 
@@ -190,7 +201,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         probe.label, probe._data = name, definition._data
         probe.entities = definition.entities
         derived = self._derive(probe, constant_too=True)
-        posed = Posed(self.schema.layout, self._model._store, self._owners(), [derived])
+        posed = self._pose([derived])
         return self._rows_of(posed, len(posed.layout.groups) - 1)
 
     def __getitem__(self, label: str) -> RuntimeResidual:
@@ -251,8 +262,8 @@ class Residuals(Mapping[str, RuntimeResidual]):
                 residual,
                 self,
                 self._owners(),
-                self._declarations,
-                self._constants.named,
+                self._declared,
+                self._layout.natives,
                 constant_too,
             )
         finally:
@@ -270,8 +281,9 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """Labels that a named expression reads; raises what is wrong with it."""
         findings = Findings()
         report = Reporter(findings)
+        declared_ = self._declared
         reader = reader_for(
-            definition, "rows", self, self._declarations, report, self._constants.named
+            definition, "rows", self, declared_.declarations, report, declared_.constants.named
         )
         reader.value(definition._tree)
         report.stop()
@@ -333,14 +345,12 @@ class Residuals(Mapping[str, RuntimeResidual]):
     def posed(self) -> Posed:
         """The model with its residuals, as the solver takes it."""
         if self._posed is None:
-            self._posed = Posed(
-                self.schema.layout,
-                self._model._store,
-                self._owners(),
-                list(self._derived.values()),
-            )
+            self._posed = self._pose(list(self._derived.values()))
         self._posed.refresh()
         return self._posed
+
+    def _pose(self, derived: list[Derived]) -> Posed:
+        return Posed(self._layout, self._model._store, self._owners(), derived, self._natives)
 
     def _number(self, label: str) -> int:
         return len(self.schema.layout.groups) + list(self._derived).index(label)
@@ -353,6 +363,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     def _rows_of(self, posed: Posed, number: int) -> Array:
         posed.refresh()
-        problem = posed.problem(self._model._compiled.kernels, frozenset(), None)
+        compiled = self._model._compiled
+        problem = posed.problem(compiled.kernels, frozenset(), None, compiled.bindings)
         found: Array = problem.evaluation.group_rows(number)[0]
         return found

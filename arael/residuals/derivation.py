@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from arael.check.declared import Declarations
 from arael.check.report import Reporter
 from arael.check.residuals import residual_of
 from arael.check.typed import ConstraintSite, EntitySite, Read
@@ -14,6 +12,7 @@ from arael.check.walk import postorder
 from arael.compiler.entities import StateModel, model_state
 from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import Findings, Label
+from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
 from arael.residuals.reading import Found, Surroundings, parameter_table, reader_for
 from arael.residuals.rows import RowsTable
@@ -53,8 +52,8 @@ def derive(
     residual: RuntimeResidual,
     around: Surroundings,
     owners: Sequence[Expression],
-    declarations: Declarations,
-    constant: Any,
+    declared: Declared,
+    natives: Sequence[str],
     constant_too: bool = False,
 ) -> Derived:
     """Resolve, check and differentiate one residual.
@@ -63,6 +62,8 @@ def derive(
     ----------
     around : what it sees
     owners : expressions with parameters, those of the residual itself included
+    declared : functions and constants that it may use
+    natives : names of native functions, in the order in which the runtime numbers them
     constant_too : whether it may do without a parameter, as a value that is only asked for may
 
     Raises
@@ -73,7 +74,9 @@ def derive(
     findings = Findings()
     report = Reporter(findings)
     path = f"{parameter_table(residual.label)}/rows"
-    reader = reader_for(residual, path, around, declarations, report, constant)
+    reader = reader_for(
+        residual, path, around, declared.declarations, report, declared.constants.named
+    )
     typed = residual_of(reader, residual._tree)
     report.stop()
     assert typed is not None
@@ -107,7 +110,7 @@ def derive(
         slots=tuple(reader.slots.items),
         residual=tuple(typed),
     )
-    kernel = compile_constraint(site, states)
+    kernel = compile_constraint(site, states, functions=declared.functions)
     entities = tuple((s.entity.table, s.entity.prefix) for s in states)
     single = around.schema.layout.precision == "f32"
     table = Table(
@@ -124,7 +127,7 @@ def derive(
         found,
         kernel,
         entities,
-        Program(kernel.group, [s.entity for s in states], single),
+        Program(kernel.group, [s.entity for s in states], single, natives),
         RowsTable(residual.label, found.data, found.refs),
         table,
     )

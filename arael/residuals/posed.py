@@ -31,6 +31,7 @@ class Posed:
     store : its data
     owners : expressions with parameters
     derived : the residuals
+    bindings : what is bound to native functions that the residuals brought along
 
     Attributes
     ----------
@@ -41,9 +42,15 @@ class Posed:
     """
 
     def __init__(
-        self, layout: Layout, store: Any, owners: Sequence[Expression], derived: Sequence[Derived]
+        self,
+        layout: Layout,
+        store: Any,
+        owners: Sequence[Expression],
+        derived: Sequence[Derived],
+        bindings: Mapping[str, Binding],
     ) -> None:
         self._store = store
+        self._bindings = bindings
         self._derived = derived
         self._checked = -1
         self._versions: dict[int, int] = {}
@@ -116,7 +123,7 @@ class Posed:
             known=known or self._known,
             programs=self.programs,
             gathered=self.gathered,
-            bindings=bindings,
+            bindings={**(bindings or {}), **self._bindings},
         )
         if found.structure is not self._known:
             self.gathered.clear()

@@ -16,7 +16,7 @@ from arael.check.binding import BROKEN, Binding, Broken
 from arael.check.declared import Declarations
 from arael.check.expressions import HANDLERS
 from arael.check.report import Reporter
-from arael.check.scope import Candidate
+from arael.check.scope import Candidate, ConstantScope
 from arael.check.suggest import did_you_mean
 from arael.check.typed import INT, REAL, STRING, Literal_, Read, Typed, VectorType
 from arael.check.typist import Slots, Typist
@@ -93,11 +93,12 @@ class Reader(Typist):
 class Names:
     """The scope that the language's own rules ask, where nothing of this room has the name."""
 
+    constants: ConstantScope
     reader: Reader | None = None
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Nothing: what a formula may name was looked at before."""
-        return []
+        """A constant: what else a formula may name was looked at before."""
+        return self.constants.candidates(name)
 
     def names(self) -> Iterable[str]:
         """Names that a misspelt one may have meant."""
@@ -110,6 +111,7 @@ class Names:
             *own.entities,
             *around.names(),
             *around.schema.members(ROOT),
+            *self.constants.names(),
         ]
 
     def advice(self, name: str) -> list[str]:
@@ -133,7 +135,7 @@ def reader_for(
     constant: Any,
 ) -> Reader:
     """The typist of one residual whose rows are the table `path`."""
-    scope = Names()
+    scope = Names(ConstantScope(declarations, constant, inside="a formula"))
     reader = Reader(declarations, report, READERS, scope, constant, Slots([Slot((), path)]), None)
     scope.reader = reader
     reader.around, reader.found, reader.frames = around, Found(path), [expression]

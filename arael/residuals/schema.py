@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from arael.check.typed import (
     BOOL,
@@ -16,6 +17,7 @@ from arael.check.typed import (
 from arael.check.types import FIXED_TYPES, PARAM_TYPES
 from arael.compiler.entities import StateModel, model_state
 from arael.face.ref import Refs
+from arael.residuals.declared import Declared, of_model
 from arael.runtime.layout import ByValue, Column, Layout, Step, Table
 
 
@@ -72,6 +74,11 @@ class Schema:
             columns = tuple(self.columns[entity.table, use.column] for use in entity.params)
             site = EntitySite(entity.struct, entity.table, entity.prefix, columns)
             self.states.append(model_state(site))
+
+    @cached_property
+    def declared(self) -> Declared:
+        """Functions and constants of the model."""
+        return of_model(self.layout)
 
     def members(self, row: Row) -> list[str]:
         """Names of what the struct at `row` holds."""

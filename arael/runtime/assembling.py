@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arael.runtime.layout import Entity, Group
-from arael.runtime.tape import PRIMITIVES, Tape
+from arael.runtime.tape import NATIVE, PRIMITIVES, Tape
 
 # In the order of `Operation` in machine.pyx.
 OPERATIONS = tuple(name for name in PRIMITIVES if name not in ("input", "const"))
 _NUMBER = {name: k for k, name in enumerate(OPERATIONS)}
+_CALL = len(OPERATIONS)
 
 Word = tuple[int, int, int, int, int]
 
@@ -20,7 +21,7 @@ class Parts:
     """What a program consists of; the words of each list are described in machine.pxd.
 
     `results` and `entries` are registers of the linearisation; the cost leaves its residuals in the
-    same registers.
+    same registers. `operands` are those of calls of native functions, which may have many.
     """
 
     cost: list[Word]
@@ -31,10 +32,15 @@ class Parts:
     results: list[int]
     entries: list[tuple[int, int, int]]
     products: list[tuple[int, int, int, int, int, int, int]]
+    operands: list[int]
+    arguments: int  # of the call that has most
 
 
-def assemble(group: Group, entities: Sequence[Entity]) -> Parts:
-    """Give every node of the group's tape a register and list what is to be computed."""
+def assemble(group: Group, entities: Sequence[Entity], natives: Sequence[str] = ()) -> Parts:
+    """Give every node of the group's tape a register and list what is to be computed.
+
+    `natives` are the names of the native functions in the order in which they are numbered.
+    """
     tape = group.tape
     inputs = len(group.states) + group.data_count + group.uniform_count
     register, count = _registers(tape, inputs)
@@ -44,15 +50,23 @@ def assemble(group: Group, entities: Sequence[Entity]) -> Parts:
         (at, residual, use | tangent << 16)
         for at, (residual, use, tangent) in zip(derivatives, group.jacobian, strict=True)
     ]
+    calls = [k for k, op in enumerate(tape.ops) if op.startswith(NATIVE)]
+    sizes = [len(tape.args[k]) for k in calls]
+    called = {
+        node: (natives.index(tape.ops[node].removeprefix(NATIVE)), sum(sizes[:k]))
+        for k, node in enumerate(calls)
+    }
     return Parts(
-        cost=_words(tape, register, _needed(tape, tape.outputs[: group.residuals])),
-        full=_words(tape, register, range(len(tape.ops))),
+        cost=_words(tape, register, _needed(tape, tape.outputs[: group.residuals]), called),
+        full=_words(tape, register, range(len(tape.ops)), called),
         states=[(u, o, entities[group.uses[u].entity].state) for u, o in group.states],
         constants=tape.constants,
         registers=max(count, 1),
         results=results,
         entries=entries,
         products=_products(group, entities, derivatives),
+        operands=[register[x] for node in calls for x in tape.args[node]],
+        arguments=max(sizes, default=0),
     )
 
 
@@ -94,11 +108,17 @@ def _needed(tape: Tape, outputs: Sequence[int]) -> list[int]:
     return sorted(needed)
 
 
-def _words(tape: Tape, register: list[int], nodes: Sequence[int]) -> list[Word]:
+def _words(
+    tape: Tape, register: list[int], nodes: Sequence[int], called: dict[int, tuple[int, int]]
+) -> list[Word]:
+    """Instructions of some nodes; `called`: number of the native function, place of operands."""
     words: list[Word] = []
     for node in nodes:
         op = tape.ops[node]
         if op in ("input", "const"):
+            continue
+        if node in called:
+            words.append((_CALL, register[node], *called[node], 0))
             continue
         a, b, c = (*(register[x] for x in tape.args[node]), 0, 0)[:3]
         words.append((_NUMBER[op], register[node], a, b, c))

@@ -261,7 +261,7 @@ cdef class Evaluation:
         if lanes.n == 0:
             return 0
         if self._program[g] != NULL:
-            return (<Program>self._program[g]).cost(lanes)
+            return self._checked((<Program>self._program[g]).cost(lanes))
         if self._table != NULL and self._table.groups[g].cost != NULL:
             return self._checked(self._table.groups[g].cost(lanes))
         with gil:
@@ -309,7 +309,9 @@ cdef class Evaluation:
         if lanes.n == 0:
             return 0
         if self._program[g] != NULL:
-            return (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
+            return self._checked(
+                (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
+            )
         if self._table != NULL and self._table.groups[g].linearise != NULL:
             return self._checked(self._table.groups[g].linearise(lanes, gradient, values))
         with gil:
@@ -481,6 +483,7 @@ cdef class Evaluation:
             (<Program>self._program[g]).rows(
                 lanes, <void*>address(residuals), <void*>address(entries)
             )
+            self.natives.raise_failure()
             return residuals, entries
         if self._table != NULL and self._table.groups[g].rows != NULL:
             self._table.groups[g].rows(

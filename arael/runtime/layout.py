@@ -27,7 +27,7 @@ import msgspec
 
 from arael.runtime.tape import Tape
 
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 
 
 class Step(msgspec.Struct, frozen=True):
@@ -321,6 +321,13 @@ class Function(msgspec.Struct, frozen=True):
     doc: str = ""
 
 
+class Constant(msgspec.Struct, frozen=True):
+    """A constant of the model, as the model writes it."""
+
+    name: str
+    text: str
+
+
 class Layout(msgspec.Struct, frozen=True):
     """A compiled model."""
 
@@ -336,6 +343,7 @@ class Layout(msgspec.Struct, frozen=True):
     blocks: tuple[Block, ...] = ()
     warnings: tuple[str, ...] = ()  # rendered, for a warm start to repeat
     functions: tuple[Function, ...] = ()
+    constants: tuple[Constant, ...] = ()
     marginalize: tuple[str, ...] = ()  # tables that the Schur complement is to eliminate
     doc: str = ""
 
@@ -343,6 +351,16 @@ class Layout(msgspec.Struct, frozen=True):
     def natives(self) -> tuple[str, ...]:
         """Names of the native functions, in the order in which kernels number them."""
         return tuple(f.name for f in self.functions if f.native)
+
+    @property
+    def items(self) -> str:
+        """Constants and functions as items of a model's text, one a line."""
+        lines = [f"const {c.name} = {c.text}" for c in self.constants]
+        for f in self.functions:
+            head = f"{'extern ' * f.native}fn {f.name}({', '.join(f.params)})"
+            derivs = f" derivs [{', '.join(f.derivs)}]" if f.derivs else ""
+            lines.append(head + derivs + (f" = {f.text}" if f.text else ""))
+        return "".join(f"{line}\n" for line in lines)
 
     def table(self, path: str) -> Table:
         """Return the table of that path; KeyError if there is none."""

@@ -2,12 +2,13 @@
 
 from libc.stdint cimport int32_t
 
-from arael.runtime.kernel cimport Lanes
+from arael.runtime.kernel cimport Lanes, Native
 
 
 cdef struct Code:
     Py_ssize_t count            # instructions
     const int32_t* words        # [count][5] operation, target, operands: numbers of registers
+    const int32_t* operands     # registers of the operands of calls, one call after the other
 
 
 cdef class Program:
@@ -15,7 +16,7 @@ cdef class Program:
     cdef readonly Py_ssize_t uses       # entities read
     cdef readonly Py_ssize_t residuals
     cdef object _keep                   # arrays that the pointers below point into
-    cdef Py_ssize_t _states, _data, _uniforms, _constants, _registers
+    cdef Py_ssize_t _states, _data, _uniforms, _constants, _registers, _arguments
     cdef Code _cost, _full
     cdef const int32_t* _state          # [states][3] use, offset, stride
     cdef const double* _constant        # [constants]

@@ -8,6 +8,12 @@ class Program:
     single: bool
     uses: int
     residuals: int
-    def __init__(self, group: Group, entities: Sequence[Entity], single: bool) -> None: ...
+    def __init__(
+        self,
+        group: Group,
+        entities: Sequence[Entity],
+        single: bool,
+        natives: Sequence[str] = (),
+    ) -> None: ...
     @property
     def instructions(self) -> tuple[int, int]: ...

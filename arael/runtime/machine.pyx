@@ -16,7 +16,7 @@ from libc.math cimport (
 from libc.stdint cimport int32_t, uintptr_t
 from libc.stdlib cimport free, malloc
 
-from arael.runtime.kernel cimport Lanes
+from arael.runtime.kernel cimport Lanes, Native
 
 from arael.runtime.assembling import OPERATIONS, assemble
 
@@ -29,23 +29,39 @@ WIDTH = LANES
 cdef enum Operation:
     ADD, SUB, MUL, DIV, NEG, POW, SQRT, CBRT, EXP, LOG, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS
     ATAN, ATAN2, SINH, COSH, TANH, HYPOT, ABS, SIGN, HEAVISIDE, FLOOR, CEIL, ROUND, MIN, MAX
-    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, OPERATION_COUNT
+    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL
 
-assert len(OPERATIONS) == OPERATION_COUNT
+assert len(OPERATIONS) == CALL
 
 
-cdef void run(const Code* code, floating** registers, int n) noexcept nogil:
-    """Execute instructions on `n` lanes of every register."""
+cdef void run(
+    const Code* code, floating** registers, int n, const Native* natives, double* arguments
+) noexcept nogil:
+    """Execute instructions on `n` lanes of every register.
+
+    A CALL has the number of a native function and the first of its operands in `code.operands`;
+    `arguments` is room for as many as it takes.
+    """
     cdef Py_ssize_t at
     cdef const int32_t* word
     cdef floating *t
     cdef floating *a
     cdef floating *b
     cdef floating *c
+    cdef const Native* native
+    cdef const int32_t* operand
+    cdef Py_ssize_t k
     cdef int w, op
     for at in range(code.count):
         word = code.words + 5 * at
         op = word[0]
+        if op == CALL:
+            t, native, operand = registers[word[1]], natives + word[2], code.operands + word[3]
+            for w in range(n):
+                for k in range(native.arity):
+                    arguments[k] = registers[operand[k]][w]
+                t[w] = <floating>native.call(native, arguments)
+            continue
         t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
         if op == ADD:
             for w in range(n):
@@ -183,20 +199,21 @@ cdef class Program:
     group : arael.runtime.layout.Group
     entities : all entities of the layout
     single : f32 if true, else f64
+    natives : names of the native functions, in the order in which lanes number them
     """
 
-    def __init__(self, group, entities, single):
-        parts = assemble(group, entities)
+    def __init__(self, group, entities, single, natives=()):
+        parts = assemble(group, entities, natives)
         self.single = single
         self.uses = len(group.uses)
         self.residuals = group.residuals
         self._states, self._data = len(group.states), group.data_count
         self._uniforms, self._constants = group.uniform_count, len(parts.constants)
-        self._registers = parts.registers
+        self._registers, self._arguments = parts.registers, parts.arguments
         arrays = [
             np.ascontiguousarray(a, dtype=np.int32)
             for a in (parts.cost, parts.full, parts.states, parts.results, parts.entries,
-                      parts.products)
+                      parts.products, parts.operands)
         ]
         constants = np.ascontiguousarray(parts.constants, dtype=np.float64)
         self._keep = (arrays, constants)
@@ -207,6 +224,7 @@ cdef class Program:
         self._results = <const int32_t*>address(arrays[3])
         self._entries, self._entry_count = <const int32_t*>address(arrays[4]), len(arrays[4])
         self._products, self._product_count = <const int32_t*>address(arrays[5]), len(arrays[5])
+        self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6])
         self._constant = <const double*>address(constants)
 
     @property
@@ -237,7 +255,9 @@ cdef floating** begin(Program p, const Lanes* lanes, floating* _) noexcept nogil
     """Registers with what is the same for all blocks in them; NULL if there is no memory."""
     cdef Py_ssize_t k, w, pointers = p._registers * sizeof(void*)
     cdef Py_ssize_t fixed = p._states + p._data
-    cdef char* room = <char*>malloc(pointers + p._registers * LANES * sizeof(floating))
+    cdef char* room = <char*>malloc(
+        pointers + p._registers * LANES * sizeof(floating) + p._arguments * sizeof(double)
+    )
     cdef floating** registers = <floating**>room
     cdef floating* memory = <floating*>(room + pointers)
     cdef floating value
@@ -253,6 +273,11 @@ cdef floating** begin(Program p, const Lanes* lanes, floating* _) noexcept nogil
         for w in range(LANES):
             registers[fixed + k][w] = value
     return registers
+
+
+cdef double* arguments_of(Program p, floating** registers) noexcept nogil:
+    """Room for the arguments of a call, behind the registers."""
+    return <double*>(registers[0] + p._registers * LANES)
 
 
 cdef int gather(
@@ -290,12 +315,14 @@ cdef double cost_of(Program p, const Lanes* lanes, floating* _) noexcept nogil:
     cdef floating** registers = begin(p, lanes, _)
     cdef double total = 0
     cdef Py_ssize_t block
+    cdef double* arguments
     cdef int n
     if registers == NULL:
         return NAN
+    arguments = arguments_of(p, registers)
     for block in range((lanes.n + LANES - 1) // LANES):
         n = gather(p, lanes, block, registers)
-        run(&p._cost, registers, n)
+        run(&p._cost, registers, n, lanes.natives, arguments)
         total += squares(p, registers, n)
     free(registers)
     return total
@@ -307,12 +334,14 @@ cdef double linearise_of(
     cdef floating** registers = begin(p, lanes, gradient)
     cdef double total = 0
     cdef Py_ssize_t block
+    cdef double* arguments
     cdef int n
     if registers == NULL:
         return NAN
+    arguments = arguments_of(p, registers)
     for block in range((lanes.n + LANES - 1) // LANES):
         n = gather(p, lanes, block, registers)
-        run(&p._full, registers, n)
+        run(&p._full, registers, n, lanes.natives, arguments)
         total += squares(p, registers, n)
         add_gradient(p, lanes, block, n, shared, registers, gradient)
         add_products(p, lanes, block, n, shared, registers, values)
@@ -382,14 +411,16 @@ cdef void rows_of(
 ) noexcept nogil:
     cdef floating** registers = begin(p, lanes, residuals)
     cdef Py_ssize_t block, k, w, first
+    cdef double* arguments
     cdef int n
     if registers == NULL:
         for k in range(lanes.n * p.residuals):
             residuals[k] = NAN
         return
+    arguments = arguments_of(p, registers)
     for block in range((lanes.n + LANES - 1) // LANES):
         n = gather(p, lanes, block, registers)
-        run(&p._full, registers, n)
+        run(&p._full, registers, n, lanes.natives, arguments)
         first = block * LANES
         for w in range(n):
             for k in range(p.residuals):

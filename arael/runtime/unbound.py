@@ -22,15 +22,20 @@ def require_bound(layout: Layout, natives: NativeTable) -> None:
         raise AraelError(wrong)
 
 
-def unbound(function: Function, layout: Layout, caller: str = "") -> Diagnostic:
-    """Tell that nothing is bound to a native function."""
+def unbound(function: Function, layout: Layout, caller: str = "", way: str = "") -> Diagnostic:
+    """Tell that nothing is bound to a native function; `way` is how to do so, if not at loading."""
     return Diagnostic(
         "E0820",
         f"nothing is bound to the native function `{function.name}`",
         origin=function.where,
-        notes=(f"`{caller}` calls it",) if caller else (),
+        notes=(
+            *((f"`{caller}` calls it",) if caller else ()),
+            "the program that loads the model binds native code; the command line does not",
+        ),
         help=(
-            f'give it when loading: `arael.load("{layout.source}", '
+            f"give it: `{way}`"
+            if way
+            else f'give it when loading: `arael.load("{layout.source}", '
             f'functions={{"{function.name}": ...}})`',
         ),
     )

@@ -126,7 +126,8 @@ class Reader:
         self._trail.append(function.name)
         bag, special, self.bag, self.special = self.bag, self.special, function.bag, {}
         try:
-            names = dict(zip(function.parameters, values, strict=True))
+            called = dict(zip(function.parameters, values, strict=True))
+            names: dict[str, Value] = {**function.bag.constants, **called}
             return self.within(names, function.node.body)
         finally:
             self.bag, self.special = bag, special

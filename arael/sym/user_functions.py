@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from arael.check.typed import REAL
-from arael.diagnostics.records import AraelError, Diagnostic, Source
+from arael.check.typed import BOOL, REAL
+from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
+from arael.sym.building import build
 from arael.sym.complain import fail
-from arael.sym.expr import Expr
-from arael.sym.shapes import as_value
+from arael.sym.expr import Expr, const
+from arael.sym.shapes import as_value, composite
+from arael.sym.value import Value
 from arael.syntax import tree
 from arael.syntax.parser import parse as parse_file
 
@@ -73,7 +75,8 @@ class Function:
     def _read(self, node: tree.Expr, args: tuple[Expr, ...]) -> Expr:
         from arael.sym.reading import Reader
 
-        found = Reader(self.bag, dict(zip(self.parameters, args, strict=True))).value(node)
+        names = {**self.bag.constants, **dict(zip(self.parameters, args, strict=True))}
+        found = Reader(self.bag, names).value(node)
         if not isinstance(found, Expr) or found.type != REAL:
             fail("E0652", f"`{self.name}` has derivatives, so it must be a scalar", node.span)
         return found
@@ -84,10 +87,16 @@ class FunctionBag(Mapping[str, Function]):
 
     They may call each other in any order; names are looked up when a function is called. A function
     of the bag shadows a built-in one of the same name, also in the other functions of the bag.
+
+    Attributes
+    ----------
+    constants : values of names in the formulas of all functions: the constants of a model. For
+        `parse` they are as good as any `names`.
     """
 
     def __init__(self, *definitions: str) -> None:
         self._functions: dict[str, Function] = {}
+        self.constants: dict[str, Value] = {}
         for definition in definitions:
             self.define(definition)
 
@@ -104,6 +113,7 @@ class FunctionBag(Mapping[str, Function]):
         """Return a bag with the same functions, which look names up where they did."""
         bag = FunctionBag()
         bag._functions = dict(self._functions)
+        bag.constants = dict(self.constants)
         return bag
 
     def define(self, text: str) -> Function:
@@ -178,7 +188,7 @@ class FunctionBag(Mapping[str, Function]):
     def from_model(
         cls, model: str | Path, natives: Mapping[str, Native] | None = None
     ) -> FunctionBag:
-        """Read the functions of a model file, or of the text of one.
+        """Read the functions of a model file and of what it imports, or of the text of one.
 
         Parameters
         ----------
@@ -190,14 +200,41 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             As reading the model does; E0651 where an ``extern fn`` has no callable.
         """
+        from arael.compiler.imports import Imports
         from arael.syntax.files import read_source
 
         is_text = isinstance(model, str) and ("\n" in model or "=" in model)
         source = Source("model", str(model)) if is_text else read_source(str(model))
+        return cls.from_source(source, natives, None if is_text else Imports())
+
+    @classmethod
+    def from_source(
+        cls,
+        source: Source,
+        natives: Mapping[str, Native] | None = None,
+        load: Callable[[tree.Import], tree.File] | None = None,
+    ) -> FunctionBag:
+        """Take the functions of a text, which sees its constants and what `load` imports."""
+        from arael.check.constants import Constants
+        from arael.check.items import gather
+        from arael.check.report import Reporter
+
+        report = Reporter(Findings())
+        found = gather(parse_file(source), load, report)
+        report.stop()
         bag = cls()
-        for item in parse_file(source).items:
-            if isinstance(item, tree.Function):
-                bag.add(item, (natives or {}).get(item.name.id))
+        constants = Constants(found, report)
+        for name, item in found.consts.items():
+            value = constants.evaluate(item.value)
+            if value is not None:
+                entries = tuple(const(float(number)) for number in value.values)
+                if value.type == BOOL:
+                    bag.constants[name] = build("eq", *entries, const(1.0))
+                else:
+                    bag.constants[name] = composite(value.type, entries)
+        report.stop()
+        for function_ in found.functions.values():
+            bag.add(function_, (natives or {}).get(function_.name.id))
         return bag
 
 

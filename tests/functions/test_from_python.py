@@ -22,10 +22,10 @@ def functions(tmp_path: Path) -> Functions:
     return found
 
 
-def test_all_functions_of_scalars_are_there(functions: Functions) -> None:
-    assert list(functions) == ["sigmoid", "pair", "grow", "si", "co", "arc"]
+def test_all_functions_are_there(functions: Functions) -> None:
+    assert list(functions) == ["sigmoid", "both", "pair", "grow", "si", "co", "arc"]
     with pytest.raises(KeyError):
-        functions["both"]  # takes a vector
+        functions["none"]
 
 
 def test_numbers_arrays_and_shapes(functions: Functions) -> None:
