@@ -55,6 +55,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         parameters: Mapping[str, Any] | None = None,
         data: Mapping[str, Any] | None = None,
         entities: Mapping[str, Any] | None = None,
+        loss: str | None = None,
     ) -> RuntimeResidual:
         """Add a residual, or the text of one with what `runtime_residual` takes.
 
@@ -66,9 +67,9 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """
         if isinstance(residual, str):
             residual = RuntimeResidual(
-                residual, label or self._free_label(), parameters, data, entities
+                residual, label or self._free_label(), parameters, data, entities, loss
             )
-        elif not (label is None and parameters is None and data is None and entities is None):
+        elif any(one is not None for one in (label, parameters, data, entities, loss)):
             raise error(
                 "E0763", "only with a text, parameters and data can be given here", residual.label
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from arael.check.losses import loss_of
 from arael.check.report import Reporter
 from arael.check.residuals import residual_of
 from arael.check.typed import ConstraintSite, EntitySite, Read
@@ -77,6 +78,7 @@ def derive(
     reader = reader_for(
         residual, path, around, declared.declarations, report, declared.constants.named
     )
+    loss = None if residual._loss_tree is None else loss_of(reader, residual._loss_tree)
     typed = residual_of(reader, residual._tree)
     report.stop()
     assert typed is not None
@@ -109,10 +111,11 @@ def derive(
         span=residual.span,
         slots=tuple(reader.slots.items),
         residual=tuple(typed),
+        loss=loss,
     )
-    kernel = compile_constraint(site, states, functions=declared.functions)
-    entities = tuple((s.entity.table, s.entity.prefix) for s in states)
     single = around.schema.layout.precision == "f32"
+    kernel = compile_constraint(site, states, single, declared.functions)
+    entities = tuple((s.entity.table, s.entity.prefix) for s in states)
     table = Table(
         path=path,
         struct="residuals",

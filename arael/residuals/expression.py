@@ -13,7 +13,7 @@ from arael.face.collection import Collection
 from arael.face.ref import Ref, Refs
 from arael.residuals.messages import error, label_problem, name_problem
 from arael.residuals.parameters import Parameters
-from arael.syntax.parser import parse_expression
+from arael.syntax.parser import parse_expression, parse_loss
 
 if TYPE_CHECKING:
     from arael.residuals.collection import Residuals
@@ -130,6 +130,38 @@ class Expression:
 class RuntimeResidual(Expression):
     """A residual equation known only at run time; made by `arael.runtime_residual`."""
 
+    def __init__(
+        self,
+        text: str,
+        label: str,
+        parameters: Mapping[str, Any] | None = None,
+        data: Mapping[str, Any] | None = None,
+        entities: Mapping[str, Any] | None = None,
+        loss: str | None = None,
+    ) -> None:
+        super().__init__(text, label, parameters, data, entities)
+        self._loss, self._loss_tree = loss, parsed_loss(loss, label)
+
+    @property
+    def loss(self) -> str | None:
+        """The loss, or None; assigning another takes effect at once, or raises and changes nothing.
+
+        ``"cauchy(2)"``, ``"geman_mcclure(c)"``, ``"huber(k)"``, ``"tukey(c)"`` or
+        ``"|s| log(1 + s)"``; its scale may be a data column.
+        """
+        return self._loss
+
+    @loss.setter
+    def loss(self, loss: str | None) -> None:
+        before = self._loss, self._loss_tree
+        self._loss, self._loss_tree = loss, parsed_loss(loss, self.label)
+        try:
+            if self._owner is not None:
+                self._owner._changed(self)
+        except AraelError:
+            self._loss, self._loss_tree = before
+            raise
+
     @property
     def cost(self) -> float:
         """Sum of its squared residuals at the present values."""
@@ -159,9 +191,18 @@ def parsed(text: str, label: str) -> tree.Expr:
     AraelError
         With every syntax error; E0104 for one that is too long.
     """
-    source = Source(label, text)
+    return parse_expression(_source(text, label))
+
+
+def parsed_loss(text: str | None, label: str) -> tree.Expr | None:
+    """Read one loss; raises as `parsed` does."""
+    return None if text is None else parse_loss(_source(text, f"loss of {label}"))
+
+
+def _source(text: str, name: str) -> Source:
     if not isinstance(text, str):
-        raise error("E0760", f"a formula is text, found {type(text).__name__}", label)
+        raise error("E0760", f"a formula is text, found {type(text).__name__}", name)
+    source = Source(name, text)
     if len(text) > MAX_TEXT:
         raise AraelError(
             Diagnostic(
@@ -171,7 +212,7 @@ def parsed(text: str, label: str) -> tree.Expr:
                 help=(f"at most {MAX_TEXT} are read",),
             )
         )
-    return parse_expression(source)
+    return source
 
 
 def numbers(name: str, value: Any, label: str) -> Array:

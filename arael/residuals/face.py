@@ -18,6 +18,7 @@ def runtime_residual(
     parameters: Mapping[str, Any] | None = None,
     data: Mapping[str, Any] | None = None,
     entities: Mapping[str, Any] | None = None,
+    loss: str | None = None,
 ) -> RuntimeResidual:
     """A residual equation from text, to be added to a model with ``model.residuals.add``.
 
@@ -33,6 +34,9 @@ def runtime_residual(
         each of the n rows.
     entities : rows of the model by name: what ``append`` returns, ``model.poses[3]``, or many rows
         (``model.poses``), one for each row of the residual
+    loss : what the residuals of a row cost together instead of the sum of their squares, as behind
+        `loss` in a model file: ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``,
+        ``"tukey(4)"``, or ``"|s| 2 * (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
 
     Raises
     ------
@@ -54,7 +58,7 @@ def runtime_residual(
     >>> round(fit.parameters["a"], 4)
     2.0
     """
-    return RuntimeResidual(text, label, parameters, data, entities)
+    return RuntimeResidual(text, label, parameters, data, entities, loss)
 
 
 def runtime_model(

@@ -146,6 +146,8 @@ def _name(t: Reader, node: tree.Name) -> Any:
     if t.calls:  # inside a function: its parameters and constants
         return access.name(t, node)
     own, name = t.frames[-1], node.id
+    if len(t.frames) == 1 and t.scope.candidates(name):  # the argument of a loss
+        return access.name(t, node)
     if name in own._data:
         return _data(t, own, name, node.span)
     if name in own.entities:

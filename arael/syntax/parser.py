@@ -64,6 +64,18 @@ def parse_expression(source: Source) -> tree.Expr:
     return expr  # type: ignore[no-any-return]
 
 
+def parse_loss(source: Source) -> tree.Expr:
+    """Read what stands behind `loss` in a model, by itself: ``cauchy(2)`` or ``|s| log(1 + s)``.
+
+    Raises
+    ------
+    AraelError
+        As for `parse`.
+    """
+    expr, _, _ = _run(source, "loss_alone")
+    return expr  # type: ignore[no-any-return]
+
+
 def _run(source: Source, start: str) -> tuple[Any, Lexed, set[int]]:
     log = ErrorLog(source)
     _check_size(source, log)

@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-STARTS = ("start", "expression")
+STARTS = ("start", "expression", "loss_alone")
 END = "$END"
 
 

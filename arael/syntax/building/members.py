@@ -96,7 +96,10 @@ class MemberBuilder(Builder):
         return "when", parts[1], span
 
     def _make_loss(self, parts: list[Any], span: Span) -> tuple[str, Any, Span]:
-        kernel = parts[1]
+        return "loss", self._make_loss_alone(parts[1:], span), span
+
+    def _make_loss_alone(self, parts: list[Any], span: Span) -> tree.Expr:
+        kernel: tree.Expr = parts[0]
         if not isinstance(kernel, (tree.Call, tree.Lambda)):
             where = kernel.span
             name = kernel.id if isinstance(kernel, tree.Name) else "cauchy"
@@ -108,7 +111,7 @@ class MemberBuilder(Builder):
                 "not a call",
                 help=f"write `loss {name}(1.0)`, or `loss |s| expression`",
             )
-        return "loss", kernel, span
+        return kernel
 
     def _make_into(self, parts: list[Any], span: Span) -> tuple[str, Any, Span]:
         return "into", tuple(parts[1:]), span
