@@ -12,6 +12,7 @@ from arael.face.ref import Ref, Refs
 from arael.runtime.layout import Layout, Pass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
+from arael.session import Session
 
 __all__ = ["Compiled", "Model", "Ref", "Refs"]
 
@@ -61,6 +62,7 @@ class Model(Fields):
     _compiled: Compiled
     _store: Store
     _residuals: Residuals | None
+    _session: Session
 
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
         store = Store(compiled.layout)
@@ -68,6 +70,7 @@ class Model(Fields):
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
+        object.__setattr__(self, "_session", Session())
         object.__setattr__(self, "_table", store.root)
         object.__setattr__(self, "_group", store.root.fields)
         for name, value in values.items():
@@ -139,6 +142,11 @@ class Model(Fields):
             it was then.
         """
         self._problem().put(x)
+
+    @property
+    def session(self) -> Session:
+        """What the last solve left for the next; ``release()`` lets go of it."""
+        return self._session
 
     def cost(self) -> float:
         """Sum of squared residuals at the present values."""

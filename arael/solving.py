@@ -19,10 +19,9 @@ from arael.result import ENDING, Plan, Result, joined
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, Pass
 from arael.runtime.linear import blas
-from arael.runtime.linear.base import LinearSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
-from arael.runtime.structure import Structure
+from arael.session import session_of
 
 Trace = Callable[[str], object]
 
@@ -86,68 +85,73 @@ def solve(
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**one.config).with_(**settings) for one in schedule]
     given = [freeze] if isinstance(freeze, str) else list(freeze)
-    frozen = held_by(layout, given)
+    frozen = held_by(layout, given) if given else frozenset()
     check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])
     began = time.perf_counter()
     results: list[Result] = []
-    kept = _kept_of(model, solver, solver_options)
-    for one, pass_config in zip(schedule, configs, strict=True):
-        _set_root(model, one)
-        write = _writer(trace, pass_config.verbose)
-        if len(schedule) > 1 and write is not None:
-            write(f"pass {one.name}")
-        frozen = (frozen | held_by(layout, one.freeze)) - held_by(layout, one.free)
-        if pass_config.time_limit is not None:
-            left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
-            pass_config = replace(pass_config, time_limit=left)
-        problem = problem_of(model, frozen, kept[0] if kept else None)
-        problem.check_start()
-        linear, seconds = _linear_solver(problem, solver, solver_options or {}, kept)
-        kept = (problem.structure, linear)
-        _keep(model, solver, solver_options, kept)
-        try:
-            with blas_threads(pass_config.num_threads):
-                outcome = minimise(problem, pass_config, linear, write, seconds)
-        except SolveError as error:
-            if error.best is not None:
-                done = [*results, _result(error.best, one.name)]
-                error.best = joined(done, layout.name)
-            raise
-        problem.write_back()
-        results.append(_result(outcome, one.name))
-        _log_result(layout.name, results[-1])
-        if outcome.status in ENDING:
-            break
+    with session_of(model).held() as session:
+        for one, pass_config in zip(schedule, configs, strict=True):
+            _set_root(model, one)
+            write = _writer(trace, pass_config.verbose)
+            if len(schedule) > 1 and write is not None:
+                write(f"pass {one.name}")
+            if one.freeze or one.free:
+                frozen = (frozen | held_by(layout, one.freeze)) - held_by(layout, one.free)
+            if pass_config.time_limit is not None:
+                left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
+                pass_config = replace(pass_config, time_limit=left)
+            problem = session.refreshed(_posed(model)[1], frozen)
+            if problem is None:
+                problem = session.keep(problem_of(model, frozen))
+            problem.check_start()
+            linear, seconds = session.linear(problem, solver, solver_options or {})
+            try:
+                with blas_threads(pass_config.num_threads):
+                    outcome = minimise(problem, pass_config, linear, write, seconds)
+            except SolveError as error:
+                if error.best is not None:
+                    done = [*results, _result(error.best, one.name)]
+                    error.best = joined(done, layout.name)
+                raise
+            problem.write_back()
+            results.append(_result(outcome, one.name))
+            _log_result(layout.name, results[-1])
+            if outcome.status in ENDING:
+                break
     return joined(results, layout.name)
 
 
-def problem_of(
-    model: Solvable, frozen: Iterable[str] = (), known: Structure | None = None
-) -> Problem:
-    """The problem that a model poses at its present values."""
-    residuals = getattr(model, "_residuals", None)
+def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
+    """The problem that a model poses at its present values.
+
+    What has not changed since the last solve is taken over from there.
+    """
+    layout, store, programs = _posed(model)
     compiled = model._compiled
-    bindings = getattr(compiled, "bindings", None)
-    if residuals is not None:
-        together: Problem = residuals.posed().problem(
-            compiled.kernels, frozenset(frozen), known, bindings
-        )
-        return together
+    bindings = getattr(compiled, "bindings", None) or {}
     return Problem(
-        compiled.layout,
-        model._store,
+        layout,
+        store,
         compiled.kernels,
         frozen=frozenset(frozen),
-        known=known,
-        bindings=bindings,
+        programs=programs,
+        bindings={**bindings, **getattr(store, "bindings", {})},
+        earlier=session_of(model).earlier,
     )
 
 
 def layout_of(model: Solvable) -> Layout:
     """Layout of a model, the residuals added at run time included."""
+    return _posed(model)[0]
+
+
+def _posed(model: Solvable) -> tuple[Layout, Any, Any]:
+    """Layout, data and programs of a model, the residuals added at run time included."""
     residuals = getattr(model, "_residuals", None)
-    found: Layout = model._compiled.layout if residuals is None else residuals.posed().layout
-    return found
+    if residuals is None:
+        return model._compiled.layout, model._store, None
+    posed = residuals.posed()
+    return posed.layout, posed, posed.programs
 
 
 def cost(model: Solvable) -> float:
@@ -185,20 +189,21 @@ def parameter_paths(layout: Layout) -> list[str]:
     return found
 
 
-def held_by(layout: Layout, paths: Iterable[str]) -> set[str]:
+def held_by(layout: Layout, paths: Iterable[str]) -> frozenset[str]:
     """Paths of the parameters that `paths` name or hold, so that parts can be freed again."""
     wanted = tuple(paths)
-    return {
+    return frozenset(
         one
         for one in parameter_paths(layout)
         if any(one == path or one.startswith(f"{path}.") for path in wanted)
-    }
+    )
 
 
 def check_paths(layout: Layout, paths: Iterable[str]) -> None:
     """Raise AraelError (E1012) for a path that names no parameter and nothing that holds one."""
-    known = parameter_paths(layout)
-    for path in paths:
+    wanted = list(paths)
+    known = parameter_paths(layout) if wanted else []
+    for path in wanted:
         if not any(one == path or one.startswith(f"{path}.") for one in known):
             raise _unknown("E1012", "parameter", path, known, layout)
 
@@ -219,46 +224,6 @@ def _threadpools() -> Any:
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()
-
-
-def _linear_solver(
-    problem: Problem,
-    name: str,
-    options: Mapping[str, Any],
-    kept: tuple[Structure, LinearSolver] | None,
-) -> tuple[LinearSolver, float]:
-    """A linear solver, the one at hand if the structure is the same; and the seconds it took."""
-    if kept is not None and kept[0] is problem.structure:
-        return kept[1], 0.0
-    began = time.perf_counter()
-    linear = problem.make_solver(name, **options)
-    return linear, time.perf_counter() - began
-
-
-def _kept_of(
-    model: Solvable, name: str, options: Mapping[str, Any] | None
-) -> tuple[Structure, LinearSolver] | None:
-    """Structure and linear solver of the last solve of a model with runtime residuals.
-
-    Those are solved often, after small changes, and mostly small: analysis would take longest.
-    """
-    residuals = getattr(model, "_residuals", None)
-    if residuals is None or residuals.kept is None:
-        return None
-    (last, last_options), kept = residuals.kept
-    found: tuple[Structure, LinearSolver] = kept
-    return found if last == name and last_options == dict(options or {}) else None
-
-
-def _keep(
-    model: Solvable,
-    name: str,
-    options: Mapping[str, Any] | None,
-    kept: tuple[Structure, LinearSolver],
-) -> None:
-    residuals = getattr(model, "_residuals", None)
-    if residuals is not None:
-        residuals.kept = ((name, dict(options or {})), kept)
 
 
 def _set_root(model: Solvable, one: Pass) -> None:

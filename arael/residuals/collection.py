@@ -22,6 +22,7 @@ from arael.residuals.reading import reader_for
 from arael.residuals.schema import Row, schema_of
 from arael.runtime.layout import Layout
 from arael.runtime.native_binding import Binding
+from arael.runtime.problem import Problem
 from arael.runtime.unbound import unbound
 
 
@@ -42,7 +43,6 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._declared = self.schema.declared
         self._natives: dict[str, Binding] = {}  # those that `functions` brought along
         self._posed: Posed | None = None
-        self.kept: Any = None  # structure and linear solver of the last solve
         self._adding: RuntimeResidual | None = None
 
     # --- adding and removing -------------------------------------------------------------------
@@ -305,7 +305,10 @@ class Residuals(Mapping[str, RuntimeResidual]):
             self._changed(expression)
         for one in (self._derived.get(expression.label), *self._users(expression.label)):
             if one is not None:
+                size = one.rows.size
                 one.rows.refresh()
+                if one.rows.size != size and self._posed is not None:
+                    self._posed.rows_version += 1
 
     def _check_free(self, name: str, what: str, label: str = "residuals") -> None:
         owner = self.parameter_owner(name)
@@ -347,7 +350,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """The model with its residuals, as the solver takes it."""
         if self._posed is None:
             self._posed = self._pose(list(self._derived.values()))
-        self._posed.refresh()
+        self._posed.check()
         return self._posed
 
     def _pose(self, derived: list[Derived]) -> Posed:
@@ -363,8 +366,14 @@ class Residuals(Mapping[str, RuntimeResidual]):
         return self._rows_of(self.posed(), self._number(label))
 
     def _rows_of(self, posed: Posed, number: int) -> Array:
-        posed.refresh()
+        posed.check()
         compiled = self._model._compiled
-        problem = posed.problem(compiled.kernels, frozenset(), None, compiled.bindings)
+        problem = Problem(
+            posed.layout,
+            posed,
+            compiled.kernels,
+            programs=posed.programs,
+            bindings={**compiled.bindings, **posed.bindings},
+        )
         found: Array = problem.evaluation.group_rows(number)[0]
         return found

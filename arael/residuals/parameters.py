@@ -31,6 +31,7 @@ class Parameters(Mapping[str, Any]):
         self._columns: dict[str, Column] = {}
         self._values: dict[str, Array] = {}
         self._fixed: dict[str, bool] = {}
+        self._values_version = self._flags_version = 0
         for name, spec in given.items():
             problem = name_problem(name)
             if problem:
@@ -110,6 +111,7 @@ class Parameters(Mapping[str, Any]):
     def _flag(self, names: tuple[str, ...], value: bool) -> None:
         for name in names:
             self._fixed[self._known(name)] = value
+        self._flags_version += 1
 
     def _known(self, name: str) -> str:
         if name not in self._columns:
@@ -137,6 +139,7 @@ class Parameters(Mapping[str, Any]):
                 f"{self._label}: {name}",
             )
         self._values[name][0] = found
+        self._values_version += 1
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -153,9 +156,24 @@ class ParameterTable:
 
     size = 1
     structure_version = 0
+    data_version = None
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
+
+    @property
+    def values_version(self) -> int:
+        """Counts assignments."""
+        return self._parameters._values_version
+
+    @property
+    def flags_version(self) -> int:
+        """Counts `fix` and `free`."""
+        return self._parameters._flags_version
+
+    def written(self) -> None:
+        """A solve has written values."""
+        self._parameters._values_version += 1
 
     def column(self, path: str) -> Array:
         """Live values (1, *shape)."""

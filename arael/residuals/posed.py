@@ -14,12 +14,9 @@ from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable
 from arael.residuals.reading import parameter_table
 from arael.runtime.access import Walker
-from arael.runtime.instances import Instances
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
 from arael.runtime.machine import Program
 from arael.runtime.native_binding import Binding
-from arael.runtime.problem import Problem
-from arael.runtime.structure import Structure
 
 
 class Posed:
@@ -38,7 +35,7 @@ class Posed:
     layout : the model's layout with the tables, entities and groups of the residuals behind its own
     tables : path -> table
     programs : per group, what the expression machine runs; None where compiled kernels have it
-    gathered : data of groups that an earlier problem gathered, by number
+    rows_version : counts changes of the number of rows
     """
 
     def __init__(
@@ -50,13 +47,11 @@ class Posed:
         bindings: Mapping[str, Binding],
     ) -> None:
         self._store = store
-        self._bindings = bindings
+        self.bindings = bindings
         self._derived = derived
         self._checked = -1
-        self._versions: dict[int, int] = {}
-        self._known: Structure | None = None
-        self.gathered: dict[int, Instances] = {}
-        self._own_data: list[int] = []
+        self._optional = [one for one in derived if one.found.optionals]
+        self.rows_version = 0
         self.tables: dict[str, Any] = dict(store.tables)
         tables: list[Table] = list(layout.tables)
         entities: list[Entity] = list(layout.entities)
@@ -78,17 +73,18 @@ class Posed:
             group = one.kernel.group
             uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
             groups.append(msgspec.structs.replace(group, uses=uses))
-            # What reads nothing but its own data is gathered again only when that has changed.
-            if all(not group.slots[raw.slot].steps for raw in group.raw):
-                self._own_data.append(len(self.programs))
-            self._versions[len(self.programs)] = one.rows.version
             self.programs.append(one.program)
         self.layout = msgspec.structs.replace(
             layout, tables=tuple(tables), entities=tuple(entities), groups=tuple(groups)
         )
 
-    def refresh(self) -> None:
-        """See that all that is read is there, and forget what has changed.
+    @property
+    def structure_version(self) -> tuple[int, int]:
+        """Differs whenever rows or refs of the model or of the residuals have changed."""
+        return self._store.structure_version, self.rows_version
+
+    def check(self) -> None:
+        """See that all that is read is there.
 
         Raises
         ------
@@ -99,38 +95,8 @@ class Posed:
             for one in self._derived:
                 self._check_rows(one)
             self._checked = self._store.structure_version
-        for one in self._derived:
-            if one.found.optionals:
-                self._check_optionals(one)
-        for number, one in enumerate(self._derived, len(self.programs) - len(self._derived)):
-            if self._versions[number] != one.rows.version:
-                self.gathered.pop(number, None)
-                self._versions[number] = one.rows.version
-
-    def problem(
-        self,
-        kernels: Any,
-        frozen: frozenset[str],
-        known: Structure | None,
-        bindings: Mapping[str, Binding] | None = None,
-    ) -> Problem:
-        """The problem as it stands; what has not changed since the last one is taken over."""
-        found = Problem(
-            self.layout,
-            self,
-            kernels,
-            frozen=frozen,
-            known=known or self._known,
-            programs=self.programs,
-            gathered=self.gathered,
-            bindings={**(bindings or {}), **self._bindings},
-        )
-        if found.structure is not self._known:
-            self.gathered.clear()
-        self._known = found.structure
-        for number in self._own_data:
-            self.gathered[number] = found.instances[number]
-        return found
+        for one in self._optional:
+            self._check_optionals(one)
 
     def _check_rows(self, one: Derived) -> None:
         for path, refs in one.found.refs.items():

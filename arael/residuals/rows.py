@@ -33,7 +33,8 @@ class RowsTable:
     ) -> None:
         self.label = label
         self.structure_version = 0
-        self.version = 0  # of the data
+        self.data_version = 0
+        self.values_version = self.flags_version = 0  # there are no parameters here
         self._data = data
         self._refs = refs
         self._columns: dict[str, Array] = {}
@@ -67,7 +68,7 @@ class RowsTable:
             values = values if values.ndim else values[None]
             columns[path] = np.broadcast_to(values, (size, *values.shape[1:]))
         self._columns = columns
-        self.version += 1
+        self.data_version += 1
         if size != self.size:
             self.size = size
             self.structure_version += 1
@@ -75,6 +76,9 @@ class RowsTable:
     def column(self, path: str) -> Array:
         """Return the values (size, *shape)."""
         return self._columns[path]
+
+    def written(self) -> None:
+        """There are no parameters to be written."""
 
     def present(self, path: str) -> Array:
         """All are there."""

@@ -27,8 +27,23 @@ class TableLike(Protocol):
     def structure_version(self) -> int:
         """Changes whenever rows or refs do."""
 
+    @property
+    def data_version(self) -> int | None:
+        """Changes whenever data does; None where that is not counted, as views are handed out."""
+
+    @property
+    def values_version(self) -> int | None:
+        """Changes whenever values of parameters do; None where that is not counted."""
+
+    @property
+    def flags_version(self) -> int | None:
+        """Changes whenever parameters are fixed or freed; None where that is not counted."""
+
     def column(self, path: str) -> Array:
         """Live values (size, *shape)."""
+
+    def written(self) -> None:
+        """Values of parameters were written into their columns."""
 
     def present(self, path: str) -> Array:
         """Whether what is at `path` is there (size,)."""
@@ -59,6 +74,10 @@ class StoreLike(Protocol):
     @property
     def tables(self) -> Any:
         """Path -> `TableLike`."""
+
+    @property
+    def structure_version(self) -> Any:
+        """Differs from what it was whenever rows or refs of any table have changed."""
 
 
 class Walker:

@@ -20,9 +20,10 @@ cdef class Evaluation:
     cdef readonly object interpreters     # one GroupInterpreter per group, made when asked for
 
     cdef readonly bint guarded            # whether a guard reads parameters
-    cdef list _lane_data                  # per group, its data in lane order
+    cdef list _lane_data                  # per group, its data in lane order, and its uniforms
 
     cdef object _keep                     # whatever the pointers below point into
+    cdef object _still                    # zeros: the step of who does not move
     cdef object _entities, _groups
     cdef list _programs                   # per group, machine.Program or None
     cdef Py_ssize_t _group_count, _entity_count
@@ -37,6 +38,7 @@ cdef class Evaluation:
     cdef Py_ssize_t* _stride              # [entities] state scalars of a row
     cdef uint8_t* _plain                  # [entities] whether a step is just added
     cdef void** _program                  # [groups] machine.Program, or NULL
+    cdef Py_ssize_t* _width               # [groups] lanes of its data
     cdef uint8_t* _shared                 # [groups] whether all instances read the same rows
     cdef const int64_t* _held             # scalars of the system that do not move
     cdef Py_ssize_t _held_count
@@ -64,12 +66,13 @@ cdef class Evaluation:
     cdef _kept(self, array, dtype)
     cdef _make_states(self, entities, system, stored, dtype)
     cdef _make_lanes(self, groups, placements, instances)
+    cdef _place_data(self, Py_ssize_t g, one)
     cdef double _group_cost(self, Py_ssize_t g, int which) noexcept nogil
     cdef double _group_linearise(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil
     cdef void _hold(self, floating* gradient, floating* values) noexcept nogil
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil
     cdef _interpret_refresh(self, Py_ssize_t e, int source, int target, const void* step)
-    cdef _refresh_all(self, int source, int target)
+    cdef _refresh_still(self, Py_ssize_t e)
     cdef _view(self, void* data, Py_ssize_t length)
     cdef double _fail(self, error) noexcept
     cdef double _checked(self, double cost) noexcept nogil

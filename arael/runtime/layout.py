@@ -21,6 +21,7 @@ state
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 import msgspec
@@ -328,7 +329,7 @@ class Constant(msgspec.Struct, frozen=True):
     text: str
 
 
-class Layout(msgspec.Struct, frozen=True):
+class Layout(msgspec.Struct, frozen=True, dict=True):
     """A compiled model."""
 
     version: int
@@ -362,12 +363,13 @@ class Layout(msgspec.Struct, frozen=True):
             lines.append(head + derivs + (f" = {f.text}" if f.text else ""))
         return "".join(f"{line}\n" for line in lines)
 
+    @cached_property
+    def _by_path(self) -> dict[str, Table]:
+        return {table.path: table for table in self.tables}
+
     def table(self, path: str) -> Table:
         """Return the table of that path; KeyError if there is none."""
-        for table in self.tables:
-            if table.path == path:
-                return table
-        raise KeyError(path)
+        return self._by_path[path]
 
 
 def to_json(layout: Layout) -> bytes:

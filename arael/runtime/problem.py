@@ -28,6 +28,7 @@ from arael.runtime.states import put_values, solved_values, stored_scalars, writ
 from arael.runtime.structure import Structure, structure_of
 from arael.runtime.system import blocks_of, row_name
 from arael.runtime.unbound import require_bound
+from arael.runtime.watch import Watch
 
 
 class Problem:
@@ -41,14 +42,16 @@ class Problem:
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
     programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
-    gathered : data of some groups by number, as an earlier problem of the same structure had it
     bindings : what is bound to the native functions of the model
+    earlier : problem of the same model, from which all that has not changed is taken over
 
     Attributes
     ----------
     structure : active instances, system, pattern
     evaluation : cost, gradient and blocks; holds the state that moves
     seconds : spent on preparation
+    gathered : groups whose data was gathered, when made or last refreshed
+    strayed : whether the accepted state is no longer what the store holds
 
     Raises
     ------
@@ -67,8 +70,8 @@ class Problem:
         frozen: frozenset[str] = frozenset(),
         known: Structure | None = None,
         programs: Sequence[Any] | None = None,
-        gathered: Mapping[int, Instances] | None = None,
         bindings: Mapping[str, Binding] | None = None,
+        earlier: Problem | None = None,
     ) -> None:
         began = time.perf_counter()
         self.layout = layout
@@ -76,15 +79,11 @@ class Problem:
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
         self.natives = NativeTable([f for f in layout.functions if f.native], bindings or {})
         require_bound(layout, self.natives)
-        self.structure = structure_of(store, frozen, known, self.natives)
-        known_data = gathered or {}
-        self.instances: list[Instances] = [
-            known_data.get(number)
-            or gather_instances(store, group, active, rows, self.dtype, self.natives)
-            for number, (group, active, rows) in enumerate(
-                zip(layout.groups, self.structure.active, self.structure.slot_rows, strict=True)
-            )
-        ]
+        known = known or (earlier.structure if earlier is not None else None)
+        self.structure: Structure = structure_of(store, frozen, known, self.natives)
+        self.gathered = 0
+        self._watch = Watch(layout)
+        self.instances: list[Instances] = self._instances(earlier)
         self.diagonal_at = diagonal_positions(self.structure.pattern)
         self.evaluation = Evaluation(
             layout,
@@ -98,8 +97,81 @@ class Problem:
             programs,
         )
         self.box = Box(self.evaluation, self.structure, self.diagonal_at)
+        self._loaded = [store.tables[e.table].values_version for e in layout.entities]
+        self.strayed = False
         self.number_instances()
         self.seconds = time.perf_counter() - began
+
+    def _instances(self, earlier: Problem | None) -> list[Instances]:
+        """Data of all groups, gathered where `earlier` has other data or none."""
+        layout = self.layout
+        if earlier is not None and earlier.structure is self.structure:
+            self._watch = earlier._watch.copy()
+            known = dict(enumerate(earlier.instances))
+            for number in self._watch.changed(self.store):
+                del known[number]
+        else:
+            self._watch.changed(self.store)
+            known = {} if earlier is None else self._own_data(earlier)
+        return [
+            known[number]
+            if number in known and group.moving_guard is None
+            else self._gather(number)
+            for number, group in enumerate(layout.groups)
+        ]
+
+    def _own_data(self, earlier: Problem) -> dict[int, Instances]:
+        """Data that `earlier` has of groups that read their own rows only, which are the same."""
+        there = {id(group.prepare): number for number, group in enumerate(earlier.layout.groups)}
+        found = {}
+        for number, group in enumerate(self.layout.groups):
+            before = there.get(id(group.prepare))
+            if (
+                before is not None
+                and all(not group.slots[raw.slot].steps for raw in group.raw)
+                and self.store.tables[group.table] is earlier.store.tables.get(group.table)
+                and self._watch.same_table(group.table, earlier._watch)
+            ):
+                found[number] = earlier.instances[before]
+        return found
+
+    def _gather(self, number: int) -> Instances:
+        self.gathered += 1
+        structure = self.structure
+        return gather_instances(
+            self.store,
+            self.layout.groups[number],
+            structure.active[number],
+            structure.slot_rows[number],
+            self.dtype,
+            self.natives,
+        )
+
+    def refresh(self, frozen: frozenset[str] = frozenset()) -> bool:
+        """Start again from what the store holds now.
+
+        Returns
+        -------
+        False, with nothing done, if the structure is another now: then it takes a new problem.
+        """
+        began = time.perf_counter()
+        if structure_of(self.store, frozen, self.structure, self.natives) is not self.structure:
+            return False
+        self.gathered = 0
+        for number in self._watch.changed(self.store):
+            self.instances[number] = self._gather(number)
+            self.evaluation.replace(number, self.instances[number])
+        for number, entity in enumerate(self.layout.entities):
+            version = self.store.tables[entity.table].values_version
+            # A solve that was cut short has moved on from what it wrote back.
+            if version is None or self.strayed or version != self._loaded[number]:
+                values = stored_scalars(self.store, entity, self.dtype)
+                self.evaluation.start_at(number, values)
+                self._loaded[number] = version
+        self.strayed = False
+        self.number_instances()
+        self.seconds = time.perf_counter() - began
+        return True
 
     @property
     def size(self) -> int:
@@ -139,6 +211,8 @@ class Problem:
     def write_back(self) -> None:
         """Put the accepted state into the store."""
         write_back(self.store, self.structure.system, self.states)
+        self._loaded = [self.store.tables[e.table].values_version for e in self.layout.entities]
+        self.strayed = False
 
     def put(self, x: Array) -> None:
         """Put stored scalars, in the order of `x`, into the store; this problem stays as it is."""

@@ -62,6 +62,7 @@ def minimise(
         write = to_stderr
     began = time.perf_counter()
     problem.check_start()
+    problem.strayed = True
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
     minimiser = Minimiser(problem.evaluation, solver, problem.box, config, watcher, watcher.watches)
 

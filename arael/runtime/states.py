@@ -35,6 +35,7 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values)
             column[moved] = values.reshape(column.shape)[moved]
+        table.written()
 
 
 def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.access import Bools, Ints, StoreLike, Walker, gather, outputs
+from arael.runtime.access import Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
@@ -45,7 +44,9 @@ class Placement:
 class Structure:
     """Active instances, system, block pattern and placements of one state of the store."""
 
-    key: bytes
+    version: Any  # of the store
+    flags: tuple[int | None, ...]  # versions of the flags of each entity's table
+    frozen: frozenset[str]
     active: tuple[Ints, ...]
     slot_rows: tuple[list[Ints], ...]
     system: System
@@ -62,11 +63,10 @@ def structure_of(
 ) -> Structure:
     """The structure of a store; `known` itself if nothing of it has changed."""
     layout = store.layout
+    if known is not None and _still_holds(store, frozen, known, natives):
+        return known
     active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
-    key = _key(store, active, free)
-    if known is not None and known.key == key and known.system.store is store:
-        return known
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     system = build_system(store, free)
     pattern = _pattern(layout.groups, slot_rows, system)
@@ -76,8 +76,38 @@ def structure_of(
         for g, s, a in zip(layout.groups, slot_rows, active, strict=True)
     ]
     return Structure(
-        key, tuple(active), tuple(slot_rows), system, pattern, tuple(placements), trash
+        store.structure_version,
+        tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        frozen,
+        tuple(active),
+        tuple(slot_rows),
+        system,
+        pattern,
+        tuple(placements),
+        trash,
     )
+
+
+def _still_holds(
+    store: StoreLike, frozen: frozenset[str], known: Structure, natives: Natives | None
+) -> bool:
+    """Whether rows, refs, guards and what moves are as they were when `known` was made."""
+    if known.system.store is not store or known.version != store.structure_version:
+        return False
+    for group, active in zip(store.layout.groups, known.active, strict=True):
+        if group.guard is not None and not np.array_equal(
+            active_rows(store, group, natives), active
+        ):
+            return False
+    for entity, blocks, version in zip(
+        store.layout.entities, known.system.blocks, known.flags, strict=True
+    ):
+        now = store.tables[entity.table].flags_version
+        if now is not None and now == version and known.frozen == frozen:
+            continue
+        if not np.array_equal(free_scalars(store, entity, frozen), blocks.free):
+            return False
+    return True
 
 
 def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
@@ -99,17 +129,6 @@ def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
         residuals[use].add(residual)
     uses = range(len(group.uses))
     return {(a, b) for a in uses for b in range(a) if not residuals[a] & residuals[b]}
-
-
-def _key(store: StoreLike, active: list[Ints], free: list[Bools]) -> bytes:
-    digest = hashlib.blake2b(digest_size=16)
-    for table in store.layout.tables:
-        found = store.tables[table.path]
-        digest.update(f"{table.path}:{found.size}:{found.structure_version};".encode())
-    for array in (*active, *free):
-        digest.update(len(array).to_bytes(8, "little"))
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.digest()
 
 
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,7 @@ class System:
     high: Floats
     starts: tuple[int, ...]  # first scalar of each entity
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of scalars."""
         return int(self.sizes.sum())

@@ -27,6 +27,9 @@ cdef class LinearSolver:
     cdef void solve(self, void* b) noexcept nogil:
         pass
 
+    def restart(self):
+        """Forget what the systems of an earlier solve taught; what the pattern taught stays."""
+
     @property
     def dtype(self):
         """NumPy type of the scalars."""

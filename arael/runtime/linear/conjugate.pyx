@@ -158,6 +158,11 @@ cdef class ConjugateSolver(LinearSolver):
             return
         self._elimination.ascend(<real*>self._x, b)
 
+    def restart(self):
+        """Forget the right-hand sides of an earlier solve, so that a warm one runs as a cold one."""
+        self._norm, self.forcing = 0, self._tolerance
+        self.solves = self.steps = 0
+
     cdef void _force(self, double norm) noexcept nogil:
         """Next forcing term, from the norm of the right-hand side and that of the one before."""
         cdef double before = self.forcing, ratio

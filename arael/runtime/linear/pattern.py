@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,21 +45,29 @@ class BlockPattern:
         """Number of block rows."""
         return len(self.sizes)
 
-    @property
+    @cached_property
     def offsets(self) -> Ints:
         """(nb + 1,) first scalar of each block row."""
         return np.concatenate(([0], np.cumsum(self.sizes)))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of scalar rows."""
         return int(self.sizes.sum())
 
-    @property
+    @cached_property
     def value_count(self) -> int:
         """Length of the array of values."""
         columns = np.repeat(np.arange(len(self.sizes)), np.diff(self.column_start))
         return int((self.sizes[self.rows] * self.sizes[columns]).sum())
+
+    def same_as(self, other: BlockPattern) -> bool:
+        """Whether the same blocks of the same sizes are there, in the same places."""
+        return (
+            np.array_equal(self.sizes, other.sizes)
+            and np.array_equal(self.column_start, other.column_start)
+            and np.array_equal(self.rows, other.rows)
+        )
 
     @classmethod
     def from_pairs(

@@ -42,6 +42,9 @@ class Table(Columns):
         super().__init__(store.layout, table)
         self.store = store
         self.structure_version = 0
+        self.data_version: int | None = None  # not counted: Python writes through views
+        self.values_version: int | None = None
+        self.flags_version: int | None = None
         self._slots = Slots(first_generation)
         self._cache: dict[str, tuple[Any, Any]] = {}
         self.buffers.add(SLOT, np.int64)
@@ -67,6 +70,9 @@ class Table(Columns):
     def next_generation(self) -> int:
         """A generation that no handle of this table has."""
         return self._slots.next_generation
+
+    def written(self) -> None:
+        """Do nothing: what is written to columns is not counted."""
 
     # --- adding ------------------------------------------------------------------------------
 

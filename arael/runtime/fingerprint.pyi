@@ -1,0 +1,7 @@
+from typing import Any
+
+from numpy.typing import NDArray
+
+def fingerprint(
+    array: NDArray[Any],
+) -> tuple[int, int, int, int, tuple[int, ...], str]: ...

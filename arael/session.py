@@ -1,0 +1,127 @@
+"""What a model instance keeps from one solve to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from threading import Lock
+from time import perf_counter
+from typing import Any
+
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.problem import Problem
+
+
+@dataclass
+class Counts:
+    """What was done anew since the model was made; a warm solve adds nothing but to `solves`.
+
+    Attributes
+    ----------
+    solves : passes run
+    problems : times that the structure was looked at: active instances, blocks, places
+    analyses : orderings and symbolic factors of the linear solver
+    gathered : constraints whose data was brought into the order that kernels read
+    """
+
+    solves: int = 0
+    problems: int = 0
+    analyses: int = 0
+    gathered: int = 0
+
+
+@dataclass
+class Session:
+    """Structure, data in lane order, buffers and linear solver of the last solve of a model.
+
+    The next solve takes over what still holds. Values, data and flags are looked at each time, so
+    nothing has to be announced; rows added, removed or referred to otherwise make a new structure,
+    and that a new analysis only if the pattern of coupled blocks is another.
+    """
+
+    counts: Counts = field(default_factory=Counts)
+    _problem: Problem | None = None
+    _linear: LinearSolver | None = None
+    _asked: tuple[str, dict[str, Any]] | None = None
+    _starts: tuple[int, ...] = ()
+    _lock: Any = field(default_factory=Lock, repr=False)
+
+    @property
+    def earlier(self) -> Problem | None:
+        """The problem of the last solve."""
+        return self._problem
+
+    @contextmanager
+    def held(self) -> Iterator[Session]:
+        """Lend the session; where a solve is under way in it (an observer solves), another."""
+        if not self._lock.acquire(blocking=False):
+            yield Session()
+            return
+        try:
+            yield self
+        except BaseException:
+            self.release()
+            raise
+        finally:
+            self._lock.release()
+
+    def release(self) -> None:
+        """Let go of everything; the next solve starts from the model's data alone."""
+        self._problem = self._linear = self._asked = None
+
+    def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
+        """The problem at hand, with the values and data of now; None if the structure changed."""
+        found = self._problem
+        if found is None or found.store is not store or not found.refresh(frozen):
+            return None
+        self.counts.gathered += found.gathered
+        return found
+
+    def keep(self, problem: Problem) -> Problem:
+        """Take a new problem in place of the one at hand."""
+        self._problem = problem
+        self.counts.problems += 1
+        self.counts.gathered += problem.gathered
+        return problem
+
+    def linear(
+        self, problem: Problem, name: str, options: Mapping[str, Any]
+    ) -> tuple[LinearSolver, float]:
+        """A linear solver for the problem, the one at hand if it serves, and its seconds."""
+        self.counts.solves += 1
+        starts = problem.structure.system.starts
+        known = self._linear
+        if (
+            known is not None
+            and self._asked is not None
+            and self._asked[0] == name
+            and same(self._asked[1], options)
+            and self._starts == starts
+            and known.pattern.same_as(problem.structure.pattern)
+        ):
+            known.restart()
+            return known, 0.0
+        self._linear = None  # not two factors at a time
+        began = perf_counter()
+        self._linear = found = problem.make_solver(name, **options)
+        self._asked, self._starts = (name, dict(options)), starts
+        self.counts.analyses += 1
+        return found, perf_counter() - began
+
+
+def same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
+    """Whether two sets of options are known to be equal; arrays among them are not."""
+    try:
+        return bool(dict(a) == dict(b))
+    except ValueError:
+        return False
+
+
+def session_of(model: Any) -> Session:
+    """The session of a model instance; made when first asked for."""
+    found = getattr(model, "_session", None)
+    if not isinstance(found, Session):
+        found = Session()
+        object.__setattr__(model, "_session", found)
+    return found
