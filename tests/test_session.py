@@ -292,3 +292,16 @@ def test_warm_and_cold_solves_agree_to_the_bit(
         results = [model.solve(passes="fine", max_iters=6) for model in (warm, cold)]
         assert results[0].start_cost == results[1].start_cost
         np.testing.assert_array_equal(values(warm), values(cold))
+
+
+def test_vectors_put_into_a_model_of_formulas_are_where_the_next_solve_starts() -> None:
+    model = arael.runtime_model(
+        arael.runtime_residual(
+            "a * x + b - x^2", parameters={"a": 0, "b": 0}, data={"x": [0, 1, 2, 3]}
+        )
+    )
+    first = model.solve()
+    model.deserialize(model.serialize() + 1)
+    # The optimum is (3, -1) with residuals (-1, 1, 1, -1); there, one more adds x + 1 to each.
+    assert first.end_cost == pytest.approx(4)
+    assert model.solve(max_iters=1).start_cost == pytest.approx(0 + 9 + 16 + 9)

@@ -92,6 +92,8 @@ def put_values(store: StoreLike, system: System, values: Any) -> None:
             ready.append(_of_parameter(store, entity, use, blocks, rows, part))
     for column, at, found in ready:
         column[at] = found
+    for entity in system.layout.entities:
+        store.tables[entity.table].written()
 
 
 def _of_parameter(
