@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from arael.residuals.face import runtime_residual as runtime_residual
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
+    from arael.schedule import Pass as Pass
 
 __version__ = "0.1.0"
 
@@ -40,6 +41,7 @@ _HOMES = {
     "Function": "arael.functions",
     "LmConfig": "arael.config",
     "Model": "arael.model",
+    "Pass": "arael.schedule",
     "Ref": "arael.model",
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",

@@ -124,10 +124,7 @@ class Function:
         return tuple(found)
 
     def __repr__(self) -> str:
-        head = "extern fn" if self.native else "fn"
-        derivs = f" derivs [{', '.join(self.derivs)}]" if self.derivs else ""
-        formula = f" = {self.formula}" if self.formula else ""
-        return f"<{head} {self.name}({', '.join(self.params)}){derivs}{formula}>"
+        return f"<{self._declared.item}>"
 
 
 class Functions(Mapping[str, Function]):

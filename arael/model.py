@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
-from arael.runtime.layout import Layout, Pass
+from arael.runtime.layout import Layout
+from arael.runtime.layout import Pass as LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
 from arael.session import Session
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from arael.residuals.collection import Residuals
     from arael.result import Result
     from arael.runtime.problem import Problem
+    from arael.schedule import Pass
 
 
 class Compiled(Protocol):
@@ -116,7 +118,7 @@ class Model(Fields):
         self,
         config: LmConfig | None = None,
         solver: str = "auto",
-        passes: str | Pass | Iterable[str | Pass] | None = None,
+        passes: str | Pass | LayoutPass | Iterable[str | Pass | LayoutPass] | None = None,
         **settings: Any,
     ) -> Result:
         """Minimise the cost and take the solution over; see `arael.solving.solve`."""

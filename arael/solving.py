@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,14 +12,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from arael.config import LmConfig, Observer
-from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import LEVELS, log, logger
 from arael.result import ENDING, Plan, Result, joined
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Layout, Pass
+from arael.runtime.layout import Layout
+from arael.runtime.layout import Pass as LayoutPass
 from arael.runtime.linear import blas
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
+from arael.schedule import Pass, check_paths, chosen_passes, held_by
 from arael.session import session_of
 
 Trace = Callable[[str], object]
@@ -37,7 +37,7 @@ def solve(
     model: Solvable,
     config: LmConfig | None = None,
     solver: str = "auto",
-    passes: str | Pass | Iterable[str | Pass] | None = None,
+    passes: str | Pass | LayoutPass | Iterable[str | Pass | LayoutPass] | None = None,
     *,
     freeze: str | Iterable[str] = (),
     observer: Observer | None = None,
@@ -56,9 +56,10 @@ def solve(
     config : settings of the loop; a pass's own settings go over it, `settings` over both
     solver : linear solver: ``auto``, ``dense``, ``band``, ``sparse``, ``schur``, ``schur_pcg``,
         ``cholmod``, ...
-    passes : names of the model's passes to run, or passes built in Python; None: all of the model,
-        or one plain solve if it declares none; an empty list: one plain solve
-    freeze : paths of parameters, or of what holds them, that stay (``"poses.ea"``, ``"poses"``)
+    passes : names of the model's passes to run, or `arael.Pass`; None: all of the model, or one
+        plain solve if it declares none; an empty list: one plain solve
+    freeze : paths of parameters, or of what holds them, that stay (``"poses.ea"``, ``"poses"``), or
+        the same by the name of a struct, wherever it sits (``"Pose.ea"``, ``"Pose"``)
     observer : called with the record of each attempt; returning False ends the solve
     trace : takes each line of the trace; default stderr if ``verbose``
     solver_options : options of the linear solver by name
@@ -75,7 +76,7 @@ def solve(
         keeps the solution of the passes before.
     AraelError
         E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0702 data that
-        the root lacks.
+        the root lacks, E0701-E0706 data of a pass that does not fit.
     """
     model._store.check_complete()
     layout = layout_of(model)
@@ -160,54 +161,6 @@ def cost(model: Solvable) -> float:
     return problem_of(model).cost()
 
 
-def chosen_passes(
-    layout: Layout, passes: str | Pass | Iterable[str | Pass] | None
-) -> tuple[Pass, ...]:
-    """The passes to run; AraelError E1011 for a name that the model does not declare."""
-    plain = (Pass("solve"),)
-    if passes is None:
-        return layout.passes or plain
-    known = {one.name: one for one in layout.passes}
-    chosen = []
-    for one in [passes] if isinstance(passes, str | Pass) else passes:
-        if isinstance(one, str):
-            if one not in known:
-                raise _unknown("E1011", "pass", one, list(known), layout)
-            one = known[one]
-        chosen.append(one)
-    return tuple(chosen) or plain
-
-
-def parameter_paths(layout: Layout) -> list[str]:
-    """Paths of all parameters and of their parts: ``poses.ea``, ``poses.T.rotation``."""
-    found = []
-    for table in layout.tables:
-        for column in table.columns:
-            if column.param is not None:
-                path = f"{table.path}.{column.path}" if table.path else column.path
-                found += [path, *(f"{path}.{part.name}" for part in column.param.parts)]
-    return found
-
-
-def held_by(layout: Layout, paths: Iterable[str]) -> frozenset[str]:
-    """Paths of the parameters that `paths` name or hold, so that parts can be freed again."""
-    wanted = tuple(paths)
-    return frozenset(
-        one
-        for one in parameter_paths(layout)
-        if any(one == path or one.startswith(f"{path}.") for path in wanted)
-    )
-
-
-def check_paths(layout: Layout, paths: Iterable[str]) -> None:
-    """Raise AraelError (E1012) for a path that names no parameter and nothing that holds one."""
-    wanted = list(paths)
-    known = parameter_paths(layout) if wanted else []
-    for path in wanted:
-        if not any(one == path or one.startswith(f"{path}.") for one in known):
-            raise _unknown("E1012", "parameter", path, known, layout)
-
-
 @contextmanager
 def blas_threads(count: int) -> Iterator[None]:
     """Limit the threads of BLAS, if a solver has loaded it; 0: as many as it likes."""
@@ -226,7 +179,7 @@ def _threadpools() -> Any:
     return ThreadpoolController()
 
 
-def _set_root(model: Solvable, one: Pass) -> None:
+def _set_root(model: Solvable, one: LayoutPass) -> None:
     root = model._store.tables[""]
     for setting in one.settings:
         column = root.column(setting.column)
@@ -269,17 +222,4 @@ def _result(outcome: Outcome, name: str) -> Result:
         outcome.timing,
         outcome.history,
         name=name,
-    )
-
-
-def _unknown(code: str, what: str, name: str, known: list[str], layout: Layout) -> AraelError:
-    near = difflib.get_close_matches(name, known, 1)
-    if near:
-        text = f"did you mean `{near[0]}`?"
-    elif known:
-        text = f"there are: {', '.join(known)}"
-    else:
-        text = f"the model declares no {what}"
-    return AraelError(
-        Diagnostic(code, f"there is no {what} `{name}`", origin=layout.name, help=(text,))
     )

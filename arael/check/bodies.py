@@ -38,7 +38,9 @@ class Bodies:
         """A constraint at one place of its struct; None after a complaint."""
         home = Entity((), place)
         struct = place.struct
-        index = next((f for f in struct.fields.values() if f.kind == "constraint_index"), None)
+        # The first field of this kind is for the first constraint, and so on.
+        fields = [f for f in struct.fields.values() if f.kind == "constraint_index"]
+        number = struct.constraints.index(node)
         return self._site(
             home,
             home,
@@ -46,7 +48,7 @@ class Bodies:
             node.name.id,
             node,
             {},
-            index_column=place.column(index) if index else "",
+            index_column=place.column(fields[number]) if number < len(fields) else "",
         )
 
     def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:

@@ -153,6 +153,25 @@ def bounds_of(
     return replace_bounds(param, low, high)
 
 
+def default_within(field: FieldDecl, param: Param, node: tree.Expr, report: Reporter) -> bool:
+    """Whether the default of `field` keeps the bounds of `param`; complains if not."""
+    ends = zip(field.default or (), param.low, param.high, strict=False)
+    for value, low, high in ends:
+        assert isinstance(value, float | int)
+        below, above = low is not None and value < low, high is not None and value > high
+        if below or above:
+            report.error(
+                "E0310",
+                node.span,
+                f"the default {value:g} of `{field.name}` is outside of its bounds",
+                label=f"below {low:g}" if below else f"above {high:g}",
+                labels=[Label(field.span, "declared here")],
+                help=["a solve starts within the bounds"],
+            )
+            return False
+    return True
+
+
 def replace_bounds(
     param: Param, low: tuple[float | None, ...], high: tuple[float | None, ...]
 ) -> Param:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from arael.check.constants import Constants
 from arael.check.declared import Declarations, FieldDecl, StructDecl
-from arael.check.defaults import bounds_of, default_of
+from arael.check.defaults import bounds_of, default_of, default_within
 from arael.check.report import Reporter
 from arael.check.suggest import nearest
 from arael.check.typed import BOOL, REAL, ValueType, VectorType
@@ -57,6 +57,10 @@ class Fields:
         if node.bounds is not None:
             bounded = bounds_of(declared, node.bounds, self.constants, self.report)
             if bounded is None:
+                return None
+            if node.default is not None and not default_within(
+                declared, bounded, node.default, self.report
+            ):
                 return None
             declared.param = bounded
         return declared

@@ -1,6 +1,7 @@
 """Rule: a pass sets what exists: data of the root, or a setting of the solver.
 
-Allowed: ``pass fine { scale = 1.0  rel_precision = 1e-6  freeze poses.ea  free landmarks }``.
+Allowed: ``pass fine { scale = 1.0  rel_precision = 1e-6  freeze poses.ea  free landmarks }``;
+``freeze Pose.ea`` and ``freeze Pose``, wherever that struct sits.
 
 Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not a parameter.
 """
@@ -9,9 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from arael.check.binding import Broken, Collection, Entity
 from arael.check.constants import Constants
-from arael.check.declared import FieldDecl
+from arael.check.declared import FieldDecl, StructDecl
 from arael.check.defaults import constant_for
 from arael.check.paths import Paths
 from arael.check.places import Place, Sites
@@ -45,6 +45,7 @@ class Passes:
     """Works out the solve schedule of the root."""
 
     def __init__(self, sites: Sites, paths: Paths, constants: Constants, report: Reporter) -> None:
+        self.sites = sites
         self.root = sites.root.place
         self.paths = paths
         self.constants = constants
@@ -75,8 +76,8 @@ class Passes:
         given: dict[str, Span] = {}
         for step in node.steps:
             if isinstance(step, tree.Freeze):
-                found = (self._parameters(path) for path in step.paths)
-                lists[step.free].extend(text for text in found if text is not None)
+                for path in step.paths:
+                    lists[step.free] += self._parameters(path)
                 continue
             name = str(step.target).removeprefix("root.")
             if name in given:
@@ -182,53 +183,84 @@ class Passes:
             return bool(value)
         return int(value) if name in WHOLE else value
 
-    def _parameters(self, path: tree.Path) -> str | None:
-        """The path of what is frozen or freed, checked; None after a complaint."""
-        *before, last = path.parts
-        here: Entity | Collection | Broken = Entity((), self.root)
-        for i, part in enumerate(before):
-            place = here.site.place if isinstance(here, Collection) else here.place  # type: ignore[union-attr]
+    def _parameters(self, path: tree.Path) -> list[str]:
+        """The paths of what is frozen or freed, checked; none after a complaint."""
+        parts = path.parts
+        struct = self.sites.declarations.structs.get(parts[0].id)
+        if struct is not None and parts[0].id not in self.root.struct.fields:
+            return self._of_type(struct, path)
+        if len(parts) > 1 and parts[0].id in ("root", self.paths.root_name):
+            parts = parts[1:]
+        return self._at(self.root, parts)
+
+    def _of_type(self, struct: StructDecl, path: tree.Path) -> list[str]:
+        """The same of a struct, wherever it sits: its parameters, or those that `path` names."""
+        places = [p for p in self.sites.places() if p.struct is struct]
+        found: list[str] = []
+        if len(path.parts) > 1:
+            for place in places:
+                here = self._at(place, path.parts[1:])
+                if not here:
+                    break
+                found += here
+            return found
+        for place in places:
+            for below in _below(place):
+                params = (f for f in below.struct.fields.values() if f.param is not None)
+                found += [_full(below, field.name) for field in params]
+        if not found:
+            self.report.error(
+                "E0411",
+                path.span,
+                f"`{path}` has no parameters" if places else f"nothing holds a `{path}`",
+                label="nothing to freeze or free",
+                labels=[Label(struct.node.name.span, "declared here")],
+            )
+        return found
+
+    def _at(self, start: Place, parts: tuple[tree.Ident, ...]) -> list[str]:
+        """The path of what `parts` lead to from `start`, in a list; empty after a complaint."""
+        *before, last = parts
+        place = start
+        text = _full(start, ".".join(p.id for p in parts))
+        for part in before:
             if part is before[-1] and _is_part(place.struct.fields.get(part.id), last.id):
-                return str(path).removeprefix("root.")
-            here = self._step(place, part, skip=i == 0)
-            if isinstance(here, Broken):
-                return None
-        place = here.site.place if isinstance(here, Collection) else here.place  # type: ignore[union-attr]
-        text = str(path).removeprefix("root.")
+                return [text]
+            found = self._step(place, part)
+            if found is None:
+                return []
+            place = found
         field = place.struct.fields.get(last.id)
         if field is not None and field.param is not None:
-            return text
+            return [text]
         below: Iterable[Place] = ()
         if field is not None and field.kind == "struct":
             below = _below(place.values[last.id])
         elif field is not None and field.kind == "collection":
             below = place.collections[last.id].places()
         if any(p.struct.has_params for p in below):
-            return text
+            return [text]
         if field is None:
-            if last.id in self.constants.declarations.broken:
-                return None
-            self._no_field(place, last)
-            return None
+            if last.id not in self.constants.declarations.broken:
+                self._no_field(place, last)
+            return []
         self.report.error(
             "E0411",
             last.span,
-            f"`{text}` has no parameters",
+            f"`{'.'.join(p.id for p in parts)}` has no parameters",
             label=f"this is `{field.text}`",
             labels=[Label(field.span, "declared here")],
         )
-        return None
+        return []
 
-    def _step(self, place: Place, part: tree.Ident, *, skip: bool) -> Entity | Collection | Broken:
+    def _step(self, place: Place, part: tree.Ident) -> Place | None:
         """One step of a path that may lead through collections, meaning all their elements."""
-        if skip and part.id in ("root", self.paths.root_name):
-            return Entity((), place)
         if part.id in place.values:
-            return Entity((), place.values[part.id])
+            return place.values[part.id]
         if part.id in place.collections:
-            return Collection(Entity((), place), place.collections[part.id])
+            return place.collections[part.id].place
         self._no_field(place, part)
-        return Broken()
+        return None
 
     def _no_field(self, place: Place, part: tree.Ident) -> None:
         self.report.error(
@@ -239,6 +271,12 @@ class Passes:
             labels=[Label(place.struct.node.name.span, "this struct")],
             help=did_you_mean(part.id, place.struct.fields),
         )
+
+
+def _full(place: Place, path: str) -> str:
+    """A path within a place as one from the root."""
+    start = f"{place.table.path}." if place.table.path else ""
+    return f"{start}{place.prefix}{path}"
 
 
 def _is_part(field: FieldDecl | None, name: str) -> bool:

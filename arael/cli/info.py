@@ -53,6 +53,18 @@ def summary(layout: Layout) -> dict[str, Any]:
             }
             for group in layout.groups
         ],
+        "functions": [
+            {
+                "name": function.name,
+                "parameters": list(function.params),
+                "native": function.native,
+                "formula": function.text,
+                "derivatives": list(function.derivs),
+                "where": function.where,
+                "doc": function.doc,
+            }
+            for function in layout.functions
+        ],
         "passes": [p.name for p in layout.passes],
     }
 
@@ -85,6 +97,12 @@ def describe(layout: Layout) -> Iterator[str]:
     yield "constraints (operations of residual and derivatives, before and after sharing)"
     for group in layout.groups:
         yield from _group(group)
+    if layout.functions:
+        yield ""
+        yield "functions (extern: whoever loads the model binds native code to it)"
+        for function in layout.functions:
+            yield f"  {function.item}"
+            yield from _doc(function.doc, "    ")
     if layout.passes:
         yield ""
         yield "passes"

@@ -289,7 +289,7 @@ class PassSetting(msgspec.Struct, frozen=True):
 
 
 class Pass(msgspec.Struct, frozen=True):
-    """One pass of the solve schedule."""
+    """One pass of the solve schedule; `arael.Pass` is how Python writes one."""
 
     name: str
     settings: tuple[PassSetting, ...] = ()
@@ -320,6 +320,13 @@ class Function(msgspec.Struct, frozen=True):
     tape: Tape | None = None
     partials: Tape | None = None
     doc: str = ""
+
+    @property
+    def item(self) -> str:
+        """The function as an item of a model's text."""
+        head = f"{'extern ' * self.native}fn {self.name}({', '.join(self.params)})"
+        derivs = f" derivs [{', '.join(self.derivs)}]" if self.derivs else ""
+        return head + derivs + (f" = {self.text}" if self.text else "")
 
 
 class Constant(msgspec.Struct, frozen=True):
@@ -357,10 +364,7 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
     def items(self) -> str:
         """Constants and functions as items of a model's text, one a line."""
         lines = [f"const {c.name} = {c.text}" for c in self.constants]
-        for f in self.functions:
-            head = f"{'extern ' * f.native}fn {f.name}({', '.join(f.params)})"
-            derivs = f" derivs [{', '.join(f.derivs)}]" if f.derivs else ""
-            lines.append(head + derivs + (f" = {f.text}" if f.text else ""))
+        lines += [f.item for f in self.functions]
         return "".join(f"{line}\n" for line in lines)
 
     @cached_property
