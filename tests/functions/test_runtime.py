@@ -187,3 +187,18 @@ def test_refused(tmp_path: Path, text: str, bind: Any, code: str) -> None:
     with pytest.raises(arael.AraelError, match="unknown function"):
         fit.residuals.add("mine(p.x)")
     assert fit.residuals.add("sigmoid(p.x)").residuals[0, 0] > 0
+
+
+@pytest.mark.filterwarnings("ignore::arael.face.native.SlowFunctionWarning")
+def test_a_function_declared_anew_is_bound_anew(tmp_path: Path) -> None:
+    """Also for residuals that are there, and after a solve that could be continued."""
+    fit = instance(tmp_path, native())
+    fit.p.fixed = True
+    text = "extern fn mine(x) derivs [1]"
+    fit.residuals.functions(text, bind={"mine": lambda x: x - 2})
+    added = fit.residuals.add("mine(a)", label="m", parameters={"a": 0})
+    fit.solve(rel_precision=1e-12)
+    assert added.parameters["a"] == pytest.approx(2)
+    fit.residuals.functions(text, bind={"mine": lambda x: x - 3})
+    fit.solve(rel_precision=1e-12)
+    assert added.parameters["a"] == pytest.approx(3)
