@@ -18,6 +18,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import msgspec
+
 from arael.compiler import cache, processor
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import log
@@ -146,7 +148,7 @@ def load_compiled(
     key = cache.key(text, root, precision, "interpreter" if interpret else "native", beside)
     entry = _usable(cache.find(key), interpret)
     if entry is not None:
-        return _from_entry(entry, "cache")
+        return _from_entry(entry, "cache", path=path)
     return _compile(path, key, root, precision, interpret)
 
 
@@ -223,9 +225,14 @@ def _shipped(path: Path, text: str, precision: str | None) -> Compiled | None:
 
 
 def _from_entry(
-    entry: cache.Entry, origin: str, seconds: dict[str, float] | None = None
+    entry: cache.Entry,
+    origin: str,
+    seconds: dict[str, float] | None = None,
+    path: Path | None = None,
 ) -> Compiled:
     layout = from_json(entry.layout)
+    if path is not None and layout.source != str(path):
+        layout = from_json(_moved(entry.layout, layout.source, str(path)))
     module = entry.module
     if module is None:
         _warn_interpreted(entry.manifest.compiler)
@@ -236,6 +243,15 @@ def _from_entry(
     else:
         log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: {origin}")
     return Compiled(layout, _kernels(module), entry.folder, origin, seconds or {})
+
+
+def _moved(layout: bytes, before: str, now: str) -> bytes:
+    """The layout of a file with the same text elsewhere: its messages name the file at hand."""
+    old, new = (msgspec.json.encode(name)[1:-1] for name in (before, now))
+    # Places begin with the file; in warnings, which are rendered, they stand behind an arrow.
+    for start, end in ((b'"', b'"'), (b'"', b":"), (b" --> ", b":")):
+        layout = layout.replace(start + old + end, start + new + end)
+    return layout
 
 
 def _kernels(module: Path) -> Any:
@@ -275,7 +291,7 @@ def _compile(
         with cache.building(key) as folder:
             entry = _usable(cache.find(key), interpret)
             if entry is not None:
-                return _from_entry(entry, "cache")
+                return _from_entry(entry, "cache", path=path)
             (folder / "layout.json").write_bytes(to_json(layout))
             described, without = "", ""
             if not interpret:

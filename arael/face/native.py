@@ -96,7 +96,11 @@ def _native(
 ) -> Binding:
     """Native code at `address`, if its signature is one that kernels can call."""
     if not address:
-        raise _wrong(function, f"`{function.name}` is bound to a null pointer", "")
+        raise _wrong(
+            function,
+            f"`{function.name}` is bound to a null pointer",
+            "make the pointer of a function, or look it up in a library that has it",
+        )
     shown, result, arguments = _parsed(signature)
     n = len(function.params)
     style = None
@@ -174,7 +178,7 @@ def _ctypes(function: Function, given: Any) -> Binding | None:
 def _ctypes_name(type_: Any) -> str:
     names = {ctypes.c_double: "double", ctypes.c_float: "float", ctypes.c_int: "int"}
     names |= {ctypes.POINTER(ctypes.c_double): "double *", ctypes.c_void_p: "void *"}
-    return names.get(type_, getattr(type_, "__name__", "unknown").replace("_", ""))
+    return names.get(type_, getattr(type_, "__name__", "unknown").removeprefix("c_"))
 
 
 def _cffi(function: Function, given: Any) -> Binding | None:

@@ -174,7 +174,9 @@ class Residuals(Mapping[str, RuntimeResidual]):
         bindings = {**self._natives, **bind_all(layout, bind or {})}
         for name, function in natives.items():
             if name not in bindings:
-                raise AraelError(unbound(function, layout, way=f'bind={{"{name}": ...}}'))
+                raise AraelError(
+                    unbound(function, layout, way=f'functions(..., bind={{"{name}": ...}})')
+                )
         self._declared, self._natives, self._posed = declared_, bindings, None
         before = {f.name: f for f in self._layout.functions}
         # What is there keeps its place: programs know native functions by their number.

@@ -180,3 +180,17 @@ def test_entries_used_longest_ago_are_dropped(model: Path, monkeypatch: pytest.M
             model.write_text(texts[0])
             load_compiled(model)
     assert {name for name, _, _ in cache.entries()} == {made[0], made[3]}
+
+
+def test_messages_name_the_file_at_hand(tmp_path: Path) -> None:
+    """The same text elsewhere is the same model, at another place."""
+    text = "struct Unheld { x: real }\nroot R { param a: real; b: real; constraint c { a - b } }\n"
+    for name in ("one", "two"):
+        path = tmp_path / f'{name} "é"' / "m.arael"
+        path.parent.mkdir()
+        path.write_text(text)
+        layout = load_compiled(path, interpret=True).layout
+        assert layout.source == str(path)
+        assert layout.tables[0].column("b").where == f"{path}:2:25"
+        assert layout.groups[0].where.startswith(str(path))
+        assert f" --> {path}:1:8" in layout.warnings[0]
