@@ -25,8 +25,8 @@ CANDIDATES = ("dense", "band", "sparse", "schur")
 # iterations are a guess, and its steps are not finished.
 _MARGIN = 4.0
 
-# With more entities, orderings of the whole system take longer than the elimination of a kind of
-# entities that makes up half of it, and hardly ever find a better order.
+# With more entities, minimum degree on the whole system takes longer than the elimination of a kind
+# of entities that makes up half of it, and hardly ever finds a better order.
 _MANY = 2000
 
 
@@ -117,7 +117,10 @@ def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced 
     if reduced is None or ordering != "auto" or name not in ("auto", "schur", "schur_pcg"):
         return analyse(pattern, ordering)
     if name != "auto" or (_is_kind(reduced.reduction) and pattern.block_count > _MANY):
-        return analyse_order(pattern, "eliminate_first", reduced.order())
+        known = analyse_order(pattern, "eliminate_first", reduced.order())
+        if name != "auto":
+            return known
+        return analyse(pattern, ordering, known, reduced.cost(reduced.cheapest()).milliseconds)
     return analyse(pattern, ordering)
 
 

@@ -17,12 +17,9 @@ from arael.runtime.linear.pattern import BlockPattern
 # f32 halves the arithmetic and the traffic, but not the calls and the chains of square roots.
 _SINGLE = 0.65
 
-# Unknowns from which `dense` hands over to LAPACK, see dense.pyx.
-_LAPACK = 1536
-
 # Scalars of the second cache, and nanoseconds to reach a place behind it.
 _CACHE = 128 * 1024
-_PLACE = 3.0
+_PLACE = 2.2
 
 # Half-bandwidth up to which the columns at work stay in the second cache.
 _NARROW = 360
@@ -70,11 +67,10 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     n = pattern.size
     kd = half_bandwidth(pattern)
     scale = _SINGLE if single else 1.0
-    dense_rate = 88.0 if n <= _LAPACK else 55.0
-    dense = 100.0 + 16.0 * n + 0.15 * n * n + n**3 / (3 * dense_rate)
+    dense = 100.0 + 16.0 * n + 0.15 * n * n + n**3 / (3 * 80.0)
     banded = (band_flops(n, kd), n * (kd + 1))
     # A wide band leaves the second cache.
-    rate = 90.0 if kd <= _NARROW else 45.0
+    rate = 90.0 if kd <= _NARROW else 65.0
     band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / rate
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.

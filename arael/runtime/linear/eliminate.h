@@ -89,6 +89,8 @@ KERNEL_INLINE void F(whiten_all)(const int d, const Coupling *first, const Coupl
         const T *w = values + o->source;
         T *to = z + o->place;
         const int s = o->width;
+        const T *ahead = values + o[PAIRS_AHEAD].source;
+        for (i = 0; i < d * s; i += 64 / sizeof(T)) KERNEL_AHEAD(ahead + i);
         if (o->turned) {
             for (j = 0; j < s; j++)
                 for (i = 0; i < d; i++) to[i * s + j] = w[j * d + i];
@@ -113,6 +115,10 @@ static ptrdiff_t F(eliminate)(ptrdiff_t count, const Entity *entities, const Cou
         const T *block = values + at->source, *own = diagonal + at->scalar;
         T *l = factors + at->factor;
         int failed;
+        if (e + PAIRS_AHEAD < count) {
+            KERNEL_AHEAD(values + at[PAIRS_AHEAD].source);
+            KERNEL_AHEAD(diagonal + at[PAIRS_AHEAD].scalar);
+        }
         switch (at->size) {
 #define CASE(d)                                                             \
         case d:                                                             \
@@ -272,6 +278,9 @@ static void F(gram)(int d, int h, int w, ptrdiff_t count, const int *pairs, cons
     F(gram_any)(d, h, w, count, pairs, z, block);
 }
 
+/* Entities are not in the order of their scalars, which are fetched ahead of their turn. */
+#define SCALARS_AHEAD(v) KERNEL_AHEAD(v + (e + PAIRS_AHEAD < count ? at[PAIRS_AHEAD].scalar : 0))
+
 /* y -= Z' t for one entity, y padded over the kept entities */
 KERNEL_INLINE void F(spread)(const int d, const Coupling *first, const Coupling *last, const T *z,
                              const T *t, T *y) {
@@ -326,6 +335,8 @@ static void F(descend)(ptrdiff_t count, const Entity *entities, const Coupling *
         const T *l = factors + at->factor, *own = b + at->scalar;
         T *to = t + at->scalar;
         const int d = at->size;
+        SCALARS_AHEAD(b);
+        SCALARS_AHEAD(t);
         for (i = 0; i < d; i++) {
             T s = own[i];
             for (k = 0; k < i; k++) s -= l[i * d + k] * to[k];
@@ -347,6 +358,8 @@ static void F(ascend)(ptrdiff_t count, const Entity *entities, const Coupling *c
         const T *l = factors + at->factor;
         T *from = t + at->scalar, *to = b + at->scalar;
         const int d = at->size;
+        SCALARS_AHEAD(b);
+        SCALARS_AHEAD(t);
         if (d == 3) F(collect)(3, first, last, z, x, from);
         else F(collect)(d, first, last, z, x, from);
         for (i = d - 1; i >= 0; i--) {
@@ -407,6 +420,7 @@ static void F(symmetric)(ptrdiff_t count, const Block *blocks, const T *values, 
     }
 }
 
+#undef SCALARS_AHEAD
 #undef ROWS
 #undef PIECES
 #undef HALF_PIECE

@@ -17,6 +17,7 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
+from arael.runtime.linear.eliminate import SLACK
 from arael.runtime.linear.memory import aligned
 
 
@@ -39,7 +40,9 @@ cdef class Elimination:
         work = aligned(largest, dtype)
         before = aligned(reduction.padded_size, dtype)
         after = aligned(reduction.padded_size, dtype)
-        couplings = np.append(reduction.couplings, np.zeros(1, reduction.couplings.dtype))
+        # Blocks of couplings are fetched ahead of their turn.
+        ahead = np.zeros(SLACK, reduction.couplings.dtype)
+        couplings = np.append(reduction.couplings, ahead)
         scalars, padded = np.append(reduction.scalars, 0), np.append(reduction.padded, 0)
         self._keep = (factors, stored, eliminated, work, before, after, couplings, scalars, padded)
         self._count = len(reduction.entities) - 1

@@ -119,9 +119,9 @@ def elimination_cost(reduction: Reduction, blocks: Products, single: bool) -> Co
     work = depth * height * wide * count
     far = 6.0 if reduction.stored_size > _CACHE * (2 if single else 1) else 0.0
     nanoseconds = (
-        float((40.0 + 2.0 * d * d + 0.2 * d * d * d).sum())
-        + float((8.0 + 0.2 * d[of] * d[of] * width).sum())
-        + float((12.0 + 0.15 * height * wide + (2.0 + far) * count + work / 28.0).sum())
+        float((26.0 + 1.3 * d * d + 0.13 * d * d * d).sum())
+        + float((5.0 + 0.13 * d[of] * d[of] * width).sum())
+        + float((8.0 + 0.1 * height * wide + (1.3 + far) * count + work / 43.0).sum())
     )
     flops = float((d**3 / 3).sum() + (d[of] ** 2 * width).sum() + work.sum())
     nnz = reduction.stored_size + int((d * (d + 1) / 2).sum())

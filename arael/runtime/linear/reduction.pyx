@@ -73,15 +73,15 @@ def reduce(pattern, eliminated):
     r.scalars = np.ascontiguousarray(np.repeat(offsets[r.kept], widths) + local, dtype=np.int64)
     r.padded = np.ascontiguousarray(np.repeat(begin[:-1], widths) + local, dtype=np.int64)
 
-    gone = np.flatnonzero(eliminated)
-    gone = gone[np.argsort(sizes[gone], kind="stable")]
-    rank = np.zeros(len(sizes), dtype=np.int64)
-    rank[gone] = np.arange(len(gone))
     columns = np.repeat(np.arange(len(sizes)), np.diff(pattern.column_start))
     mixed = np.flatnonzero(eliminated[pattern.rows] != eliminated[columns])
     turned = eliminated[columns[mixed]]
-    entity = rank[np.where(turned, columns[mixed], pattern.rows[mixed])]
+    away = np.where(turned, columns[mixed], pattern.rows[mixed])
     other = number[np.where(turned, pattern.rows[mixed], columns[mixed])]
+    gone = _by_place(np.flatnonzero(eliminated), sizes, away, other)
+    rank = np.zeros(len(sizes), dtype=np.int64)
+    rank[gone] = np.arange(len(gone))
+    entity = rank[away]
     sequence = np.argsort(entity * max(len(r.kept), 1) + other, kind="stable")
     entity, other = entity[sequence], other[sequence]
 
@@ -103,6 +103,18 @@ def reduce(pattern, eliminated):
     r.entity_of = np.ascontiguousarray(entity, dtype=np.int64)
     r.factor_size, r.stored_size = int((d * d).sum()), int(area.sum())
     return r
+
+
+def _by_place(gone, sizes, away, other):
+    """The eliminated by size, and among those by the first and last kept entity they touch.
+
+    So what is summed into one block of the reduced system lies close together in memory.
+    """
+    first = np.full(len(sizes), len(sizes), dtype=np.int64)
+    last = np.full(len(sizes), -1, dtype=np.int64)
+    np.minimum.at(first, away, other)
+    np.maximum.at(last, away, other)
+    return gone[np.lexsort((last[gone], first[gone], sizes[gone]))]
 
 
 cdef class Products:

@@ -110,7 +110,7 @@ def test_separator(pattern: BlockPattern, heaviest: int) -> None:
 
 
 def test_nested_dissection_wins_on_a_cube() -> None:
-    shape = cube(10, 3)
+    shape = cube(12, 3)
     dissected = analyse(shape, "nested_dissection").flops
     assert dissected < 0.9 * analyse(shape, "minimum_degree").flops
     best = analyse(shape)
