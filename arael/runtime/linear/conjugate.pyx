@@ -159,7 +159,7 @@ cdef class ConjugateSolver(LinearSolver):
         self._elimination.ascend(<real*>self._x, b)
 
     def restart(self):
-        """Forget the right-hand sides of an earlier solve, so that a warm one runs as a cold one."""
+        """Forget the right-hand sides of an earlier solve, so that a warm run is as a cold one."""
         self._norm, self.forcing = 0, self._tolerance
         self.solves = self.steps = 0
 
