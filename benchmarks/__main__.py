@@ -5,45 +5,58 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import time
 from pathlib import Path
 
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+from benchmarks.measure import THREADS
+
+for variable in THREADS:
     os.environ.setdefault(variable, "1")
 
-from benchmarks import kernels, schur, solvers, start, systems  # noqa: E402
-from benchmarks.measure import machine  # noqa: E402
-
-OWN = {"kernels": kernels.run, "start": start.run, "solvers": solvers.run, "schur": schur.run}
-BESIDE = ("slam", "localization", "pose_graph", "bundle")
-SUITES = (*OWN, *BESIDE)
+from benchmarks import chapters  # noqa: E402
+from benchmarks.systems import PEERS, Plan, prepare  # noqa: E402
 
 
 def main() -> None:
-    """Run the suites named, or all."""
+    """Run the suites named, or all; the report grows suite by suite."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks")
-    parser.add_argument("suites", nargs="*", choices=[*SUITES, []], help=", ".join(SUITES))
+    known = ", ".join(chapters.SUITES)
+    parser.add_argument("suites", nargs="*", metavar="suite", help=f"{known}; left out: all")
     parser.add_argument(
-        "--peers", default=",".join(systems.PEERS[1:]), help="systems measured beside arael"
+        "--peers", default=",".join(PEERS), help=f"systems beside arael: {', '.join(PEERS)}; or ''"
     )
     parser.add_argument(
-        "--peer-python", default=sys.executable, help="an interpreter that has the peers' packages"
+        "--peer-python", default=sys.executable, help="an interpreter that has the peers' wheels"
     )
-    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument(
+        "--threads", default="1", help="numbers of threads: 1, or 1,2 to repeat the largest cases"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="small problems, few runs: does everything work?"
+    )
     parser.add_argument("-o", "--output", type=Path, help="write the report to this file")
     chosen = parser.parse_args()
-    lines = ["# Benchmark report", "", *machine()]
-    for name in chosen.suites or SUITES:
-        sys.stderr.write(f"{name} ...\n")
-        if name in OWN:
-            lines += ["", *OWN[name]()]
-            continue
-        peers = ("arael", *(p for p in chosen.peers.split(",") if p))
-        lines += ["", *systems.run(name, peers, chosen.peer_python, chosen.threads)]
-    report = "\n".join(lines) + "\n"
-    if chosen.output:
-        chosen.output.write_text(report, encoding="utf-8")
-    else:
-        sys.stdout.write(report)
+    for name in chosen.suites:
+        if name not in chapters.SUITES:
+            parser.error(f"no suite {name!r}; there are {known}")
+    peers = tuple(p for p in chosen.peers.split(",") if p)
+    for name in peers:
+        if name not in PEERS:
+            parser.error(f"no peer {name!r}; there are {', '.join(PEERS)}")
+    threads = tuple(int(n) for n in chosen.threads.split(","))
+    plan = Plan(peers, chosen.peer_python, threads, chosen.quick)
+    names = tuple(chosen.suites) or tuple(chapters.SUITES)
+
+    began = time.perf_counter()
+    if any(name in chapters.BESIDE for name in names):
+        prepare(peers)
+    report = chapters.Report(chosen.output)
+    for name in names:
+        sys.stderr.write(f"{name} ... [{(time.perf_counter() - began) / 60:.1f} min]\n")
+        report.add(name, plan)
+    sys.stderr.write(f"done in {(time.perf_counter() - began) / 60:.1f} min\n")
+    if chosen.output is None:
+        sys.stdout.write(report.text())
 
 
 if __name__ == "__main__":

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
-from benchmarks.measure import Timing, environment, table, timed
+from benchmarks.measure import Timing, child, table, timed
 
 SCALAR = "-fno-tree-vectorize -fno-tree-slp-vectorize -fno-openmp-simd"
 POSES = 300
@@ -23,15 +22,8 @@ def run() -> list[str]:
         for _ in range(3):
             for precision in ("f64", "f32"):
                 for build, flags in (("vectorised", ""), ("scalar", SCALAR)):
-                    env = environment(ARAEL_CACHE_DIR=cache, CFLAGS=flags)
-                    done = subprocess.run(
-                        [sys.executable, "-m", "benchmarks.kernels", precision],
-                        env=env,
-                        check=True,
-                        capture_output=True,
-                        text=True,
-                    )
-                    measured = json.loads(done.stdout)
+                    env = {"ARAEL_CACHE_DIR": cache, "CFLAGS": flags}
+                    measured = child("kernels", precision, **env)
                     observations = measured.pop("observations")
                     found.setdefault((precision, build), []).append(measured)
     rows = []

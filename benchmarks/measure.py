@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import statistics
@@ -11,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
@@ -55,10 +57,37 @@ def process(command: Sequence[str], env: dict[str, str], runs: int) -> Timing:
     )
 
 
-def environment(**changes: str) -> dict[str, str]:
-    """The environment with one BLAS thread and `changes`."""
-    single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    return {**os.environ, **single, **changes}
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+
+
+def environment(threads: int = 1, /, **changes: str) -> dict[str, str]:
+    """The environment with as many BLAS threads and `changes`."""
+    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), **changes}
+
+
+def child(
+    module: str, *words: object, threads: int = 1, timeout: float = 300, **changes: str
+) -> Any:
+    """Run a module of this package in a process of its own; return the JSON of its last line."""
+    done = subprocess.run(
+        [sys.executable, "-m", f"benchmarks.{module}", *(str(w) for w in words)],
+        env=environment(threads, **changes),
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        cwd=Path(__file__).parents[1],
+        preexec_fn=pinned(threads),
+    )
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def pinned(threads: int) -> Callable[[], None] | None:
+    """Keep a process to as many processors as it may have threads, where the system can."""
+    if not hasattr(os, "sched_setaffinity"):
+        return None
+    allowed = sorted(os.sched_getaffinity(0))[-threads:]
+    return lambda: os.sched_setaffinity(0, allowed)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:

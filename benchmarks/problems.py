@@ -4,9 +4,12 @@ A *state* is a dict of arrays that every system can give:
 
 - pose graphs: ``id``, ``t`` and ``q`` (w x y z) or ``th``;
 - bundles: ``r`` (rotation vectors), ``t``, ``f``, ``k1``, ``k2``, ``pos``;
-- scenes: ``pos``, ``rotation`` (matrices, body to world), ``landmarks``.
+- scenes: ``pos``, ``rotation`` (matrices, body to world), ``landmarks``;
+- maps of planes: ``pos``, ``rotation``, ``n``, ``c``.
 
-`cost` is the one reference: arael's model in f64, whoever solved it.
+`last_pass` is the pass that is measured: the whole problem from the start of the file.
+
+`Reference.cost` is the one judge: arael's model in f64, whoever solved it.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ import numpy as np
 import arael
 from arael.geometry import euler_angles
 from arael.runtime.store import rotations
-from arael.scenes import Scene, columns, fill
+from arael.scenes import PlaneScene, Scene, columns, fill
 from arael.scenes.cameras import camera_ring
 
 State = dict[str, np.ndarray]
@@ -35,6 +38,8 @@ def pose_graph_model(path: str | Path) -> str:
 @dataclass(frozen=True)
 class PoseGraph:
     """g2o files."""
+
+    last_pass: str = "refine"
 
     def load(self, path: str, precision: Any = None) -> Any:
         instance = arael.load(pose_graph_model(path), precision=precision)()
@@ -58,6 +63,8 @@ class PoseGraph:
 @dataclass(frozen=True)
 class Bundle:
     """BAL files."""
+
+    last_pass: str = "refine"
 
     def load(self, path: str, precision: Any = None) -> Any:
         instance = arael.load("bundle_adjustment", precision=precision)()
@@ -84,6 +91,7 @@ class Slam:
     """Scenes as `write_scene` writes them."""
 
     model: str = "slam"
+    last_pass: str = "fine"
 
     def load(self, path: str, precision: Any = None) -> Any:
         model = arael.load(self.model, precision=precision)
@@ -103,9 +111,38 @@ class Slam:
 
     def put(self, instance: Any, state: State) -> None:
         instance.poses.pos.value[:] = state["pos"]
-        instance.poses.ea.value[:] = euler_angles(state["rotation"])
-        if "landmarks" in state:
+        instance.poses.ea.value[:] = euler_angles(state["rotation"].reshape(-1, 3, 3))
+        if self.model == "slam":
             instance.landmarks.pos.value[:] = state["landmarks"]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Maps of planes as `write_planes` writes them."""
+
+    last_pass: str = "refine"
+
+    def load(self, path: str, precision: Any = None) -> Any:
+        model = arael.load("plane_slam", precision=precision)
+        instance = model()
+        with np.load(path) as file:
+            fill(instance, model.layout, {name: file[name] for name in file.files})
+        return instance
+
+    def state(self, instance: Any) -> State:
+        found = {
+            "pos": instance.poses.pos.value,
+            "rotation": instance.poses.ea.matrix,
+            "n": instance.planes.n.value,
+            "c": instance.planes.c.value,
+        }
+        return {name: np.array(value, dtype=np.float64) for name, value in found.items()}
+
+    def put(self, instance: Any, state: State) -> None:
+        instance.poses.pos.value[:] = state["pos"]
+        instance.poses.ea.value[:] = euler_angles(state["rotation"].reshape(-1, 3, 3))
+        instance.planes.n.value[:] = state["n"]
+        instance.planes.c.value[:] = state["c"]
 
 
 KINDS = {
@@ -113,15 +150,26 @@ KINDS = {
     "bundle": Bundle(),
     "slam": Slam(),
     "localization": Slam("localization"),
+    "plane": Plane(),
 }
 
 
-def cost(suite: str, path: str, state: State) -> float:
-    """Cost of a state by the reference."""
-    kind = KINDS[suite]
-    instance = kind.load(path, precision="f64")
-    kind.put(instance, state)
-    return float(instance.cost())
+class Reference:
+    """A problem in arael's model in f64, loaded once, by which all answers are scored."""
+
+    def __init__(self, suite: str, path: str) -> None:
+        self.kind = KINDS[suite]
+        self.instance = self.kind.load(path, precision="f64")
+
+    def cost(self, state: State) -> float:
+        """Cost of a state."""
+        self.kind.put(self.instance, state)
+        return float(self.instance.cost())
+
+
+def write_planes(scene: PlaneScene, path: Path) -> None:
+    """Write a map of planes: the columns of the model."""
+    np.savez(path, **scene.columns)  # type: ignore[arg-type]
 
 
 def write_scene(scene: Scene, path: Path) -> None:

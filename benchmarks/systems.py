@@ -3,111 +3,177 @@
 from __future__ import annotations
 
 import json
-import os
+import math
 import statistics
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from arael.scenes import benchmark_config, make_scene
-from benchmarks import problems
-from benchmarks.measure import environment, table
+from benchmarks.cases import SUITES, Case, cases
+from benchmarks.measure import environment, pinned
+from benchmarks.problems import Reference
 
-PEERS = ("arael", "gtsam", "ceres", "g2o", "rust")
-DATA = Path(os.environ.get("ARAEL_DATA", Path(__file__).parents[2] / "shared" / "data"))
-TIMEOUT = 900
-CLOSE = 1e-3
-"""Answers whose cost is more than this above the best, relatively, are marked."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A problem of a suite, and between which numbers of iterations the slope is taken."""
-
-    suite: str
-    name: str
-    path: Path
-    short: int
-    long: int
+PEERS = ("rust", "gtsam", "ceres", "g2o")
+PROGRAMS = {
+    "arael": ("arael_peer",),
+    "rust": ("rust_peer",),
+    "gtsam": ("gtsam_peer",),
+    # What the wheel has no compiled cost functions for, a program against the library has.
+    "ceres": ("ceres_peer", "ceres_program"),
+    "g2o": ("g2o_peer",),
+}
+OURS = ("arael_peer", "rust_peer", "ceres_program")
+"""Programs that run in this interpreter; the others in the one that has the peers' wheels."""
+TIMEOUT = 300
+RUNS, QUICK_RUNS = 7, 3
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one system made of one problem; no slopes where it has no such problem."""
+    """What one system made of one problem; without slopes, `reason` says why there are none."""
 
     slopes: tuple[float, ...] = ()
-    memory: float = 0.0
-    cost: float = float("nan")
+    memory: float = math.nan
+    cost: float = math.nan
     iterations: int = 0
     version: str = ""
     settings: str = ""
+    reason: str = ""
 
     @property
     def median(self) -> float:
         """Seconds per iteration."""
-        return statistics.median(self.slopes)
+        return statistics.median(self.slopes) if self.slopes else math.nan
 
 
-def run(suite: str, peers: tuple[str, ...], python: str, threads: int = 1) -> list[str]:
-    """Measure a suite; return the report's lines.
+@dataclass(frozen=True)
+class Measured:
+    """All systems on one problem at a number of threads."""
 
-    Parameters
+    case: Case
+    threads: int
+    found: dict[str, Outcome]
+
+    @property
+    def best(self) -> float:
+        """The lowest cost any system reached."""
+        costs = [o.cost for o in self.found.values() if math.isfinite(o.cost)]
+        return min(costs, default=math.nan)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to measure.
+
+    Attributes
     ----------
-    peers : which of `PEERS`
-    python : the interpreter that has the peers' packages
+    peers : which of `PEERS`, beside arael
+    python : the interpreter that has the peers' wheels
+    threads : numbers of threads; from the second on only the largest case of a suite is measured
+    quick : small problems and few runs: whether everything works, not how fast it is
     """
-    rows, systems = [], {}
-    with tempfile.TemporaryDirectory() as folder:
-        cases = list(_cases(suite, Path(folder)))
-        for case in cases:
-            sys.stderr.write(f"  {case.name} ...\n")
-            found = {p: _measure(p, case, python, Path(folder), threads) for p in peers}
-            rows.append((case, found))
-            systems |= {o.version: o.settings for o in found.values() if o.slopes}
-    return _report(suite, rows, systems, threads)
+
+    peers: tuple[str, ...] = PEERS
+    python: str = sys.executable
+    threads: tuple[int, ...] = (1,)
+    quick: bool = False
+    systems: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "systems", ("arael", *self.peers))
 
 
-def _cases(suite: str, folder: Path) -> list[Case]:
-    if suite == "pose_graph":
-        names = ("2d/M3500", "2d/intel", "3d/sphere2500", "3d/parking-garage")
-        paths = [DATA / f"pose_graph_{n}.g2o" for n in names]
-        return [Case(suite, p.stem, p, 1, 5) for p in paths if p.exists()]
-    if suite == "bundle":
-        names = ("problem-49-7776-pre", "synth-16-22106")
-        paths = [DATA / "bundle_adjustment" / f"{n}.txt" for n in names]
-        return [Case(suite, p.stem, p, 2, 6) for p in paths if p.exists()]
-    sizes = (60, 300, 900) if suite == "slam" else (60, 300, 500)
+def measure_suite(suite: str, plan: Plan) -> list[Measured]:
+    """Measure all systems on all problems of a suite."""
     found = []
-    for poses in sizes:
-        path = folder / f"{suite}-{poses}.npz"
-        problems.write_scene(make_scene(benchmark_config(poses)), path)
-        found.append(Case(suite, f"{poses} poses", path, 2, 8))
+    with tempfile.TemporaryDirectory() as folder:
+        for case in cases(suite, Path(folder), plan.quick):
+            reference = Reference(suite, str(case.path))
+            for count in plan.threads:
+                if count > 1 and not (case.large or plan.quick):
+                    continue
+                outcomes = {}
+                for name in plan.systems:
+                    outcomes[name] = run_system(name, case, reference, plan, count, Path(folder))
+                found.append(Measured(case, count, outcomes))
     return found
 
 
-def _measure(peer: str, case: Case, python: str, folder: Path, threads: int) -> Outcome:
+def run_system(
+    name: str,
+    case: Case,
+    reference: Reference | None,
+    plan: Plan,
+    threads: int,
+    folder: Path,
+    **env: str,
+) -> Outcome:
+    """Run one system on one problem; whatever fails is an outcome with a reason.
+
+    Without a reference answers are not scored.
+    """
+    began = time.perf_counter()
+    outcome = Outcome(reason="not run")
+    for program in PROGRAMS[name]:
+        outcome = _run(program, case, reference, plan, threads, folder, env)
+        if outcome.slopes:
+            break
+    said = f"{1e3 * outcome.median:.2f} ms"
+    if math.isfinite(outcome.cost):
+        said += f", cost {outcome.cost:.6g}"
+    if not outcome.slopes:
+        said = f"- {outcome.reason}"
+    elapsed = time.perf_counter() - began
+    sys.stderr.write(f"  {case.name}, {threads} t, {name}: {said} [{elapsed:.0f} s]\n")
+    return outcome
+
+
+def _run(
+    program: str,
+    case: Case,
+    reference: Reference | None,
+    plan: Plan,
+    threads: int,
+    folder: Path,
+    changes: dict[str, str],
+) -> Outcome:
     out = folder / "answer.npz"
-    runner = sys.executable if peer in ("arael", "rust") else python
-    command = [runner, "-m", f"benchmarks.peers.{peer}_peer", case.suite, str(case.path)]
-    command += [str(case.short), str(case.long), "7", str(out)]
-    env = environment(ARAEL_BENCH_THREADS=str(threads), PYTHONPATH=str(Path(__file__).parents[1]))
+    python = sys.executable if program in OURS else plan.python
+    runs = QUICK_RUNS if plan.quick else RUNS
+    numbers = (case.short, case.long, runs, threads, case.limit)
+    command = [python, "-m", f"benchmarks.peers.{program}", case.suite, str(case.path)]
+    command += [*(str(n) for n in numbers), str(out)]
+    root = str(Path(__file__).parents[1])
+    env = environment(threads, PYTHONPATH=root, ARAEL_BENCH_COLUMNS=str(folder), **changes)
     try:
         done = subprocess.run(
-            command, env=env, capture_output=True, text=True, timeout=TIMEOUT, check=True
+            command,
+            env=env,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=True,
+            preexec_fn=pinned(threads),
         )
         said = json.loads(done.stdout.strip().splitlines()[-1])
-    except (subprocess.SubprocessError, ValueError, IndexError) as error:
-        tail = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
-        sys.stderr.write(f"    {peer}: {' '.join(tail)}\n")
-        return Outcome()
-    if "absent" in said:
-        return Outcome()
-    with np.load(out) as answer:
-        cost = problems.cost(case.suite, str(case.path), dict(answer))
+        if "absent" in said:
+            return Outcome(reason=said["absent"])
+        cost = math.nan
+        if reference is not None:
+            with np.load(out) as answer:
+                cost = reference.cost({name: np.asarray(answer[name]) for name in answer.files})
+        if not said["slopes"]:
+            return Outcome(reason=f"stopped before {case.long} iterations", cost=cost)
+    except subprocess.TimeoutExpired:
+        return Outcome(reason=f"not done in {TIMEOUT} s")
+    except (subprocess.SubprocessError, OSError, ValueError, IndexError, KeyError) as error:
+        words = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
+        return Outcome(reason=" ".join(words) or type(error).__name__)
     return Outcome(
         tuple(said["slopes"]),
         said["memory"],
@@ -118,61 +184,18 @@ def _measure(peer: str, case: Case, python: str, folder: Path, threads: int) -> 
     )
 
 
-def _report(
-    suite: str,
-    rows: list[tuple[Case, dict[str, Outcome]]],
-    systems: dict[str, str],
-    threads: int,
-) -> list[str]:
-    peers = list(rows[0][1]) if rows else []
-    times, ratios, costs, memory = [], [], [], []
-    for case, found in rows:
-        best = min((o.cost for o in found.values() if o.slopes), default=float("nan"))
-        times.append([case.name, *(_time(o) for o in found.values())])
-        ours = found.get("arael", Outcome())
-        others = [o for p, o in found.items() if p != "arael"]
-        ratios.append(
-            [case.name]
-            + [f"{o.median / ours.median:.1f}" if o.slopes and ours.slopes else "-" for o in others]
-        )
-        costs.append([case.name, *(_cost(o, best) for o in found.values())])
-        memory.append(
-            [case.name, *(f"{o.memory:.0f}" if o.slopes else "-" for o in found.values())]
-        )
-    heads = [suite, *peers]
-    return [
-        f"## {suite}, {threads} thread{'s' if threads > 1 else ''}",
-        "",
-        *(f"- {version}: {settings}" for version, settings in systems.items()),
-        "",
-        "Milliseconds per iteration, median (min-max) of 7 slopes:",
-        "",
-        *table(heads, times),
-        "",
-        "Time per iteration relative to arael's:",
-        "",
-        *table([suite, *peers[1:]], ratios),
-        "",
-        "Cost of the answer by the reference, and iterations to it; `!` more than 0.1 % above the "
-        "best:",
-        "",
-        *table(heads, costs),
-        "",
-        "Peak resident memory of the process, MB:",
-        "",
-        *table(heads, memory),
-    ]
+def prepare(peers: tuple[str, ...]) -> None:
+    """Build the programs of peers before anything is timed; a failed build shows again later."""
+    from benchmarks.peers import ceres_program, rust_peer
+    from benchmarks.peers.runner import AbsentError
+
+    for name, module in (("rust", rust_peer), ("ceres", ceres_program)):
+        if name in peers:
+            sys.stderr.write(f"building the program for {name} ...\n")
+            try:
+                module.program()
+            except AbsentError as reason:
+                sys.stderr.write(f"  {reason}\n")
 
 
-def _time(outcome: Outcome) -> str:
-    if not outcome.slopes:
-        return "-"
-    low, high = 1e3 * min(outcome.slopes), 1e3 * max(outcome.slopes)
-    return f"{1e3 * outcome.median:.2f} ({low:.2f}-{high:.2f})"
-
-
-def _cost(outcome: Outcome, best: float) -> str:
-    if not outcome.slopes:
-        return "-"
-    mark = " !" if outcome.cost > best * (1 + CLOSE) else ""
-    return f"{outcome.cost:.4f}{mark} ({outcome.iterations})"
+__all__ = ["PEERS", "SUITES", "Measured", "Outcome", "Plan", "measure_suite", "prepare"]

@@ -11,42 +11,41 @@ import arael
 from benchmarks import problems
 from benchmarks.peers.runner import main
 
-SOLVER = os.environ.get("ARAEL_BENCH_SOLVER", "auto")
+SOLVER: Any = os.environ.get("ARAEL_BENCH_SOLVER", "auto")
 PRECISION: Any = os.environ.get("ARAEL_BENCH_PRECISION") or None
-THREADS = int(os.environ.get("ARAEL_BENCH_THREADS", "1"))
+UNSTOPPED = {"min_iters": 10_000, "patience": 10_000, "abs_precision": 0.0, "rel_precision": 0.0}
 
 
 class Arael:
-    """A model with data; iterations are timed inside, from the first linearisation on."""
+    """A model with data."""
 
-    def __init__(self, instance: Any, kind: Any) -> None:
-        self.instance, self.kind = instance, kind
+    def __init__(self, instance: Any, kind: Any, threads: int) -> None:
+        self.instance, self.kind, self.threads = instance, kind, threads
         self.first = kind.state(instance)
-        self.settings = SOLVER
+        self.settings = f"{SOLVER}, {PRECISION or 'f64'}"
 
     def start(self) -> None:
         self.kind.put(self.instance, self.first)
 
-    def iterate(self, count: int) -> int:
+    def iterate(self, count: int, to_end: bool) -> int:
+        stop: dict[str, Any] = {"rel_precision": 1e-9} if to_end else UNSTOPPED
         result = self.instance.solve(
             solver=SOLVER,
+            passes=self.kind.last_pass,
             max_iters=count,
-            num_threads=THREADS,
-            **({} if count > 50 else UNSTOPPED),
+            num_threads=self.threads,
+            **stop,
         )
-        self.settings = f"solver {result.plan['solver']}"
+        self.settings = f"solver {result.plan['solver']}, {PRECISION or 'f64'}"
         return int(result.iterations)
 
     def answer(self) -> dict[str, np.ndarray]:
         return self.kind.state(self.instance)
 
 
-UNSTOPPED = {"min_iters": 50, "patience": 50, "abs_precision": 0.0, "rel_precision": 0.0}
-
-
 def _make(suite: str) -> Any:
     kind = problems.KINDS[suite]
-    return lambda path: Arael(kind.load(path, precision=PRECISION), kind)
+    return lambda path, threads: Arael(kind.load(path, precision=PRECISION), kind, threads)
 
 
 if __name__ == "__main__":

@@ -7,12 +7,14 @@ error of a camera rig.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pyceres
 import pycolmap
 from pycolmap import cost_functions
 
-from benchmarks.peers.runner import main
+from benchmarks.peers.runner import AbsentError, main
 
 FOCAL = 512 / np.tan(np.deg2rad(40))
 
@@ -23,7 +25,8 @@ class Ceres:
     linear_solver = pyceres.LinearSolverType.SPARSE_NORMAL_CHOLESKY
     settings = "LM, SPARSE_NORMAL_CHOLESKY"
 
-    def __init__(self) -> None:
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
         self.problem = pyceres.Problem()
         self.blocks: list[np.ndarray] = []
 
@@ -35,18 +38,16 @@ class Ceres:
         for block, first in zip(self.blocks, self.first, strict=True):
             block[:] = first
 
-    def iterate(self, count: int) -> int:
+    def iterate(self, count: int, to_end: bool) -> int:
         options = pyceres.SolverOptions()
         options.linear_solver_type = self.linear_solver
         options.max_num_iterations = count
-        options.num_threads = 1
+        options.num_threads = self.threads
         options.minimizer_progress_to_stdout = False
         options.logging_type = pyceres.LoggingType.SILENT
-        if count <= 50:
-            options.function_tolerance = options.gradient_tolerance = 0.0
-            options.parameter_tolerance = 0.0
-        else:
-            options.function_tolerance = 1e-9
+        options.function_tolerance = 1e-9 if to_end else 0.0
+        if not to_end:
+            options.gradient_tolerance = options.parameter_tolerance = 0.0
         summary = pyceres.SolverSummary()
         pyceres.solve(options, self.problem, summary)
         # The first entry is the start.
@@ -70,8 +71,8 @@ def matrix(q: np.ndarray) -> np.ndarray:
 class PoseGraph(Ceres):
     """A g2o file in space; poses are held as world to body, as the cost function wants them."""
 
-    def __init__(self, path: str) -> None:
-        super().__init__()
+    def __init__(self, path: str, threads: int) -> None:
+        super().__init__(threads)
         self.poses: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         edges = []
         with open(path, encoding="utf-8") as file:
@@ -86,7 +87,7 @@ class PoseGraph(Ceres):
                 elif tag == "EDGE_SE3:QUAT":
                     edges.append((int(words[0]), int(words[1]), values[2:9], values[9:]))
         if not self.poses:
-            raise SystemExit("Ceres has compiled pose costs in space only")
+            raise AbsentError("pyceres has compiled pose costs in space only")
         for a, b, measured, upper in edges:
             information = np.zeros((6, 6))
             information[np.triu_indices(6)] = upper
@@ -124,8 +125,8 @@ class Bundle(Ceres):
     linear_solver = pyceres.LinearSolverType.SPARSE_SCHUR
     settings = "LM, SPARSE_SCHUR (points eliminated)"
 
-    def __init__(self, path: str) -> None:
-        super().__init__()
+    def __init__(self, path: str, threads: int) -> None:
+        super().__init__(threads)
         with open(path, encoding="utf-8") as file:
             values = np.array(file.read().split(), dtype=float)
         cameras, _, seen = values[:3].astype(int)
@@ -181,20 +182,26 @@ def _vector_of_matrix(m: np.ndarray) -> np.ndarray:
 
 
 class Slam(Ceres):
-    """A scene; the tilt sensor is a prior on the whole pose, loose but for roll and pitch."""
+    """A scene; the tilt sensor is a prior on the whole pose, loose but for roll and pitch.
+
+    In a localisation the landmarks are `known`: constant.
+    """
 
     settings = "LM, SPARSE_SCHUR (landmarks eliminated)"
     linear_solver = pyceres.LinearSolverType.SPARSE_SCHUR
 
-    def __init__(self, path: str) -> None:
-        super().__init__()
+    def __init__(self, path: str, threads: int, known: bool = False) -> None:
+        super().__init__(threads)
+        if known:
+            self.linear_solver = pyceres.LinearSolverType.SPARSE_NORMAL_CHOLESKY
+            self.settings = "LM, SPARSE_NORMAL_CHOLESKY"
         data = dict(np.load(path))
         bodies = [
             pycolmap.Rigid3d(pycolmap.Rotation3d(_matrix_of_euler(ea)), pos).inverse()
             for ea, pos in zip(data["ea"], data["pos"], strict=True)
         ]
         self.poses = [self.pose(b.rotation.quat, b.translation) for b in bodies]
-        self.landmarks = [row.copy() for row in data["landmarks"]]
+        self.landmarks = [row.copy() for row in data["true_landmarks" if known else "landmarks"]]
         self.blocks += self.landmarks
         lens = np.array([FOCAL, FOCAL, 512.0, 384.0])
         self.lens = lens
@@ -213,13 +220,16 @@ class Slam(Ceres):
             )
             blocks = [*self.poses[i], self.landmarks[j], lens]
             self.problem.add_residual_block(cost, None, blocks)
+        if known:
+            for landmark in self.landmarks:
+                self.problem.set_parameter_block_constant(landmark)
         for k in range(1, len(self.poses)):
             sigmas = np.concatenate([data["delta_ea_sigma"][k], data["delta_pos_sigma"][k]])
             rotation = pycolmap.Rotation3d(_matrix_of_euler(data["delta_ea"][k]))
             motion = pycolmap.Rigid3d(rotation, data["delta_pos"][k])
             cost = cost_functions.RelativePosePriorCost(np.diag(sigmas**2), motion)
             self.problem.add_residual_block(cost, None, [*self.poses[k - 1], *self.poses[k]])
-        for blocks, gps in zip(self.poses, data["gps"], strict=True):
+        for blocks, gps in zip(self.poses, [] if known else data["gps"], strict=not known):
             cost = cost_functions.AbsolutePosePositionPriorCost(np.eye(3) * 2.5**2, gps)
             self.problem.add_residual_block(cost, None, list(blocks))
         loose = np.diag([np.deg2rad(0.25) ** 2] * 2 + [1e4] + [1e10] * 3)
@@ -255,5 +265,10 @@ if __name__ == "__main__":
         f"Ceres {pycolmap.__ceres_version__} (pyceres {pyceres.__version__})"
         if hasattr(pyceres, "__version__")
         else f"Ceres {pycolmap.__ceres_version__}",
-        {"pose_graph": PoseGraph, "bundle": Bundle, "slam": Slam},
+        {
+            "pose_graph": PoseGraph,
+            "bundle": Bundle,
+            "slam": Slam,
+            "localization": partial(Slam, known=True),
+        },
     )

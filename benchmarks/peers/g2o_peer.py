@@ -1,23 +1,50 @@
-"""g2o: Levenberg-Marquardt with a sparse Cholesky factorisation (Eigen) of the whole system.
+"""g2o: Levenberg-Marquardt with Eigen's sparse Cholesky factorisation, landmarks eliminated first.
 
 g2o weighs rotations by the vector part of the quaternion, half of the model's: the information of
-an edge is scaled so that the residual is the model's own.
+an edge is scaled so that the residual is the model's own. Scenes have g2o's depth projection with
+depth of no weight in the place of the angular residuals, priors on whole poses, loose but for what
+was measured, for GPS and tilt, and no damping towards the start. The wheel has neither planes nor
+a camera with a focal length of its own.
 """
 
 from __future__ import annotations
+
+import tempfile
+from functools import partial
+from pathlib import Path
 
 import g2opy as g2o
 import numpy as np
 
 from benchmarks.peers.runner import main
 
+FOCAL = 512 / np.tan(np.deg2rad(40))
 
-class PoseGraph:
-    """A g2o file; the first pose is held, which leads to the same optimum as a prior on it."""
+
+class G2o:
+    """An optimizer with the start of its vertices."""
 
     settings = "LM, Eigen's sparse Cholesky, block-wise AMD"
+    optimizer: g2o.SparseOptimizer
 
-    def __init__(self, path: str) -> None:
+    def remember(self) -> None:
+        """Keep the start."""
+        self.vertices = self.optimizer.vertices()
+        self.first = {k: v.estimate() for k, v in self.vertices.items()}
+
+    def start(self) -> None:
+        for k, vertex in self.vertices.items():
+            vertex.set_estimate(self.first[k])
+        self.optimizer.initialize_optimization()
+
+    def iterate(self, count: int, to_end: bool) -> int:
+        return int(self.optimizer.optimize(count))
+
+
+class PoseGraph(G2o):
+    """A g2o file; the first pose is held, which leads to the same optimum as a prior on it."""
+
+    def __init__(self, path: str, threads: int) -> None:
         with open(path, encoding="utf-8") as file:
             self.spatial = "SE3" in file.readline()
         name = "SE3" if self.spatial else "SE2"
@@ -34,15 +61,7 @@ class PoseGraph:
             scale = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
             for edge in self.optimizer.edges():
                 edge.set_information(scale @ edge.information() @ scale)
-        self.first = {k: v.estimate() for k, v in self.vertices.items()}
-
-    def start(self) -> None:
-        for k, vertex in self.vertices.items():
-            vertex.set_estimate(self.first[k])
-        self.optimizer.initialize_optimization()
-
-    def iterate(self, count: int) -> int:
-        return int(self.optimizer.optimize(count))
+        self.remember()
 
     def answer(self) -> dict[str, np.ndarray]:
         keys = sorted(self.vertices)
@@ -52,6 +71,96 @@ class PoseGraph:
             return {"id": np.array(keys), "t": vectors[:, :2], "th": vectors[:, 2]}
         matrices = np.array([p.matrix() for p in poses])
         return {"id": np.array(keys), "t": matrices[:, :3, 3], "q": _quaternions(matrices)}
+
+
+class Slam(G2o):
+    """A scene, by way of a file in g2o's format: the wheel cannot set a camera's calibration."""
+
+    def __init__(self, path: str, threads: int, known: bool = False) -> None:
+        data = dict(np.load(path))
+        self.poses, self.known = len(data["pos"]), known
+        solver = g2o.BlockSolverSE3(g2o.LinearSolverEigenSE3())
+        self.optimizer = g2o.SparseOptimizer()
+        self.optimizer.set_algorithm(g2o.OptimizationAlgorithmLevenberg(solver))
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "scene.g2o"
+            file.write_text("\n".join(_scene(data, known)) + "\n", encoding="ascii")
+            if not self.optimizer.load(str(file)):
+                raise SystemExit("g2o cannot read the scene")
+        for k, vertex in self.optimizer.vertices().items():
+            if k >= self.poses:
+                (vertex.set_fixed if known else vertex.set_marginalized)(True)
+        self.remember()
+
+    def answer(self) -> dict[str, np.ndarray]:
+        matrices = np.array([self.vertices[k].estimate().matrix() for k in range(self.poses)])
+        points = [self.vertices[k].estimate() for k in sorted(self.vertices) if k >= self.poses]
+        return {
+            "pos": matrices[:, :3, 3],
+            "rotation": matrices[:, :3, :3],
+            "landmarks": np.array(points),
+        }
+
+
+def _scene(data: dict[str, np.ndarray], known: bool) -> list[str]:
+    """Lines of g2o's format: poses are 0 .. n, landmarks follow, parameter 0 is the body."""
+    poses = len(data["pos"])
+    lines = ["PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1"]
+    for c, (pos, axes) in enumerate(zip(data["camera_pos"], data["camera_axes"], strict=True)):
+        lens = [FOCAL, FOCAL, 512.0, 384.0]
+        lines.append(_line("PARAMS_CAMERACALIB", [c + 1], pos, _xyzw(axes), lens))
+    turns = [_matrix(ea) for ea in data["ea"]]
+    for k in range(poses):
+        lines.append(_line("VERTEX_SE3:QUAT", [k], data["pos"][k], _xyzw(turns[k])))
+    for j, point in enumerate(data["true_landmarks" if known else "landmarks"]):
+        lines.append(_line("VERTEX_TRACKXYZ", [poses + j], point))
+    weights = _upper(np.diag([1.0, 1.0, 0.0]))
+    for i, j, c, pixel in zip(
+        data["obs_pose"], data["obs_landmark"], data["obs_camera"], data["obs_pixel"],
+        strict=True,
+    ):  # fmt: skip
+        ends = [int(i), poses + int(j), int(c) + 1]
+        lines.append(_line("EDGE_PROJECT_DEPTH", ends, pixel, [0.0], weights))
+    for k in range(1, poses):
+        # Half of the rotation vector is what g2o compares.
+        sigmas = np.concatenate([data["delta_pos_sigma"][k], data["delta_ea_sigma"][k] / 2])
+        turn = _xyzw(_matrix(data["delta_ea"][k]))
+        weights = _upper(np.diag(sigmas**-2.0))
+        lines.append(_line("EDGE_SE3:QUAT", [k - 1, k], data["delta_pos"][k], turn, weights))
+    tilt = (np.deg2rad(0.25) / 2) ** -2.0
+    for k in range(poses):
+        level = _xyzw(_matrix(np.array([*data["tilt"][k], data["ea"][k, 2]])))
+        loose = _upper(np.diag([0.0, 0.0, 0.0, tilt, tilt, 0.0]))
+        lines.append(_line("EDGE_SE3_PRIOR", [k, 0], np.zeros(3), level, loose))
+        if not known:
+            fix = _upper(np.diag([2.5**-2.0] * 3 + [0.0] * 3))
+            # Compared in the frame of the body: isotropic, so the same.
+            lines.append(_line("EDGE_SE3_PRIOR", [k, 0], data["gps"][k], level, fix))
+    return lines
+
+
+def _line(tag: str, numbers: list[int], *values: object) -> str:
+    reals = [repr(float(v)) for part in values for v in np.asarray(part).ravel()]
+    return " ".join([tag, *(str(n) for n in numbers), *reals])
+
+
+def _upper(matrix: np.ndarray) -> np.ndarray:
+    return np.asarray(matrix[np.triu_indices(len(matrix))])
+
+
+def _xyzw(matrix: np.ndarray) -> np.ndarray:
+    return _quaternions(matrix[None])[0, [1, 2, 3, 0]]
+
+
+def _matrix(ea: np.ndarray) -> np.ndarray:
+    (sr, sp, sy), (cr, cp, cy) = np.sin(ea), np.cos(ea)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def _quaternions(matrices: np.ndarray) -> np.ndarray:
@@ -72,4 +181,11 @@ def _quaternions(matrices: np.ndarray) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    main("g2o (g2opy) " + getattr(g2o, "__version__", ""), {"pose_graph": PoseGraph})
+    main(
+        "g2o (g2opy) " + getattr(g2o, "__version__", ""),
+        {
+            "pose_graph": PoseGraph,
+            "slam": Slam,
+            "localization": partial(Slam, known=True),
+        },
+    )

@@ -2,15 +2,23 @@
 
 Rotations of pose graphs are weighed by the rotation vector, in the limit of small errors the same
 as the model's. Scenes have GTSAM's reprojection factor with a body-to-sensor transform in the place
-of the angular residuals, an attitude factor for the tilt, and no damping towards the start.
+of the angular residuals, an attitude factor for the tilt, and no damping towards the start. There
+is no compiled reprojection factor of a known point: in localization landmarks are variables, held
+by priors of a micrometre. Maps of planes have GTSAM's oriented-plane factor, whose three residuals
+compare normals in the tangent plane where the model compares their components.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import gtsam
 import numpy as np
 
 from benchmarks.peers.runner import main
+
+HELD = 1e-6
+"""Standard deviation of the priors on landmarks that are known [m]."""
 
 FOCAL = 512 / np.tan(np.deg2rad(40))
 
@@ -30,11 +38,11 @@ class Gtsam:
         parameters.setOrderingType("METIS")
         self.optimizer = gtsam.LevenbergMarquardtOptimizer(self.graph, self.initial, parameters)
 
-    def iterate(self, count: int) -> int:
+    def iterate(self, count: int, to_end: bool) -> int:
         before = self.optimizer.error()
         for k in range(count):
             self.optimizer.iterate()
-            if count > 50:  # the run that is compared ends where nothing changes any more
+            if to_end:
                 after = self.optimizer.error()
                 if before - after <= 1e-9 * before:
                     return k + 1
@@ -45,7 +53,7 @@ class Gtsam:
 class PoseGraph(Gtsam):
     """A g2o file; the first pose is held as the model holds it."""
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, threads: int) -> None:
         with open(path, encoding="utf-8") as file:
             self.spatial = "SE3" in file.readline()
         graph, initial = gtsam.readG2o(path, self.spatial)
@@ -82,7 +90,7 @@ class PoseGraph(Gtsam):
 class Bundle(Gtsam):
     """A BAL file, with GTSAM's camera of f, k1 and k2."""
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, threads: int) -> None:
         self.data = gtsam.SfmData.FromBalFile(path)
         graph = gtsam.NonlinearFactorGraph()
         noise = gtsam.noiseModel.Unit.Create(2)
@@ -121,16 +129,18 @@ class Bundle(Gtsam):
 class Slam(Gtsam):
     """A scene; `known` landmarks make it a localisation."""
 
-    def __init__(self, path: str, known: bool = False) -> None:
+    def __init__(self, path: str, threads: int, known: bool = False) -> None:
         data = dict(np.load(path))
         self.poses, self.landmarks, self.known = len(data["pos"]), len(data["landmarks"]), known
         graph, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
         for k in range(self.poses):
-            rotation = gtsam.Rot3.Ypr(*data["ea"][k, ::-1])
-            initial.insert(k, gtsam.Pose3(rotation, data["pos"][k]))
-        if not known:
-            for j in range(self.landmarks):
-                initial.insert(gtsam.symbol("l", j), data["landmarks"][j])
+            initial.insert(k, _pose(data["ea"][k], data["pos"][k]))
+        points = data["true_landmarks" if known else "landmarks"]
+        for j, point in enumerate(points):
+            initial.insert(gtsam.symbol("l", j), point)
+            if known:
+                held = gtsam.noiseModel.Isotropic.Sigma(3, HELD)
+                graph.add(gtsam.PriorFactorPoint3(gtsam.symbol("l", j), point, held))
         self._bearings(graph, data)
         self._motion(graph, data)
         super().__init__(graph, initial)
@@ -156,7 +166,7 @@ class Slam(Gtsam):
     def _motion(self, graph: gtsam.NonlinearFactorGraph, data: dict[str, np.ndarray]) -> None:
         for k in range(1, self.poses):
             sigmas = np.concatenate([data["delta_ea_sigma"][k], data["delta_pos_sigma"][k]])
-            motion = gtsam.Pose3(gtsam.Rot3.Ypr(*data["delta_ea"][k, ::-1]), data["delta_pos"][k])
+            motion = _pose(data["delta_ea"][k], data["delta_pos"][k])
             noise = gtsam.noiseModel.Diagonal.Sigmas(sigmas)
             graph.add(gtsam.BetweenFactorPose3(k - 1, k, motion, noise))
         tilt = gtsam.noiseModel.Isotropic.Sigma(2, np.deg2rad(0.25))
@@ -184,8 +194,62 @@ class Slam(Gtsam):
         }
 
 
+class Plane(Gtsam):
+    """A map of planes."""
+
+    def __init__(self, path: str, threads: int) -> None:
+        data = dict(np.load(path))
+        self.poses, self.planes = len(data["poses.pos"]), len(data["planes.c"])
+        graph, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        for k in range(self.poses):
+            initial.insert(k, _pose(data["poses.ea"][k], data["poses.pos"][k]))
+        for j in range(self.planes):
+            plane = gtsam.OrientedPlane3(*data["planes.n"][j], data["planes.c"][j])
+            initial.insert(gtsam.symbol("p", j), plane)
+        angle = np.deg2rad(0.5)
+        seen = gtsam.noiseModel.Diagonal.Sigmas(np.array([angle, angle, 0.02]))
+        for i, j, n, c in zip(
+            data["observations.pose"], data["observations.plane"],
+            data["observations.n"], data["observations.c"], strict=True,
+        ):  # fmt: skip
+            z = np.append(n, c)
+            key = gtsam.symbol("p", int(j))
+            graph.add(gtsam.OrientedPlane3Factor(z, seen, int(i), key))
+        moved = gtsam.noiseModel.Diagonal.Sigmas(np.array([angle] * 3 + [0.05] * 3))
+        for i, j, turn, shift in zip(
+            data["pose_pairs.prev"], data["pose_pairs.cur"],
+            data["pose_pairs.delta_ea"], data["pose_pairs.delta_pos"], strict=True,
+        ):  # fmt: skip
+            graph.add(gtsam.BetweenFactorPose3(int(i), int(j), _pose(turn, shift), moved))
+        held = gtsam.noiseModel.Diagonal.Sigmas(np.array([np.deg2rad(0.01)] * 3 + [0.001] * 3))
+        anchor = _pose(data["anchors.ea"][0], data["anchors.pos"][0])
+        graph.add(gtsam.PriorFactorPose3(int(data["anchors.pose"][0]), anchor, held))
+        super().__init__(graph, initial)
+
+    def answer(self) -> dict[str, np.ndarray]:
+        values = self.optimizer.values()
+        poses = [values.atPose3(k) for k in range(self.poses)]
+        planes = [values.atOrientedPlane3(gtsam.symbol("p", j)) for j in range(self.planes)]
+        return {
+            "pos": np.array([p.translation() for p in poses]),
+            "rotation": np.array([p.rotation().matrix() for p in poses]),
+            "n": np.array([p.normal().point3() for p in planes]),
+            "c": np.array([p.distance() for p in planes]),
+        }
+
+
+def _pose(ea: np.ndarray, pos: np.ndarray) -> gtsam.Pose3:
+    return gtsam.Pose3(gtsam.Rot3.Ypr(*ea[::-1]), pos)
+
+
 if __name__ == "__main__":
     main(
         "GTSAM " + getattr(gtsam, "__version__", "4.3"),
-        {"pose_graph": PoseGraph, "bundle": Bundle, "slam": Slam},
+        {
+            "pose_graph": PoseGraph,
+            "bundle": Bundle,
+            "slam": Slam,
+            "localization": partial(Slam, known=True),
+            "plane": Plane,
+        },
     )

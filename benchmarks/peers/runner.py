@@ -1,11 +1,12 @@
 """What every system does in its process: solve from the start, short and long, and show its answer.
 
-    python -m benchmarks.peers.NAME SUITE PROBLEM SHORT LONG RUNS OUT.npz
+    python -m benchmarks.peers.NAME SUITE PROBLEM SHORT LONG RUNS THREADS LIMIT OUT.npz
 
 prints one JSON object: ``slopes`` (seconds per iteration, from runs of SHORT and LONG iterations,
-so that set-up is told apart), ``memory`` (peak resident MB), ``version``, ``settings``. The answer
-goes to OUT.npz in the terms of `benchmarks.problems`. Needs nothing of arael: a system may live in
-another Python.
+so that set-up is told apart), ``memory`` (peak resident MB), ``version``, ``settings``; or
+``absent``, the reason why this system has no such problem. The answer after at most LIMIT
+iterations goes to OUT.npz in the terms of `benchmarks.problems`. Needs nothing of arael: a system
+may live in another Python.
 """
 
 from __future__ import annotations
@@ -15,12 +16,39 @@ import resource
 import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
-CONVERGED = 100
-"""Iterations of the run whose answer is compared."""
+BUDGET, LEAST = 20.0, 3
+"""Seconds after which no further slope is begun, if there are so many."""
+BRIEF, MOST = 2.0, 51
+"""Seconds up to which further slopes are taken than were asked for, but no more than so many."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be run.
+
+    Attributes
+    ----------
+    suite, problem : which file, and what it holds
+    short, long, runs : numbers of iterations between which a slope is taken, and how many slopes
+    threads : how many the system may use
+    limit : iterations of the run whose answer is compared
+    out : where the answer goes
+    """
+
+    suite: str
+    problem: str
+    short: int
+    long: int
+    runs: int
+    threads: int
+    limit: int
+    out: str
 
 
 class Peer(Protocol):
@@ -31,45 +59,81 @@ class Peer(Protocol):
     def start(self) -> None:
         """Go back to the start, ready to iterate."""
 
-    def iterate(self, count: int) -> int:
-        """Iterate at most `count` times; return how many it were."""
+    def iterate(self, count: int, to_end: bool) -> int:
+        """Iterate at most `count` times, all of them unless `to_end`; return how many it were."""
 
     def answer(self) -> dict[str, np.ndarray]:
         """The state, in the terms of `benchmarks.problems`."""
 
 
-def main(version: str, suites: Mapping[str, Callable[[str], Peer]]) -> None:
-    """Run one suite of this system."""
-    suite, problem, short, long, runs, out = sys.argv[1:7]
-    if suite not in suites:
-        print(json.dumps({"absent": f"no {suite} here"}))
+class AbsentError(Exception):
+    """A problem that a system does not have; the words say why."""
+
+
+def request() -> Request:
+    """Read the command line."""
+    suite, problem, *numbers, out = sys.argv[1:9]
+    return Request(suite, problem, *(int(n) for n in numbers), out=out)
+
+
+def show(found: Mapping[str, object]) -> None:
+    """Print what was measured, as the last line."""
+    print(json.dumps(found))
+
+
+def main(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> None:
+    """Run one suite of this system; a suite is made from the problem's path and the threads."""
+    asked = request()
+    if asked.suite not in suites:
+        show({"absent": f"no {asked.suite} in {version}"})
         return
-    peer = suites[suite](problem)
-    _timed(peer, int(short))  # what is loaded and allocated once does not count
-    slopes = []
-    for _ in range(int(runs)):
-        (a, n), (b, m) = _timed(peer, int(short)), _timed(peer, int(long))
+    try:
+        peer = suites[asked.suite](asked.problem, asked.threads)
+    except AbsentError as reason:
+        show({"absent": str(reason)})
+        return
+    slopes = _slopes(peer, asked)
+    memory = _peak_megabytes()
+    peer.start()
+    iterations = peer.iterate(asked.limit, True)
+    np.savez(asked.out, **peer.answer())  # type: ignore[arg-type]
+    show(
+        {
+            "slopes": slopes,
+            "iterations": iterations,
+            "memory": memory,
+            "version": version,
+            "settings": peer.settings,
+        }
+    )
+
+
+def _peak_megabytes() -> float:
+    """Peak resident memory of this process."""
+    status = Path("/proc/self/status")
+    if status.exists():  # what getrusage says counts the parent's memory at the fork
+        for line in status.read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def _slopes(peer: Peer, asked: Request) -> list[float]:
+    _timed(peer, asked.short)  # what is loaded and allocated once does not count
+    slopes: list[float] = []
+    began = time.perf_counter()
+    for done in range(MOST):
+        spent = time.perf_counter() - began
+        if spent > BRIEF and (done >= asked.runs or (done >= LEAST and spent > BUDGET)):
+            break
+        (a, n), (b, m) = _timed(peer, asked.short), _timed(peer, asked.long)
         if m > n:
             slopes.append((b - a) / (m - n))
-    peer.start()
-    iterations = peer.iterate(CONVERGED)
-    np.savez(out, **peer.answer())
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(
-        json.dumps(
-            {
-                "slopes": slopes,
-                "iterations": iterations,
-                "memory": memory,
-                "version": version,
-                "settings": peer.settings,
-            }
-        )
-    )
+    return slopes
 
 
 def _timed(peer: Peer, count: int) -> tuple[float, int]:
     peer.start()
     began = time.perf_counter()
-    done = peer.iterate(count)
+    done = peer.iterate(count, False)
     return time.perf_counter() - began, done

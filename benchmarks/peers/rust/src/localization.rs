@@ -1,0 +1,176 @@
+//! Visual-inertial localization, the residuals of `models/localization.arael`: landmarks are data.
+
+use arael::model::*;
+use arael::prelude::*;
+use arael::simple_lm::LmConfig;
+
+use crate::Problem;
+use crate::columns::{Answer, Columns, flat_matrix3, flat3};
+
+#[arael::model]
+struct LocFeature {
+    mf2r: matrix3d,
+    camera_pos: vect3d,
+    isigma: vect2d,
+}
+
+#[arael::model]
+struct LocInfo {
+    delta_pos: vect3d,
+    delta_ea: vect3d,
+    delta_pos_cov_r: matrix3d,
+    delta_pos_cov_isigma: vect3d,
+    delta_ea_cov_r: matrix3d,
+    delta_ea_cov_isigma: vect3d,
+    tilt_roll: f64,
+    tilt_pitch: f64,
+    features: refs::Vec<LocFeature>,
+}
+
+#[arael::model]
+#[arael(constraint(hb, {
+    let dp = locpose.pos - locpose.pos_value;
+    let de = locpose.ea - locpose.ea_value;
+    [dp.x * locmap.drift_pos_isigma, dp.y * locmap.drift_pos_isigma, dp.z * locmap.drift_pos_isigma,
+     de.x * locmap.drift_ea_isigma, de.y * locmap.drift_ea_isigma, de.z * locmap.drift_ea_isigma]
+}))]
+#[arael(constraint(hb, {
+    [(locpose.ea.x - locpose.info.tilt_roll) * locmap.tilt_isigma,
+     (locpose.ea.y - locpose.info.tilt_pitch) * locmap.tilt_isigma]
+}))]
+struct LocPose {
+    pos: Param<vect3d>,
+    ea: SimpleEulerAngleParam<f64>,
+    info: LocInfo,
+    hb: SelfBlock<LocPose>,
+}
+
+#[arael::model]
+struct LocLandmark {
+    pos: vect3d,
+    frines: std::vec::Vec<LocFrine>,
+}
+
+#[arael::model]
+#[arael(constraint(pose.hb, parent = lm, {
+    let g = locmap.gamma;
+    let in_body = pose.ea.rotation_matrix().transpose() * (lm.pos - pose.pos);
+    let ray = feature.mf2r.transpose() * (in_body - feature.camera_pos);
+    let across = atan2(ray.y, ray.x) * feature.isigma.x * locmap.frine_isigma_scale;
+    let up = atan2(ray.z, ray.x) * feature.isigma.y * locmap.frine_isigma_scale;
+    [g * atan(across / g), g * atan(up / g)]
+}))]
+struct LocFrine {
+    #[arael(ref = root.poses)]
+    pose: Ref<LocPose>,
+    #[arael(ref = pose.info.features)]
+    feature: Ref<LocFeature>,
+}
+
+#[arael::model]
+#[arael(constraint(hb, {
+    let from = prev.ea.rotation_matrix();
+    let moved = from.transpose() * (cur.pos - prev.pos) - cur.info.delta_pos;
+    let expected = from * cur.info.delta_ea.rotation_matrix();
+    let turned = (expected.transpose() * cur.ea.rotation_matrix()).get_euler_angles();
+    let p = cur.info.delta_pos_cov_r.transpose() * moved;
+    let q = cur.info.delta_ea_cov_r.transpose() * turned;
+    [p.x * cur.info.delta_pos_cov_isigma.x, p.y * cur.info.delta_pos_cov_isigma.y,
+     p.z * cur.info.delta_pos_cov_isigma.z,
+     q.x * cur.info.delta_ea_cov_isigma.x, q.y * cur.info.delta_ea_cov_isigma.y,
+     q.z * cur.info.delta_ea_cov_isigma.z]
+}))]
+struct LocPair {
+    #[arael(ref = root.poses)]
+    prev: Ref<LocPose>,
+    #[arael(ref = root.poses)]
+    cur: Ref<LocPose>,
+    hb: CrossBlock<LocPose, LocPose>,
+}
+
+#[arael::model]
+#[arael(root)]
+struct LocMap {
+    poses: refs::Deque<LocPose>,
+    landmarks: refs::Vec<LocLandmark>,
+    pairs: std::vec::Vec<LocPair>,
+    gamma: f64,
+    drift_pos_isigma: f64,
+    drift_ea_isigma: f64,
+    tilt_isigma: f64,
+    frine_isigma_scale: f64,
+}
+
+pub fn load(data: &Columns) -> Box<dyn Problem> {
+    let mut map = LocMap {
+        poses: refs::Deque::new(),
+        landmarks: refs::Vec::new(),
+        pairs: Vec::new(),
+        gamma: data.one("gamma"),
+        drift_pos_isigma: data.one("drift_pos_isigma"),
+        drift_ea_isigma: data.one("drift_ea_isigma"),
+        tilt_isigma: data.one("tilt_isigma"),
+        frine_isigma_scale: data.one("frine_isigma_scale"),
+    };
+    let features = data.index("poses.info.features.offsets");
+    let mut poses = Vec::new();
+    for k in 0..features.len() - 1 {
+        let mut seen = refs::Vec::new();
+        for f in features[k] as usize..features[k + 1] as usize {
+            seen.push(LocFeature {
+                mf2r: data.matrix3("poses.info.features.mf2r", f),
+                camera_pos: data.vect3("poses.info.features.camera_pos", f),
+                isigma: data.vect2("poses.info.features.isigma", f),
+            });
+        }
+        poses.push(map.poses.push_back(LocPose {
+            pos: Param::new(data.vect3("poses.pos", k)),
+            ea: SimpleEulerAngleParam::new(data.vect3("poses.ea", k)),
+            info: LocInfo {
+                delta_pos: data.vect3("poses.info.delta_pos", k),
+                delta_ea: data.vect3("poses.info.delta_ea", k),
+                delta_pos_cov_r: data.matrix3("poses.info.delta_pos_cov_r", k),
+                delta_pos_cov_isigma: data.vect3("poses.info.delta_pos_cov_isigma", k),
+                delta_ea_cov_r: data.matrix3("poses.info.delta_ea_cov_r", k),
+                delta_ea_cov_isigma: data.vect3("poses.info.delta_ea_cov_isigma", k),
+                tilt_roll: data.real("poses.info.tilt_roll")[k],
+                tilt_pitch: data.real("poses.info.tilt_pitch")[k],
+                features: seen,
+            },
+            hb: SelfBlock::new(),
+        }));
+    }
+    let bounds = data.index("landmarks.frines.offsets");
+    let (pose, feature) = (data.index("landmarks.frines.pose"), data.index("landmarks.frines.feature"));
+    for j in 0..bounds.len() - 1 {
+        let frines = (bounds[j] as usize..bounds[j + 1] as usize)
+            .map(|f| {
+                let at = poses[pose[f] as usize];
+                LocFrine {
+                    pose: at,
+                    feature: map.poses[at].info.features.ref_at(feature[f] as usize),
+                }
+            })
+            .collect();
+        map.landmarks.push(LocLandmark {
+            pos: data.vect3("landmarks.pos", j),
+            frines,
+        });
+    }
+    let pairs = data.index("pose_pairs.prev").iter().zip(data.index("pose_pairs.cur"));
+    map.pairs = pairs
+        .map(|(&a, &b)| LocPair { prev: poses[a as usize], cur: poses[b as usize], hb: CrossBlock::new() })
+        .collect();
+    Box::new(map)
+}
+
+impl Problem for LocMap {
+    fn solve(&mut self, config: &LmConfig<f64>) -> SolveResult<f64> {
+        self.solve_sparse(config)
+    }
+
+    fn answer(&self, out: &mut Answer) {
+        out.add("pos", 3, flat3(self.poses.iter().map(|p| p.pos.value)));
+        out.add("rotation", 9, flat_matrix3(self.poses.iter().map(|p| p.ea.value.rotation_matrix())));
+    }
+}

@@ -1,0 +1,55 @@
+"""The Rust framework as its published crate, by the project under `rust`.
+
+Its residuals are those of the models, its solver is its default (`solve_sparse`: elimination of
+landmarks or points, narrow bands, or block supernodal Cholesky, as it decides), its code is
+compiled for this processor.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from pathlib import Path
+
+from benchmarks.peers import native
+from benchmarks.peers.runner import AbsentError, request, show
+
+PROJECT = native.HERE / "rust"
+SUITES = ("slam", "localization", "pose_graph", "bundle", "plane")
+
+
+def program() -> Path:
+    """Build the project where that is not yet done."""
+    home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "bin" / "cargo"
+    cargo = shutil.which("cargo") or (str(home) if home.exists() else None)
+    if cargo is None:
+        raise AbsentError("cargo is not installed")
+    target = native.BUILD / "rust"
+    native.build(
+        [cargo, "build", "--release", "--locked", "--manifest-path", str(PROJECT / "Cargo.toml")],
+        native.BUILD / "rust.log",
+        CARGO_TARGET_DIR=str(target),
+        RUSTFLAGS="-C target-cpu=native",
+    )
+    return target / "release" / "peer"
+
+
+def version() -> str:
+    """Version of the crate that is locked."""
+    lock = (PROJECT / "Cargo.lock").read_text(encoding="utf-8")
+    found = re.search(r'name = "arael"\nversion = "([^"]+)"', lock)
+    return f"Rust framework {found.group(1) if found else ''}".strip()
+
+
+if __name__ == "__main__":
+    asked = request()
+    if asked.suite not in SUITES:
+        show({"absent": f"no {asked.suite} in the Rust project"})
+    else:
+        try:
+            built = program()
+        except AbsentError as reason:
+            show({"absent": str(reason)})
+        else:
+            native.run(built, asked, version(), "")

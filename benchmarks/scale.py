@@ -1,0 +1,94 @@
+"""Cost of an iteration and memory against the size of a scene, over three decades."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from arael.scenes import benchmark_config, make_scene
+from benchmarks import pictures, problems
+from benchmarks.cases import Case
+from benchmarks.measure import table
+from benchmarks.systems import Outcome, Plan, run_system
+
+SHAPES = {"chain": "s-curve", "loop": "loop", "eight": "eight"}
+SIZES = (10, 30, 100, 300, 1000, 3000, 10_000)
+QUICK_SIZES = (10, 30, 100)
+LEAST = 100
+"""Poses from which on the exponent is fitted; below, fixed costs show."""
+
+
+def run(plan: Plan, picture: Path | None) -> list[str]:
+    """Measure all shapes and sizes; return the report's lines."""
+    rows, curves, exponents = [], {}, []
+    for shape, trajectory in SHAPES.items():
+        points: list[tuple[int, int, Outcome]] = []
+        for poses in QUICK_SIZES if plan.quick else SIZES:
+            seen, outcome = _measure(plan, trajectory, poses)
+            points.append((poses, seen, outcome))
+            per = 1e6 * outcome.median / seen
+            rows.append(
+                (
+                    shape,
+                    poses,
+                    seen,
+                    f"{1e3 * outcome.median:.2f}" if outcome.slopes else outcome.reason,
+                    f"{per:.2f}" if outcome.slopes else "-",
+                    f"{outcome.memory:.0f}" if outcome.slopes else "-",
+                    _bytes(outcome, points[0][2], seen),
+                    outcome.settings,
+                )
+            )
+        good = [(seen, 1e3 * o.median) for _, seen, o in points if o.slopes and o.median > 0]
+        curves[shape] = good
+        large = [(s, o.median) for p, s, o in points if p >= LEAST and o.slopes and o.median > 0]
+        exponents.append(f"{shape} {exponent(large):.2f}")
+    drawn = picture is not None and pictures.lines(
+        picture, "scale", "observations", "ms per iteration", curves
+    )
+    return [
+        "## scale",
+        "",
+        "SLAM scenes of four landmarks a pose, one thread, f64. Memory of the process is that at "
+        "its peak, data files and interpreter included; bytes per observation are what it has over "
+        "the smallest scene of the shape.",
+        "",
+        "Exponent of the time of an iteration in the number of observations, "
+        f"from {LEAST} poses on: {', '.join(exponents)}.",
+        "",
+        *table(
+            ("shape", "poses", "observations", "ms per iteration", "us per observation",
+             "peak MB", "bytes per observation", "solver"),
+            rows,
+        ),
+        *(["", f"![scale]({picture.name})"] if drawn and picture else []),
+    ]  # fmt: skip
+
+
+def exponent(points: list[tuple[float, float]]) -> float:
+    """Slope of a line through (size, time) on logarithmic axes, by least squares."""
+    if len(points) < 2:
+        return math.nan
+    size, time = np.log(np.array(points, dtype=float)).T
+    return float(np.polyfit(size, time, 1)[0])
+
+
+def _measure(plan: Plan, trajectory: str, poses: int) -> tuple[int, Outcome]:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        scene = make_scene(benchmark_config(poses, trajectory=trajectory))  # type: ignore[arg-type]
+        seen = len(scene.observations)
+        path = folder / "scene.npz"
+        problems.write_scene(scene, path)
+        del scene
+        case = Case("slam", f"{trajectory}, {poses} poses", path, 1, 4, limit=4)
+        return seen, run_system("arael", case, None, plan, 1, folder)
+
+
+def _bytes(outcome: Outcome, first: Outcome, seen: int) -> str:
+    if outcome is first or not (outcome.slopes and first.slopes):
+        return "-"
+    return f"{(outcome.memory - first.memory) * 2**20 / seen:.0f}"
