@@ -24,7 +24,7 @@ PROGRAMS = {
     "rust": ("rust_peer",),
     "gtsam": ("gtsam_peer",),
     # What the wheel has no compiled cost functions for, a program against the library has.
-    "ceres": ("ceres_peer", "ceres_program"),
+    "ceres": ("ceres_program", "ceres_peer"),
     "g2o": ("g2o_peer",),
 }
 OURS = ("arael_peer", "rust_peer", "ceres_program")
@@ -118,11 +118,14 @@ def run_system(
     Without a reference answers are not scored.
     """
     began = time.perf_counter()
-    outcome = Outcome(reason="not run")
+    reasons = []
     for program in PROGRAMS[name]:
         outcome = _run(program, case, reference, plan, threads, folder, env)
         if outcome.slopes:
             break
+        reasons.append(outcome.reason)
+    else:
+        outcome = Outcome(reason="; ".join(reasons), cost=outcome.cost)
     said = f"{1e3 * outcome.median:.2f} ms"
     if math.isfinite(outcome.cost):
         said += f", cost {outcome.cost:.6g}"

@@ -87,7 +87,7 @@ class PoseGraph(Ceres):
                 elif tag == "EDGE_SE3:QUAT":
                     edges.append((int(words[0]), int(words[1]), values[2:9], values[9:]))
         if not self.poses:
-            raise AbsentError("pyceres has compiled pose costs in space only")
+            raise AbsentError("pyceres compares poses in space only")
         for a, b, measured, upper in edges:
             information = np.zeros((6, 6))
             information[np.triu_indices(6)] = upper

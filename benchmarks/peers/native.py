@@ -39,7 +39,8 @@ def run(program: Path, asked: Request, version: str, settings: str) -> None:
     np.savez(out, **exchange.read(answer))  # type: ignore[arg-type]
     plan = said.pop("plan", "")
     said.pop("cost", None)
-    show({**said, "version": version, "settings": f"{settings} {plan}".strip()})
+    settings = f"{settings} {plan}".strip()
+    show({"version": version, **said, "settings": settings})
 
 
 def build(command: Sequence[str], log: Path, **environment: str) -> None:

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <memory>
 
+#include "bundle.h"
 #include "plane.h"
 #include "pose_graph.h"
 
@@ -32,6 +33,7 @@ double peak_megabytes() {
 
 std::unique_ptr<Problem> load(const std::string& suite, const Columns& data) {
   if (suite == "pose_graph" && data.has("poses.th")) return std::make_unique<PlanarGraph>(data);
+  if (suite == "bundle") return std::make_unique<Bundle>(data);
   if (suite == "plane") return std::make_unique<PlaneMap>(data);
   fail("no suite " + suite);
 }
@@ -71,7 +73,8 @@ int main(int count, char** words) {
   problem->answer(answer);
   answer.write(words[8]);
   std::printf(
-      "{\"slopes\": [%s], \"iterations\": %d, \"memory\": %.1f, \"ceres\": \"%s\", \"plan\": \"%s\"}\n",
+      "{\"slopes\": [%s], \"iterations\": %d, \"memory\": %.1f, \"version\": \"Ceres %s (C++)\", "
+      "\"plan\": \"%s\"}\n",
       slopes.str().c_str(), summary.num_successful_steps + summary.num_unsuccessful_steps - 1,
       peak_megabytes(), CERES_VERSION_STRING, problem->settings());
   return 0;

@@ -14,7 +14,7 @@ mod slam;
 
 use std::time::Instant;
 
-use arael::simple_lm::{LmConfig, LmResult, SolveResult};
+use arael::simple_lm::{LmConfig, LmResult, SolveResult, SolverReport};
 use columns::{Answer, Columns, fail};
 
 /// A problem in this framework, fresh from its file.
@@ -103,13 +103,18 @@ fn brief((seconds, result, _): (f64, LmResult<f64>, Box<dyn Problem>)) -> (f64, 
     (seconds, result.iterations)
 }
 
-/// What the linear solver did, in the framework's own words.
+/// What the linear solver did.
 fn plan(result: &LmResult<f64>) -> String {
-    let words = match &result.solver {
-        Some(report) => format!("{report:?}"),
-        None => String::from("default"),
+    let Some(SolverReport::Schur(plan)) = &result.solver else {
+        return String::from("LM, default solver");
     };
-    words.replace(['"', '\\', '\n'], " ")
+    let taken = if plan.reduced { "landmarks or points eliminated" } else { "whole system" };
+    let by = match (plan.envelope, plan.block_supernodal) {
+        (true, _) => "envelope Cholesky",
+        (false, true) => "block supernodal Cholesky",
+        (false, false) => "scalar Cholesky",
+    };
+    format!("LM, solve_sparse: {taken}, {by}")
 }
 
 /// Peak resident memory of this process [MB].
