@@ -69,6 +69,7 @@ class Model(Fields):
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
         store = Store(compiled.layout)
         store.kernels = getattr(compiled, "kernels", None)
+        store.bindings = getattr(compiled, "bindings", None)
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
@@ -111,6 +112,7 @@ class Model(Fields):
             from arael.residuals.collection import Residuals
 
             object.__setattr__(self, "_residuals", Residuals(self))
+            self._store.residuals = self._residuals
         assert self._residuals is not None
         return self._residuals
 

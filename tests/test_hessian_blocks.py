@@ -229,3 +229,20 @@ def test_root_parameters_coupled_to_thousands_are_one_dense_column_of_the_patter
     assert model.cost() < factor
     gradient = model.gradient()
     assert np.abs(gradient).max() < 1e-4
+
+
+def test_blocks_of_a_model_with_native_functions_and_runtime_residuals(tmp_path: Path) -> None:
+    path = tmp_path / "native.arael"
+    path.write_text(
+        "extern fn half(x) derivs [0.5]\n"
+        "root R { param x: real = 2\n hb: block R\n constraint c into hb { half(x) } }",
+        encoding="utf-8",
+    )
+    with pytest.warns(UserWarning, match="half"):
+        model = load(path, interpret=True, functions={"half": lambda x: 0.5 * x})()
+    assert model.hb.tolist() == [[0.5]]
+    added = model.residuals.add("3 * x", label="more")
+    np.testing.assert_array_equal(model.hb, model.hessian())
+    assert model.hb.tolist() == [[18.5]]
+    assert model.hessian_block(model).tolist() == [[18.5]]
+    assert added.residuals.tolist() == [[6.0]]

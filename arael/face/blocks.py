@@ -80,4 +80,9 @@ def _linearised(store: Store) -> HessianBlocks:
     from arael.runtime.problem import Problem
 
     store.check_complete()
-    return HessianBlocks(Problem(store.layout, store, store.kernels))
+    if store.residuals is not None:
+        posed = store.residuals.posed()
+        problem = posed.problem(store.kernels, frozenset(), None, store.bindings)
+    else:
+        problem = Problem(store.layout, store, store.kernels, bindings=store.bindings)
+    return HessianBlocks(problem)

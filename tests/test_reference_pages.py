@@ -1,0 +1,71 @@
+"""Pages that list things list all of them: settings, statuses, solvers, functions, public names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+import arael
+from arael import geometry, io, scenes, sym
+from arael.check.builtins import FUNCTIONS
+from arael.config import LmConfig
+from arael.result import CONVERGED, ENDING
+from arael.runtime.linear.auto import SOLVERS
+
+DOCS = Path(__file__).parents[1] / "docs"
+SOLVING = (DOCS / "solving.md").read_text(encoding="utf-8")
+API = (DOCS / "api.md").read_text(encoding="utf-8")
+LANGUAGE = (DOCS / "language.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("field", fields(LmConfig), ids=lambda f: f.name)
+def test_every_setting_is_listed_with_its_default(field: object) -> None:
+    name, default = field.name, field.default  # type: ignore[attr-defined]
+    row = re.search(rf"^\| `{name}` \| (\S+) \|", SOLVING, re.MULTILINE)
+    assert row is not None, name
+    said = row[1]
+    if default is None:
+        assert said == "none"
+    elif isinstance(default, bool):
+        assert said == str(default).lower()
+    elif isinstance(default, str):
+        assert said == default
+    else:
+        assert float(said) == default
+
+
+@pytest.mark.parametrize(
+    "status", sorted(CONVERGED | ENDING | {"max_iterations", "lambda_ceiling", "retry_budget"})
+)
+def test_every_status_is_explained(status: str) -> None:
+    assert f"`{status}`" in SOLVING
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_every_solver_is_listed(solver: str) -> None:
+    assert re.search(rf"^\| `{solver}` \|", SOLVING, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_every_function_of_the_language_is_listed(name: str) -> None:
+    assert re.search(rf"\b{name}\b", LANGUAGE), name
+
+
+@pytest.mark.parametrize("name", sorted(set(arael.__all__) - {"__version__"}))
+def test_every_public_name_is_in_the_reference(name: str) -> None:
+    assert re.search(rf"^::: arael\.{name}$", API, re.MULTILINE), name
+
+
+@pytest.mark.parametrize("room", [geometry, sym, scenes, io], ids=lambda r: r.__name__)
+def test_every_name_of_the_open_rooms_is_in_the_reference(room: object) -> None:
+    # A room as a whole shows what of it has a docstring; what has none is named beside it.
+    whole = f"::: {room.__name__}\n" in API  # type: ignore[attr-defined]
+    for name in room.__all__:  # type: ignore[attr-defined]
+        described = whole and (
+            getattr(getattr(room, name), "__module__", "").startswith("arael.")
+            and not getattr(getattr(room, name), "__qualname__", "").startswith("_function")
+        )
+        assert described or re.search(rf"\b{name}\b", API), name
