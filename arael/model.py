@@ -69,7 +69,7 @@ class Model(Fields):
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
         store = Store(compiled.layout)
         store.kernels = getattr(compiled, "kernels", None)
-        store.bindings = getattr(compiled, "bindings", None)
+        store.bindings = getattr(compiled, "bindings", None) or {}
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)

@@ -80,9 +80,15 @@ def _linearised(store: Store) -> HessianBlocks:
     from arael.runtime.problem import Problem
 
     store.check_complete()
-    if store.residuals is not None:
-        posed = store.residuals.posed()
-        problem = posed.problem(store.kernels, frozenset(), None, store.bindings)
-    else:
-        problem = Problem(store.layout, store, store.kernels, bindings=store.bindings)
-    return HessianBlocks(problem)
+    if store.residuals is None:
+        return HessianBlocks(Problem(store.layout, store, store.kernels, bindings=store.bindings))
+    posed = store.residuals.posed()
+    return HessianBlocks(
+        Problem(
+            posed.layout,
+            posed,
+            store.kernels,
+            programs=posed.programs,
+            bindings={**store.bindings, **posed.bindings},
+        )
+    )

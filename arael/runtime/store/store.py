@@ -23,7 +23,7 @@ class Store:
     layout : the compiled model
     tables : path -> `Table`
     kernels : compiled kernels of the model, for whoever evaluates this instance, or None
-    bindings : what is bound to its native functions, or None
+    bindings : what is bound to its native functions, by name
     residuals : the runtime residuals of this instance, or None
     structure_version : changes whenever that of any table does
     """
@@ -31,7 +31,7 @@ class Store:
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
         self.layout = layout
         self.kernels: Any = None
-        self.bindings: Any = None
+        self.bindings: dict[str, Any] = {}
         self.residuals: Any = None
         self.structure_version = 0
         self.tables: dict[str, Table] = {}
