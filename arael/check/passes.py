@@ -262,6 +262,11 @@ class Passes:
         self._no_field(place, part)
         return None
 
+    def _names(self, place: Place) -> list[str]:
+        """What a path may go on with; at its start also the name of a struct."""
+        structs = self.sites.declarations.structs if place is self.root else {}
+        return [*place.struct.fields, *structs]
+
     def _no_field(self, place: Place, part: tree.Ident) -> None:
         self.report.error(
             "E0405",
@@ -269,7 +274,7 @@ class Passes:
             f"{place.struct.name} has no field `{part.id}`",
             label="unknown part of a path",
             labels=[Label(place.struct.node.name.span, "this struct")],
-            help=did_you_mean(part.id, place.struct.fields),
+            help=did_you_mean(part.id, self._names(place)),
         )
 
 

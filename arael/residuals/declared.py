@@ -33,6 +33,9 @@ class Declared:
 
 def of_model(layout: Layout) -> Declared:
     """What a compiled model declares."""
+    if not layout.items:
+        nothing = Declarations()
+        return Declared(nothing, Constants(nothing, Reporter(Findings())), Functions())
     return declared(Source(f"functions of {layout.source}", layout.items), Declarations())
 
 

@@ -164,7 +164,7 @@ def test_what_is_fixed_or_not_optimised_is_not_freed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("steps", "code"),
     [
-        ("freeze Posee", "E0405"),
+        ("freeze Marc", "E0405"),
         ("freeze Pose.eaa", "E0405"),
         ("freeze Empty", "E0411"),
         ("freeze Unheld", "E0411"),
@@ -176,7 +176,9 @@ def test_what_cannot_be_frozen(tmp_path: Path, steps: str, code: str) -> None:
         ";", "\n"
     )
     text += "struct Empty { x: real = 0 }\nstruct Unheld { param x: real\n constraint c { x } }\n"
-    assert refusal(tmp_path, text).code == code
+    found = refusal(tmp_path, text)
+    assert found.code == code
+    assert steps != "freeze Marc" or found.help == ("did you mean `Mark`?",)
     model = filled(tmp_path)
     with pytest.raises(arael.AraelError) as caught:
         model.solve(freeze=steps.removeprefix("freeze "))
