@@ -321,6 +321,34 @@ def _compile(
     return _from_entry(entry, "interpreted" if interpret else "compiled", seconds)
 
 
+def kernels_of(layout: Layout, source: str) -> Any:
+    """Kernels of generated source, compiled or found in the cache; a capsule ``arael.kernels``.
+
+    Parameters
+    ----------
+    layout : what they belong to
+    source : Cython source, as `arael.compiler.compiler.emit` makes it
+
+    Raises
+    ------
+    AraelError
+        E0801-E0803: there is no working C compiler; E0804 the cache cannot be written.
+    """
+    from arael.compiler import build
+
+    key = cache.key(source, layout.root, layout.precision, "native")
+    entry = _usable(cache.find(key), False)
+    if entry is None or entry.module is None:
+        seconds: dict[str, float] = {}
+        with cache.building(key) as folder:
+            (folder / "layout.json").write_bytes(to_json(layout))
+            build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
+            described = build.compiler_version()
+            entry = cache.store(key, folder, layout.name, layout.source, described, seconds, {})
+    assert entry.module is not None
+    return _kernels(entry.module)
+
+
 def build_module(
     folder: Path, name: str, source: str, seconds: dict[str, float], target: str = "native"
 ) -> None:

@@ -97,8 +97,8 @@ def derive(
     return Program(layout, kernels)
 
 
-def emit(program: Program, source_hash: str) -> str:
-    """IR to Cython source."""
+def emit(program: Program, source_hash: str, refreshed: bool = True) -> str:
+    """IR to Cython source; see `emit_module` for `refreshed`."""
     layout = program.layout
     text = emit_module(
         layout.name,
@@ -108,6 +108,7 @@ def emit(program: Program, source_hash: str) -> str:
         layout.entities,
         program.kernels,
         layout.natives,
+        refreshed=refreshed,
     )
     if len(text) > MAX_SOURCE:
         raise AraelError(

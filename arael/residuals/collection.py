@@ -13,6 +13,7 @@ from arael.diagnostics.records import AraelError, Findings, Source
 from arael.diagnostics.suggest import closest
 from arael.face.native import bind_all
 from arael.face.ref import Refs
+from arael.residuals.compilation import compile_all
 from arael.residuals.declared import declared
 from arael.residuals.derivation import Derived, derive
 from arael.residuals.expression import Array, Definition, Expression, RuntimeResidual
@@ -182,6 +183,33 @@ class Residuals(Mapping[str, RuntimeResidual]):
         # What is there keeps its place: programs know native functions by their number.
         functions = tuple({**before, **natives}.values())
         self._layout = msgspec.structs.replace(self.schema.layout, functions=functions)
+
+    def compile(self, *residuals: RuntimeResidual | str) -> None:
+        """Compile residuals to kernels, as constraints of a model file are; all, if none is named.
+
+        Worth its second or two for what is evaluated over many rows, often, and does not change:
+        data and parameters may, but a new text, loss or a change of what it reads brings a residual
+        back to the expression machine. Compiled residuals are kept in the cache of models.
+
+        Raises
+        ------
+        AraelError
+            E0763 there is no such residual; E0801-E0803 there is no working C compiler. The
+            residuals run on as before then.
+        """
+        chosen = [one if isinstance(one, str) else one.label for one in residuals] or list(self)
+        for label in chosen:
+            if label not in self._derived:
+                raise self._unknown(label)
+        compile_all([self._derived[label] for label in chosen], self._layout)
+        self._posed = None
+
+    def is_compiled(self, residual: RuntimeResidual | str) -> bool:
+        """Whether a residual runs on a compiled kernel."""
+        label = residual if isinstance(residual, str) else residual.label
+        if label not in self._derived:
+            raise self._unknown(label)
+        return self._derived[label].compiled is not None
 
     # --- looking --------------------------------------------------------------------------------
 

@@ -17,7 +17,8 @@ from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
 from arael.residuals.reading import Found, Surroundings, parameter_table, reader_for
 from arael.residuals.rows import RowsTable
-from arael.runtime.layout import Table
+from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.layout import Entity, Table
 from arael.runtime.machine import Program
 
 
@@ -29,16 +30,20 @@ class Derived:
     ----------
     kernel : its group, with entities numbered as in `entities`
     entities : (table, prefix) of each entity that it reads
+    states : these entities
     program : what the expression machine runs
+    compiled : what runs in its place, once that has been asked for
     """
 
     residual: RuntimeResidual
     found: Found
     kernel: Kernel
     entities: tuple[tuple[str, str], ...]
+    states: tuple[Entity, ...]
     program: Program
     rows: RowsTable
     table: Table
+    compiled: GroupKernel | None = None
 
 
 def state_of(expression: Expression) -> StateModel | None:
@@ -130,6 +135,7 @@ def derive(
         found,
         kernel,
         entities,
+        tuple(s.entity for s in states),
         Program(kernel.group, [s.entity for s in states], single, natives),
         RowsTable(residual.label, found.data, found.refs),
         table,

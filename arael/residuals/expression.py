@@ -162,6 +162,17 @@ class RuntimeResidual(Expression):
             self._loss, self._loss_tree = before
             raise
 
+    def compile(self) -> None:
+        """Run on a compiled kernel from now on; see `Residuals.compile`."""
+        if self._owner is None:
+            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+        self._owner.compile(self)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether it runs on a compiled kernel."""
+        return self._owner is not None and self._owner.is_compiled(self)
+
     @property
     def cost(self) -> float:
         """Sum of its squared residuals at the present values."""

@@ -14,6 +14,7 @@ from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable
 from arael.residuals.reading import parameter_table
 from arael.runtime.access import Walker
+from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
 from arael.runtime.machine import Program
 from arael.runtime.native_binding import Binding
@@ -34,7 +35,8 @@ class Posed:
     ----------
     layout : the model's layout with the tables, entities and groups of the residuals behind its own
     tables : path -> table
-    programs : per group, what the expression machine runs; None where compiled kernels have it
+    programs : per group, what the expression machine runs, or a kernel of its own; None where the
+        kernels of the model have it
     rows_version : counts changes of the number of rows
     """
 
@@ -66,14 +68,14 @@ class Posed:
             self.tables[path] = ParameterTable(owner.parameters)
         number = {(e.table, e.prefix): k for k, e in enumerate(entities)}
         groups: list[Group] = list(layout.groups)
-        self.programs: list[Program | None] = [None] * len(groups)
+        self.programs: list[Program | GroupKernel | None] = [None] * len(groups)
         for one in derived:
             tables.append(one.table)
             self.tables[one.table.path] = one.rows
             group = one.kernel.group
             uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
             groups.append(msgspec.structs.replace(group, uses=uses))
-            self.programs.append(one.program)
+            self.programs.append(one.compiled or one.program)
         self.layout = msgspec.structs.replace(
             layout, tables=tuple(tables), entities=tuple(entities), groups=tuple(groups)
         )

@@ -3,7 +3,7 @@
 from cython cimport floating
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
-from arael.runtime.kernel cimport KernelTable, Lanes
+from arael.runtime.kernel cimport Kernel, KernelTable, Lanes
 from arael.runtime.natives cimport NativeTable
 
 
@@ -25,9 +25,9 @@ cdef class Evaluation:
     cdef object _keep                     # whatever the pointers below point into
     cdef object _still                    # zeros: the step of who does not move
     cdef object _entities, _groups
-    cdef list _programs                   # per group, machine.Program or None
+    cdef list _programs                   # per group, machine.Program, GroupKernel or None
     cdef Py_ssize_t _group_count, _entity_count
-    cdef const KernelTable* _table        # NULL: everything is interpreted
+    cdef const KernelTable* _table        # kernels of the model, or NULL
     cdef Lanes* _lanes[2]                 # [groups], by state buffer
     cdef const void** _pointers           # state pointers that the lanes refer to
     cdef void** _state[2]                 # [entities]
@@ -38,6 +38,7 @@ cdef class Evaluation:
     cdef Py_ssize_t* _stride              # [entities] state scalars of a row
     cdef uint8_t* _plain                  # [entities] whether a step is just added
     cdef void** _program                  # [groups] machine.Program, or NULL
+    cdef const Kernel** _kernel           # [groups] NULL: the machine or the interpreter runs it
     cdef Py_ssize_t* _width               # [groups] lanes of its data
     cdef uint8_t* _shared                 # [groups] whether all instances read the same rows
     cdef const int64_t* _held             # scalars of the system that do not move
@@ -62,6 +63,7 @@ cdef class Evaluation:
     cdef double norm(self) noexcept nogil
 
     cdef _take_table(self, kernels)
+    cdef _take_kernels(self)
     cdef _allocate(self, Py_ssize_t uses)
     cdef _kept(self, array, dtype)
     cdef _make_states(self, entities, system, stored, dtype)

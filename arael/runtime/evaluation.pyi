@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.instances import Instances
 from arael.runtime.interpreter import GroupInterpreter
 from arael.runtime.layout import Layout
@@ -41,7 +42,7 @@ class Evaluation:
         diagonal_at: NDArray[np.int64],
         kernels: Any,
         natives: NativeTable,
-        programs: Sequence[Program | None] | None = None,
+        programs: Sequence[Program | GroupKernel | None] | None = None,
     ) -> None: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...

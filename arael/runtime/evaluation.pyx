@@ -12,9 +12,10 @@ from libc.string cimport memset
 
 from cython cimport floating
 
-from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes
+from arael.runtime.kernel cimport KERNEL_ABI, Kernel, KernelTable, Lanes
 from arael.runtime.machine cimport Program
 
+from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.instances import in_lanes
 from arael.runtime.machine import WIDTH
 from arael.runtime.interpreter import GroupInterpreter, refresh
@@ -28,6 +29,13 @@ cdef const void* address(array) except? NULL:
     cdef const void* found = view.buf
     PyBuffer_Release(&view)
     return found
+
+
+cdef const KernelTable* table_of(capsule) except NULL:
+    """The kernels in a capsule of a generated module."""
+    if not PyCapsule_IsValid(capsule, "arael.kernels"):
+        raise TypeError(f"expected a capsule `arael.kernels`, found {type(capsule).__name__}")
+    return <const KernelTable*>PyCapsule_GetPointer(capsule, "arael.kernels")
 
 
 cdef double squares(
@@ -98,9 +106,9 @@ cdef class Evaluation:
         None interprets what has no program.
     natives : NativeTable
         The native functions of the model.
-    programs : list of machine.Program or None, one per group
-        What runs on the expression machine. Compiled kernels, if any, are of the groups before the
-        first program, and of the first entities.
+    programs : list of machine.Program, GroupKernel or None, one per group
+        What runs on the expression machine, or on kernels of its own. The compiled kernels of the
+        model, if any, are of the groups before the first of these, and of the first entities.
     """
 
     def __init__(
@@ -123,6 +131,7 @@ cdef class Evaluation:
         self._programs = [None] * self._group_count if programs is None else list(programs)
         self._take_table(kernels)
         self._allocate(sum(len(g.uses) for g in layout.groups))
+        self._take_kernels()
         self._make_states(layout.entities, structure.system, stored, dtype)
         self._make_lanes(layout.groups, structure.placements, instances)
         self.interpreters = Interpreters(layout, instances, structure.placements, dtype, natives)
@@ -151,6 +160,7 @@ cdef class Evaluation:
         free(self._stride)
         free(self._plain)
         free(self._program)
+        free(self._kernel)
         free(self._shared)
         free(self._width)
 
@@ -160,9 +170,7 @@ cdef class Evaluation:
         self._table = NULL
         if kernels is None:
             return
-        if not PyCapsule_IsValid(kernels, "arael.kernels"):
-            raise TypeError(f"expected a capsule `arael.kernels`, found {type(kernels).__name__}")
-        self._table = <const KernelTable*>PyCapsule_GetPointer(kernels, "arael.kernels")
+        self._table = table_of(kernels)
         found = (self._table.abi, bool(self._table.single), self._table.group_count,
                  self._table.entity_count)
         groups = sum(program is None for program in self._programs)
@@ -175,6 +183,27 @@ cdef class Evaluation:
                 f"these kernels do not belong to this model: (abi, single, groups, entities) "
                 f"expected {expected}, found {found}"
             )
+
+    cdef _take_kernels(self):
+        """The kernel of each group that has one, and the lanes that its data is laid out for."""
+        cdef const KernelTable* table
+        cdef Py_ssize_t g
+        for g, program in enumerate(self._programs):
+            self._width[g] = 1
+            if isinstance(program, Program):
+                self._program[g] = <void*>program
+                self._width[g] = WIDTH
+            elif isinstance(program, GroupKernel):
+                table = table_of(program.capsule)
+                if (table.abi != KERNEL_ABI or bool(table.single) != bool(self.single)
+                        or program.number >= table.group_count):
+                    raise ValueError(f"`{self._groups[g].label}` has kernels of another model")
+                self._keep.append(program)
+                self._kernel[g] = &table.groups[<Py_ssize_t>program.number]
+                self._width[g] = table.lanes
+            elif self._table != NULL:
+                self._kernel[g] = &self._table.groups[g]
+                self._width[g] = self._table.lanes
 
     cdef _allocate(self, Py_ssize_t uses):
         cdef Py_ssize_t groups = self._group_count + 1, entities = self._entity_count + 1
@@ -191,10 +220,11 @@ cdef class Evaluation:
         self._plain = <uint8_t*>calloc(entities, 1)
         self._width = <Py_ssize_t*>calloc(groups, sizeof(Py_ssize_t))
         self._program = <void**>calloc(groups, sizeof(void*))
+        self._kernel = <const Kernel**>calloc(groups, sizeof(void*))
         self._shared = <uint8_t*>calloc(groups, 1)
         if not (self._lanes[0] and self._lanes[1] and self._pointers and self._state[0]
                 and self._state[1] and self._delta_at and self._rows and self._moving
-                and self._stored and self._stride and self._plain and self._program
+                and self._stored and self._stride and self._plain and self._program and self._kernel
                 and self._shared and self._width):
             raise MemoryError
 
@@ -224,16 +254,12 @@ cdef class Evaluation:
     cdef _make_lanes(self, groups, placements, instances):
         cdef Py_ssize_t use = 0, which, u
         cdef Lanes* lanes
-        cdef Py_ssize_t native = self._table.lanes if self._table != NULL else 1
         for g, (group, placement, one) in enumerate(
             zip(groups, placements, instances, strict=True)
         ):
-            width = native
-            if self._programs[g] is not None:
-                width = WIDTH
-                self._program[g] = <void*>self._programs[g]
+            width = self._width[g]
+            if self._program[g] != NULL:
                 self._shared[g] = bool((placement.rows == placement.rows[:1]).all())
-            self._width[g] = width
             if width not in placement.lanes:
                 placement.lanes[width] = [
                     in_lanes(a, width)
@@ -299,8 +325,8 @@ cdef class Evaluation:
             return 0
         if self._program[g] != NULL:
             return self._checked((<Program>self._program[g]).cost(lanes))
-        if self._table != NULL and self._table.groups[g].cost != NULL:
-            return self._checked(self._table.groups[g].cost(lanes))
+        if self._kernel[g] != NULL:
+            return self._checked(self._kernel[g].cost(lanes))
         with gil:
             try:
                 return self.interpreters[g].cost(self.states[which])
@@ -316,9 +342,9 @@ cdef class Evaluation:
             lanes = &self._lanes[self.current][g]
             if lanes.n == 0 or self._program[g] != NULL:
                 continue
-            if self._table != NULL and self._table.groups[g].cost != NULL:
-                if self._table.groups[g].guard != NULL:
-                    self._table.groups[g].guard(lanes)
+            if self._kernel[g] != NULL:
+                if self._kernel[g].guard != NULL:
+                    self._kernel[g].guard(lanes)
                 continue
             with gil:
                 try:
@@ -349,8 +375,8 @@ cdef class Evaluation:
             return self._checked(
                 (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
             )
-        if self._table != NULL and self._table.groups[g].linearise != NULL:
-            return self._checked(self._table.groups[g].linearise(lanes, gradient, values))
+        if self._kernel[g] != NULL:
+            return self._checked(self._kernel[g].linearise(lanes, gradient, values))
         with gil:
             try:
                 return self.interpreters[g].linearise(
@@ -523,8 +549,8 @@ cdef class Evaluation:
             )
             self.natives.raise_failure()
             return residuals, entries
-        if self._table != NULL and self._table.groups[g].rows != NULL:
-            self._table.groups[g].rows(
+        if self._kernel[g] != NULL:
+            self._kernel[g].rows(
                 lanes, <void*>address(residuals), <void*>address(entries)
             )
             self.natives.raise_failure()
@@ -538,7 +564,7 @@ cdef class Evaluation:
         interpreter = self.interpreters[g]
         if self._program[g] != NULL:
             return interpreter.acting
-        if self._table == NULL or self._table.groups[g].cost == NULL:
+        if self._kernel[g] == NULL:
             return interpreter.acting
         if interpreter.group.moving_guard is None:
             return interpreter.acting

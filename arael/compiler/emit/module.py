@@ -62,18 +62,25 @@ def emit_module(
     entities: Sequence[Entity],
     kernels: Sequence[Kernel],
     natives: Sequence[str] = (),
+    *,
+    refreshed: bool = True,
 ) -> str:
-    """Cython source of the kernels of a model; the same text for the same model, always."""
+    """Cython source of the kernels of a model; the same text for the same model, always.
+
+    `refreshed`: whether the entities' states are computed here; they are not where the kernels are
+    of constraints added to a model.
+    """
     w = Writer()
     called = sorted({len(args) for k in kernels for args in _native_calls(k)})
     _head(w, name, source, source_hash, precision, "Native, " if called else "")
     if called:
         _natives(w, natives, called)
-    for number, entity in enumerate(entities):
+    own = entities if refreshed else ()
+    for number, entity in enumerate(own):
         emit_refresh(w, number, entity)
     for number, kernel in enumerate(kernels):
         emit_constraint(w, number, kernel, entities)
-    _table(w, precision, entities, kernels)
+    _table(w, precision, own, kernels)
     return w.text()
 
 

@@ -1,0 +1,89 @@
+"""Runtime residuals compiled to kernels, through the compiler and the cache of models."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
+
+import msgspec
+
+from arael.compiler.compiler import Program, emit
+from arael.compiler.groups import Kernel
+from arael.loading import kernels_of
+from arael.residuals.derivation import Derived
+from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.layout import Entity, Layout
+
+
+def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
+    """Compile residuals into one module, or find it in the cache; they run on it from then on.
+
+    Those that differ in their rows and data only, as the dimensions of a sketch do, share a kernel.
+
+    Parameters
+    ----------
+    derived : the residuals
+    layout : of the model, with the native functions that the residuals may call
+
+    Raises
+    ------
+    AraelError
+        E0801-E0803 there is no working C compiler, E0620 the kernels would be too large. Nothing
+        has changed then.
+    """
+    if not derived:
+        return
+    entities: list[Entity] = []
+    shared: dict[Hashable, int] = {}
+    kernels: list[Kernel] = []
+    numbers = []
+    for one in derived:
+        kernel = _numbered(one, entities)
+        number = shared.setdefault(_code_of(kernel, entities), len(kernels))
+        if number == len(kernels):
+            kernels.append(kernel)
+        numbers.append(number)
+    whole = msgspec.structs.replace(
+        layout,
+        name=f"{layout.name}_residuals",
+        source=f"residuals of {layout.name}",
+        tables=(),
+        entities=tuple(entities),
+        groups=tuple(kernel.group for kernel in kernels),
+        passes=(),
+        blocks=(),
+    )
+    source = emit(Program(whole, tuple(kernels)), "of formulas given at run time", refreshed=False)
+    capsule = kernels_of(whole, source)
+    for number, one in zip(numbers, derived, strict=True):
+        one.compiled = GroupKernel(capsule, number)
+
+
+def _code_of(kernel: Kernel, entities: Sequence[Entity]) -> Hashable:
+    """All that the code of a kernel depends on: residuals of one form have one kernel in common."""
+    group = kernel.group
+    used = [use.entity for use in group.uses]
+    return (
+        group.residuals,
+        group.states,
+        group.data_count,
+        group.uniform_count,
+        group.jacobian,
+        tuple((entities[e].state, entities[e].tangent, used.index(e)) for e in used),
+        kernel.gradient,
+        kernel.products,
+        kernel.rolled,
+        *((t.ops, t.args, t.constants, t.outputs) for t in (kernel.cost, kernel.linearise)),
+    )
+
+
+def _numbered(derived: Derived, entities: list[Entity]) -> Kernel:
+    """The kernel of a residual with entities numbered as in `entities`, which may grow."""
+    numbers = []
+    for entity in derived.states:
+        if entity not in entities:
+            entities.append(entity)
+        numbers.append(entities.index(entity))
+    group = derived.kernel.group
+    uses = tuple(msgspec.structs.replace(u, entity=numbers[u.entity]) for u in group.uses)
+    return replace(derived.kernel, group=msgspec.structs.replace(group, uses=uses))
