@@ -48,6 +48,14 @@ class Expression:
         problem = self._name_rule(label)
         if problem:
             raise error("E0760", f"{label!r:.60} cannot be a label: {problem}", "label")
+        for what, given in (("parameters", parameters), ("data", data), ("entities", entities)):
+            if given is not None and not isinstance(given, Mapping):
+                raise error(
+                    "E0760",
+                    f"{what} are given by name, found {type(given).__name__}",
+                    label,
+                    f'write `{what}={{"name": ...}}`',
+                )
         self.label = label
         self._owner: Residuals | None = None
         self._text, self._tree = text, parsed(text, label)
