@@ -54,7 +54,7 @@ class Bodies:
     def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:
         """A `fit` of the root: a constraint on each element of a collection."""
         start = Entity((), root)
-        found = self.paths.walk(start, node.collection, own=True)
+        found = self.paths.walk(start, node.collection, own=True, through=True)
         if isinstance(found, Broken):
             return None
         if not isinstance(found, Collection):

@@ -15,7 +15,7 @@ def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> tuple[str
     root = Entity((), sites.root.place)
     for member in sites.root.place.struct.marginalize:
         for path in member.paths:
-            found = paths.walk(root, path, own=True)
+            found = paths.walk(root, path, own=True, through=True)
             if isinstance(found, Entity):
                 report.error(
                     "E0411",

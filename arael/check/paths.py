@@ -115,16 +115,21 @@ class Paths:
             return BROKEN
         return found
 
-    def walk(self, home: Entity, path: tree.Path, *, own: bool) -> Entity | Collection | Broken:
+    def walk(
+        self, home: Entity, path: tree.Path, *, own: bool, through: bool = False
+    ) -> Entity | Collection | Broken:
         """Where `path` leads from `home`.
 
         `own` lets it start at a field of `home`; a path that may start at ``root``, ``parent`` or
-        the root's own name always can.
+        the root's own name always can. `through` lets it lead on through a collection, meaning
+        every element.
         """
         here: Entity | Collection = home
         for i, part in enumerate(path.parts):
             if isinstance(here, Collection):
-                return self._through_collection(path, i, here)
+                if not through:
+                    return self._through_collection(path, i, here)
+                here = Entity((), here.site.place)
             found = self._first(home, part, own) if i == 0 else self._part(here, part, path)
             if isinstance(found, Broken):
                 return BROKEN

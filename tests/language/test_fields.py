@@ -189,6 +189,32 @@ def test_a_fit_is_a_constraint_on_each_element(tmp_path: Path, fit: str, instead
     np.testing.assert_allclose(short.hessian(), long.hessian(), rtol=1e-12)
 
 
+NESTED = """
+struct Mark { m: real; CONSTRAINT }
+struct Info { marks: list of Mark; w: real }
+struct Pose { param x: real; infos: list of Info }
+root R { param a: real = 0; poses: list of Pose; FIT }
+"""
+
+
+def test_a_fit_of_a_nested_collection(tmp_path: Path) -> None:
+    """It runs over all elements of all rows, which see what holds them."""
+    data = [
+        {"x": k, "infos": [{"w": w, "marks": [{"m": m} for m in range(w)]} for w in (1, 2)]}
+        for k in range(3)
+    ]
+    body = "{ MARK.parent.w * (MARK.parent.parent.x - root.a) - MARK.m }"
+    fit = f"fit poses.infos.marks as e {body.replace('MARK', 'e')}"
+    own = f"constraint c {body.replace('MARK', 'self')}"
+    models = [
+        loaded(tmp_path, NESTED.replace("CONSTRAINT", c).replace("FIT", f))(poses=data)
+        for c, f in (("", fit), (own, ""))
+    ]
+    assert models[0].cost() == pytest.approx(models[1].cost(), rel=1e-13)
+    assert models[0].cost() > 1
+    np.testing.assert_allclose(models[0].hessian(), models[1].hessian(), rtol=1e-12)
+
+
 def test_two_fits_of_one_collection_have_labels_of_their_own(tmp_path: Path) -> None:
     fits = "fit data as e { a * e.x - e.y }\n fit data as e { b - e.y }"
     labels = list(loaded(tmp_path, FIT.replace("FIT", fits))(data=ENTRIES).cost_table())
@@ -222,6 +248,19 @@ def test_what_cannot_be_marginalized(tmp_path: Path, clause: str, code: str) -> 
     root R { points: list of Point; plain: list of Plain; gain: real = 1; CLAUSE }
     """
     assert refusal(tmp_path, text.replace("CLAUSE", clause)).code == code
+
+
+def test_a_nested_collection_may_be_marginalized(tmp_path: Path) -> None:
+    text = """
+    struct Mark { param m: real; constraint c { [m - 1, m - parent.x] } }
+    struct Pose { param x: real; marks: list of Mark; constraint c { x - root.gain } }
+    root R { poses: list of Pose; gain: real = 3; marginalize poses.marks }
+    """
+    made = loaded(tmp_path, text)
+    assert made.layout.marginalize == ("poses.marks",)
+    model = made(poses=[{"x": 0, "marks": [{"m": 0}] * 2}, {"x": 1, "marks": [{"m": 5}]}])
+    model.solve(solver="schur", rel_precision=1e-12)
+    assert model.poses.x.value == pytest.approx([2, 7 / 3], abs=1e-8)
 
 
 def test_marginalize_changes_nothing_of_the_solution(tmp_path: Path) -> None:
