@@ -5,6 +5,7 @@ from __future__ import annotations
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
 from arael.check.reading import bind_field
+from arael.check.stored import as_stored
 from arael.check.suggest import nearest
 from arael.check.typed import (
     QUATERNION,
@@ -98,7 +99,7 @@ def attribute(t: Typist, node: tree.Attribute) -> Binding:
 
 def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
     struct = entity.place.struct
-    if node.name in struct.fields:
+    if node.name in struct.fields or node.name in struct.formulas:
         return bind_field(t, entity, node.name, node.span)
     if node.name == "parent":
         owner = t.paths.owner(entity)
@@ -109,7 +110,7 @@ def _of_entity(t: Typist, node: tree.Attribute, entity: Entity) -> Binding:
         )
     if node.name in t.declarations.broken:
         return BROKEN
-    near = nearest(node.name, struct.fields)
+    near = nearest(node.name, [*struct.fields, *struct.formulas])
     stored = node.name.removesuffix("_value")
     if stored != node.name and stored in struct.fields:
         near = f"{stored}.value"
@@ -199,6 +200,8 @@ def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
         t.units.read(stored, t.units.fields.get(id(value)))
         t.origins.update({id(stored): label for label in t.origin(value)})
         return t.make(stored)
+    if id(value) in t.symbolic:
+        return as_stored(t, value)
     return t.fail(
         "E0308",
         node.name_span,

@@ -86,6 +86,14 @@ def _exists(
             label="a block of what?",
             help=did_you_mean(entity.id, [*declarations.structs, *refs]),
         )
+    elif target.component:
+        report.error(
+            "E0410",
+            entity.span,
+            f"the component {target.name} has no block of its own",
+            label="its parameters belong to the struct that has it",
+            help=["name the struct that has the component"],
+        )
     elif not target.has_params:
         report.error(
             "E0410",

@@ -6,6 +6,7 @@ from pathlib import PurePath
 
 from arael.check.blocks import check_blocks, named_blocks
 from arael.check.bodies import Bodies, fit_names
+from arael.check.components import Components, check_members
 from arael.check.constants import Constants
 from arael.check.containment import check_containment
 from arael.check.declared import Declarations
@@ -63,6 +64,11 @@ def check(
     paths = Paths(sites, report)
     check_refs(sites, paths)
     blocks = {id(place): named_blocks(place, paths, report) for place in sites.places()}
+    components = {
+        id(place): Components(paths, constants, report).of(place)
+        for place in sites.places()
+        if not place.struct.component
+    }
     constraints = _constraints(sites, paths, constants, blocks, report)
     marginalized = check_marginalize(sites, paths, report)
     passes = Passes(sites, paths, constants, report).all()
@@ -72,7 +78,7 @@ def check(
     warn_unread_parameters(sites, constraints, report)
     report.in_order()
     tables = build_tables(sites, paths)
-    entities = build_entities(sites, tables)
+    entities = build_entities(sites, tables, components)
     return TypedModel(
         name=PurePath(file.source.name).stem,
         root=chosen.name,
@@ -96,6 +102,7 @@ def declare(declarations: Declarations, constants: Constants, report: Reporter) 
         sort_members(struct, report)
         declare_fields(fields, struct)
         check_keys(struct, report)
+    check_members(declarations, report)
     for struct in declarations.structs.values():
         check_blocks(struct, declarations, report)
 

@@ -27,6 +27,7 @@ class FieldDecl:
     text : the type as declared, for messages (``vec3 [m]``)
     shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
     struct : name of the struct held by value, collected or referred to
+    component : whether `struct` is a component, which moves with the entity that holds it
     quantity : what is known of the unit of its values; `unit` is the text
     """
 
@@ -41,6 +42,7 @@ class FieldDecl:
     struct: str = ""
     collection: Literal["list", "deque", "arena"] = "list"
     param: Param | None = None
+    component: bool = False
     default: tuple[float, ...] | str | None = None
     quantity: Quantity = UNKNOWN
 
@@ -57,7 +59,7 @@ class FieldDecl:
 
 @dataclass(eq=False)
 class StructDecl:
-    """A struct or root with its members sorted by kind."""
+    """A struct, root or component with its members sorted by kind."""
 
     node: tree.Struct
     fields: dict[str, FieldDecl] = field(default_factory=dict)
@@ -65,7 +67,14 @@ class StructDecl:
     fits: list[tree.Fit] = field(default_factory=list)
     marginalize: list[tree.Marginalize] = field(default_factory=list)
     solve: tree.Solve | None = None
+    formulas: dict[str, tree.Symbolic | tree.Compute] = field(default_factory=dict)
+    update: tree.Update | None = None
     key: str = ""
+
+    @property
+    def component(self) -> bool:
+        """Whether this is a component: a parameter of the entity that holds it."""
+        return self.node.kind == "component"
 
     @property
     def name(self) -> str:
@@ -75,7 +84,7 @@ class StructDecl:
     @property
     def has_params(self) -> bool:
         """Whether the struct itself has parameters; not those of structs within it."""
-        return any(f.param is not None for f in self.fields.values())
+        return any(f.param is not None or f.component for f in self.fields.values())
 
 
 @dataclass(eq=False)

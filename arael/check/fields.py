@@ -97,14 +97,14 @@ class Fields:
                 )
             return self._named(node, type_.inner, text, optional=True)
         if isinstance(type_, tree.CollectionType):
-            if not self._struct(type_.element, f"`{type_.kind} of` takes a struct"):
+            if not self._held(type_.element, f"`{type_.kind} of` takes a struct"):
                 return None
             return FieldDecl(
                 name, node, "collection", text, struct=type_.element.name, collection=type_.kind
             )
         if isinstance(type_, tree.RefType):
             target = tree.NamedType(name=type_.target.id, span=type_.target.span)
-            if not self._struct(target, "a ref points to a struct"):
+            if not self._held(target, "a ref points to a struct"):
                 return None
             return FieldDecl(name, node, "ref", text, struct=type_.target.id)
         assert not plain
@@ -140,6 +140,13 @@ class Fields:
             )
         if not self._struct(type_, ""):
             return None
+        if self.declarations.structs[type_.name].component:
+            return self._wrong(
+                type_.span,
+                f"`{type_.name}` is a component",
+                "a component is a parameter",
+                f"write `param {name}: {type_.name}`",
+            )
         if node.role == "skip":
             return self._wrong(
                 type_.span,
@@ -165,13 +172,16 @@ class Fields:
             return FieldDecl(
                 name, node, "column", text, value, shape_of(value), unit=unit, param=param
             )
-        if value is None and type_.name not in self.declarations.structs:
+        held = self.declarations.structs.get(type_.name)
+        if value is None and held is None:
             self._unknown(type_)
             return None
+        if held is not None and held.component:
+            return FieldDecl(name, node, "struct", text, struct=held.name, component=True)
         help_ = f"a parameter is: real, vec2, vec3, vec<n>, {', '.join(PARAM_TYPES)}"
         if type_.name == "quat":
             help_ = "write `quaternion` for a parameter"
-        elif type_.name in self.declarations.structs:
+        elif held is not None:
             help_ = f"leave `param` out: the parameters within {type_.name} are found"
         return self._wrong(
             type_.span, f"`{type_.name}` cannot be a parameter", "not solvable", help_
@@ -195,6 +205,19 @@ class Fields:
             return False
         if struct.node.kind == "root":
             self._wrong(type_.span, f"`{name}` is a root", "a root is held by nothing")
+            return False
+        return True
+
+    def _held(self, type_: tree.NamedType, need: str) -> bool:
+        if not self._struct(type_, need):
+            return False
+        if self.declarations.structs[type_.name].component:
+            self._wrong(
+                type_.span,
+                f"{need}, found the component `{type_.name}`",
+                "a component is a parameter",
+                f"wrap it: `struct Item {{ param x: {type_.name} }}`",
+            )
             return False
         return True
 

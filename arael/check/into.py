@@ -173,7 +173,7 @@ class IntoRule:
         for part in site.residual:
             here: dict[Key, Place] = {}
             for one in postorder([part]):
-                if isinstance(one, Read) and one.version == "trial":
+                if isinstance(one, Read) and one.version == "trial" and one.parameter:
                     entity = self._entity(site, one)
                     here[site.slots[one.slot].steps, entity.prefix] = entity
             read.update(here)
@@ -261,7 +261,11 @@ class IntoRule:
     def _entity(self, site: ConstraintSite, read: Read) -> Place:
         """The place whose parameter is read: the innermost that the column lies in."""
         table = self.sites.tables[site.slots[read.slot].table]
-        around = [p for p in table.places() if read.column.startswith(p.prefix)]
+        around = [
+            p
+            for p in table.places()
+            if read.column.startswith(p.prefix) and not p.struct.component
+        ]
         return max(around, key=lambda p: len(p.prefix))
 
     def _wrong(

@@ -93,16 +93,6 @@ class Gathering:
             self.found.consts[name] = item
         elif isinstance(item, tree.Function):
             self.found.functions[name] = item
-        elif item.kind == "component":
-            self.found.broken.add(name)
-            self.report.error(
-                "E0901",
-                item.name.span,
-                f"component `{name}`: components are part of the language, but this version "
-                "does not compile them",
-                label="declared here",
-                help=["use a built-in parameter type: rotation, quaternion, euler, angle, vec<n>"],
-            )
         else:
             self.found.structs[name] = StructDecl(item)
 

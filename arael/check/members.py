@@ -31,6 +31,13 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
                 struct.fits.append(member)
             case tree.Marginalize():
                 struct.marginalize.append(member)
+            case tree.Symbolic() | tree.Compute():
+                _own_name(member.name, fields, "E0207", "field", report)
+                struct.formulas.setdefault(member.name.id, member)
+            case tree.Update():
+                if struct.update is not None:
+                    _twice(member.span, "`update` is given twice", struct.update.span, report)
+                struct.update = member
             case tree.Solve():
                 if struct.solve is not None:
                     _twice(member.span, "`solve` is given twice", struct.solve.span, report)

@@ -56,6 +56,15 @@ class TableSite:
             waiting.extend(reversed(list(place.values.values())))
 
 
+def stored_fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:
+    """What an entity stores: its own parameters, and all that its components have."""
+    for declared in place.struct.fields.values():
+        if declared.component:
+            yield from stored_fields(place.values[declared.name])
+        elif declared.kind == "column" and (declared.param or place.struct.component):
+            yield place, declared
+
+
 class Sites:
     """All tables of a model, owners before what they own."""
 

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue
 from arael.check.declared import FieldDecl
+from arael.check.scope import ComponentScope
 from arael.check.typed import BOOL, Apply, Present, Read, Typed
 from arael.diagnostics.records import Label, Span
+from arael.syntax import tree
 
 if TYPE_CHECKING:
     from arael.check.typist import Typist
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
 def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
     """What the field `name` of `entity` stands for."""
+    if name in entity.place.struct.formulas:
+        return bind_formula(t, entity, name, span)
     field = entity.place.struct.fields[name]
     if field.kind == "struct":
         return Entity(entity.steps, entity.place.values[name], entity.holder)
@@ -51,6 +55,8 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
             return _unguarded(t, span, optional, field, entity)
     assert field.type is not None
     version, kind = ("trial", field.param.kind) if field.param else ("data", "")
+    if entity.place.struct.component:
+        version = "trial"  # what a component carries moves with it
     node = Read(
         type=field.type,
         span=span,
@@ -62,6 +68,51 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
     t.units.read(node, field)
     t.origins[id(node)] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
     return t.make(node)
+
+
+def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
+    """A ``symbolic`` field written out, or the kept value of a ``compute`` field."""
+    place = entity.place
+    node = place.struct.formulas[name]
+    for optional in place.optionals:
+        if (entity.steps, optional) not in t.facts:
+            first = next(iter(place.struct.fields.values()))
+            return _unguarded(t, span, optional, first, entity)
+    key = (entity.steps, place.prefix + name)
+    if key not in t.formulas:
+        t.formulas[key] = None
+        with t.inside(f"{place.struct.name}.{name}", span, scope_within(t, entity)):
+            t.formulas[key] = t.value(node.value)
+        value = t.formulas[key]
+        if isinstance(value, Typed):
+            t.kept.append(value)
+            if isinstance(node, tree.Symbolic):
+                t.symbolic.add(id(value))
+    value = t.formulas[key]
+    if value is None:
+        t.formulas[key] = BROKEN
+        return t.fail(
+            "E0442",
+            node.name.span,
+            f"`{name}` of the component {place.struct.name} needs itself",
+            label="goes in a circle",
+            labels=[Label(span, "needed again here")],
+            help=["let each formula be made of parameters, carried data and formulas before it"],
+        )
+    if isinstance(value, Broken) or isinstance(node, tree.Symbolic):
+        return value
+    kept = Read(
+        type=value.type, span=span, slot=t.slots.of(entity), column=key[1], version="computed"
+    )
+    t.units.known[id(kept)] = t.units.of(value)
+    return t.make(kept)
+
+
+def scope_within(t: Typist, entity: Entity) -> ComponentScope:
+    """Names inside the formulas of a component."""
+    return ComponentScope(
+        t.declarations, entity, lambda *use: bind_field(t, *use), t.constant
+    )
 
 
 def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:

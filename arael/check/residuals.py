@@ -71,9 +71,10 @@ def check_parameters(
     """Whether a residual reads a parameter, as far as the model's parameters could be read."""
     if t.declarations.broken:
         return True
-    if any(isinstance(n, Read) and n.version == "trial" for n in postorder(residual)):
+    reads = [n for n in postorder(residual) if isinstance(n, Read)]
+    if any(n.version == "trial" and n.parameter for n in reads):
         return True
-    stored = [n for n in postorder(residual) if isinstance(n, Read) and n.version == "stored"]
+    stored = [n for n in reads if n.version == "stored"]
     name = node.name if isinstance(node, tree.Constraint) else node.collection
     t.fail(
         "E0601",

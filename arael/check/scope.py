@@ -157,6 +157,42 @@ class BodyScope:
         return []
 
 
+@dataclass
+class ComponentScope:
+    """Inside the formulas and the update of a component: its own members, and constants."""
+
+    declarations: Declarations
+    own: Entity
+    bind: FieldBinder
+    constant: ConstantBinder
+
+    def candidates(self, name: str) -> list[Candidate]:
+        """Everything that `name` may mean, first in order first."""
+        struct = self.own.place.struct
+        found = []
+        member = struct.formulas.get(name)
+        span = member.name.span if member is not None else None
+        if name in struct.fields:
+            span = struct.fields[name].span
+        if span is not None:
+            what = f"a member of {struct.name}"
+            found.append(Candidate(what, span, lambda use: self.bind(self.own, name, use)))
+        if name in self.declarations.consts:
+            found.append(_const(self.declarations, self.constant, name))
+        return found
+
+    def names(self) -> Iterable[str]:
+        """Names that a misspelt one may have meant."""
+        struct = self.own.place.struct
+        return [*struct.fields, *struct.formulas, *self.declarations.consts]
+
+    def advice(self, name: str) -> list[str]:
+        """What to do about the unknown name `name`."""
+        if name in ("root", "parent", "self"):
+            return ["a component sees its own members and constants; carry what it needs as data"]
+        return []
+
+
 def _const(declarations: Declarations, constant: ConstantBinder, name: str) -> Candidate:
     span = declarations.consts[name].name.span
     return Candidate("a constant", span, lambda use: constant(name, use))

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from arael.check.blocks import NamedBlock
 from arael.check.declared import FieldDecl
 from arael.check.paths import Paths
-from arael.check.places import Place, Sites, TableSite
-from arael.check.typed import EntitySite, ScalarType
+from arael.check.places import Place, Sites, TableSite, stored_fields
+from arael.check.typed import ComponentSite, EntitySite, ScalarType
 from arael.runtime.layout import Block, BlockEnd, ByValue, Column, Slot, Table
 
 
@@ -25,20 +25,25 @@ def build_tables(sites: Sites, paths: Paths) -> tuple[Table, ...]:
     return tuple(_table(site, paths) for site in sites.tables.values())
 
 
-def build_entities(sites: Sites, tables: tuple[Table, ...]) -> tuple[EntitySite, ...]:
-    """Every place of a struct with parameters, in the order of tables."""
-    by_path = {t.path: {c.path: c for c in t.columns if c.param is not None} for t in tables}
+def build_entities(
+    sites: Sites, tables: tuple[Table, ...], components: Mapping[int, tuple[ComponentSite, ...]]
+) -> tuple[EntitySite, ...]:
+    """Every place of a struct with parameters, in the order of tables.
+
+    `components` has those of each place, by the identity of the place.
+    """
+    by_path = {t.path: {c.path: c for c in t.columns if c.role != "present"} for t in tables}
     found = []
     for place in sites.places():
-        if place.struct.has_params:
+        if place.struct.has_params and not place.struct.component:
             columns = by_path[place.table.path]
-            own = (f for f in place.struct.fields.values() if f.param is not None)
             found.append(
                 EntitySite(
                     place.struct.name,
                     place.table.path,
                     place.prefix,
-                    tuple(columns[place.column(f)] for f in own),
+                    tuple(columns[p.column(f)] for p, f in stored_fields(place)),
+                    components[id(place)],
                 )
             )
     return tuple(found)

@@ -101,8 +101,9 @@ class Literal_(Typed):
 class Read(Typed):
     """A column reached through a slot.
 
-    `version` is ``trial`` for a parameter under optimisation, ``stored`` for what it held when the
-    solve began (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the
+    `version` is ``trial`` for a parameter under optimisation and for what a component carries,
+    ``computed`` for a ``compute`` field, ``stored`` for what a parameter held when the solve began
+    (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the
     column (``euler``, ``rotation``, ...) or "" for data: an ``euler`` or ``angle`` reads as its
     angles (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion, ``direction`` as a vec3,
     ``transform`` and ``similarity`` as transforms.
@@ -110,7 +111,7 @@ class Read(Typed):
 
     slot: int
     column: str
-    version: Literal["trial", "stored", "data"]
+    version: Literal["trial", "computed", "stored", "data"]
     parameter: str = ""
 
 
@@ -234,13 +235,47 @@ class Invoke(Typed):
 
 
 @dataclass(frozen=True)
+class Assignment:
+    """A step of an update: what the column holds from now on; a number fills a vector."""
+
+    column: str
+    value: Typed
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A ``compute`` field: a value kept with each row, read as the column of that path."""
+
+    column: str
+    value: Typed
+
+
+@dataclass(frozen=True)
+class ComponentSite:
+    """A component at one place. Its expressions read the row of its entity, through slot 0.
+
+    `moved` are the parameters of it and of those within it: where a step moves one of them, the
+    `updates` are carried out one after the other.
+    """
+
+    moved: tuple[str, ...]
+    updates: tuple[Assignment, ...]
+    computed: tuple[Computed, ...]
+
+
+@dataclass(frozen=True)
 class EntitySite:
-    """A struct with parameters at one place. Parameter columns are those of its own prefix."""
+    """A struct with parameters at one place.
+
+    Columns are the parameters of its own prefix, and all that its components store: columns of
+    theirs without `param` are carried along. Components within others come first.
+    """
 
     struct: str
     table: str
     prefix: str  # "" or "info." with the dot
     columns: tuple[Column, ...]
+    components: tuple[ComponentSite, ...] = ()
 
 
 @dataclass(frozen=True)

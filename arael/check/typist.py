@@ -73,6 +73,10 @@ class Typist:
     units: Units = field(default_factory=Units)
     expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
     kept: list[Typed] = field(default_factory=list)  # alive as long as `expanded` knows their ids
+    formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
+        default_factory=dict
+    )  # formulas of components by row and path; None while one is being typed
+    symbolic: set[int] = field(default_factory=set)  # identities of `symbolic` values
     _depths: dict[int, tuple[int, Typed]] = field(default_factory=dict)
 
     @property

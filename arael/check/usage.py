@@ -25,9 +25,13 @@ def warn_unused_structs(declarations: Declarations, report: Reporter) -> None:
             report.warning(
                 "W0401",
                 struct.node.name.span,
-                f"struct `{name}` is never used",
+                f"{struct.node.kind} `{name}` is never used",
                 label="no root holds it",
-                help=[f"add `items: list of {name}` to the root, or remove it"],
+                help=[
+                    f"add `param x: {name}` to a struct or the root, or remove it"
+                    if struct.component
+                    else f"add `items: list of {name}` to the root, or remove it"
+                ],
             )
 
 

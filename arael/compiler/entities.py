@@ -8,13 +8,16 @@ observation than to read.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import prod
 from typing import cast
 
 from arael.check.typed import EntitySite
-from arael.runtime.layout import Entity, ParamUse
+from arael.compiler.components import CARRIED, computed, updated
+from arael.runtime.layout import Entity, Param, ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import ParameterType, parameter_type
 from arael.symbolic.parameters.kind import numbered
+from arael.symbolic.parameters.plain import plain
 
 # A derivative of a cached value that takes more operations than this is cached as well: reading a
 # scalar per lane costs about as much as two or three vector operations.
@@ -47,8 +50,8 @@ def model_state(site: EntitySite) -> StateModel:
     uses: list[ParamUse] = []
     stored_total = tangent_total = 0
     for column in site.columns:
-        param = column.param
-        assert param is not None
+        # What a component carries is stored like a parameter that no step moves.
+        param = column.param or Param(CARRIED, prod(column.shape), 0)
         uses.append(
             ParamUse(
                 column.path, param.kind, stored_total, param.stored, tangent_total, param.tangent
@@ -69,10 +72,12 @@ def model_state(site: EntitySite) -> StateModel:
         kind = _type_of(use)
         stored = stored_in[use.stored_start : use.stored_start + use.stored]
         step = step_in[use.tangent_start : use.tangent_start + use.tangent]
-        outputs += kind.retract(move, stored, step)
+        outputs += kind.retract(move, stored, step) if use.tangent else stored
         short = use.column.removeprefix(site.prefix)
         names += [short + suffix for suffix in kind.stored_names]
-        tangent_names += [short + suffix for suffix in kind.tangent_names]
+        tangent_names += [short + suffix for suffix in kind.tangent_names[: use.tangent]]
+
+    outputs = updated(move, uses, outputs, step_in, site.components)
 
     tangents: list[dict[int, int]] = [{} for _ in range(stored_total)]
     caches: dict[str, dict[str, tuple[int, ...]]] = {}
@@ -91,7 +96,8 @@ def model_state(site: EntitySite) -> StateModel:
             names += _cache_names(short, name, len(nodes))
             tangents += [{} for _ in nodes]
         stored = [see.input(o) for o in offsets]
-        for offset, row in zip(offsets, kind.tangent(see, stored, seen), strict=True):
+        rows = kind.tangent(see, stored, seen) if use.tangent else [{} for _ in stored]
+        for offset, row in zip(offsets, rows, strict=True):
             tangents[offset] = {use.tangent_start + k: node for k, node in row.items()}
         pending.append((use, seen, stored))
 
@@ -112,6 +118,12 @@ def model_state(site: EntitySite) -> StateModel:
                             )
                         node = see.input(extra[node])
                     tangents[offset][use.tangent_start + k] = node
+    stored_at = {u.column: u for u in uses}
+    for column, values in computed(move, uses, outputs[:stored_total], site.components).items():
+        stored_at[column] = ParamUse(column, "computed", len(outputs), len(values), 0, 0)
+        outputs += values
+        short = column.removeprefix(site.prefix)
+        names += [f"{short}{suffix}" for suffix in numbered(len(values))]
     tangents += [{} for _ in range(len(outputs) - len(tangents))]
 
     entity = Entity(
@@ -130,12 +142,15 @@ def model_state(site: EntitySite) -> StateModel:
             ],
         ),
         tangent_names=tuple(tangent_names),
+        updated=any(component.updates for component in site.components),
     )
-    return StateModel(entity, caches, see, tangents, names, {u.column: u for u in uses})
+    return StateModel(entity, caches, see, tangents, names, stored_at)
 
 
 def _type_of(use: ParamUse) -> ParameterType:
-    return parameter_type(f"vec{use.stored}" if use.kind == "vec" else use.kind)
+    if use.kind in ("vec", CARRIED):
+        return plain(f"vec{use.stored}", use.stored)
+    return parameter_type(use.kind)
 
 
 def see_inputs(see: Graph, nodes: list[int]) -> list[int]:

@@ -23,7 +23,8 @@ def split(guard: Typed | None) -> tuple[Typed | None, Typed | None]:
     still: Typed | None = None
     moving: Typed | None = None
     for part in _conjuncts(guard):
-        if any(isinstance(n, Read) and n.version == "trial" for n in postorder([part])):
+        reads = [n for n in postorder([part]) if isinstance(n, Read)]
+        if any(n.version in ("trial", "computed") for n in reads):
             moving = _joined(moving, part)
         else:
             still = _joined(still, part)

@@ -40,7 +40,7 @@ class Transforms:
         return self._matrices[id(e)]
 
     def _matrix(self, e: Typed) -> Matrix:
-        if isinstance(e, Read) and e.version == "trial":
+        if isinstance(e, Read) and e.version == "trial" and e.parameter:
             return linear.matrix(self.cached(e), 3, 3)
         if isinstance(e, Apply) and e.name == "inverse":
             return linear.transpose(self.matrix(e.args[0]))

@@ -153,7 +153,7 @@ class Scalariser:
             return apply(g, e.name, [a.type for a in e.args], args)
 
     def _read(self, e: Read) -> Nodes:
-        if e.version == "trial":
+        if e.version in ("trial", "computed"):
             offsets = self.uses.stored(e.slot, e.column)
             return [self.graph.input(StateInput(use, offset)) for use, offset in offsets]
         return [self.graph.input(RawInput(e.slot, e.column, k)) for k in range(width(e.type))]

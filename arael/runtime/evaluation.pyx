@@ -66,7 +66,7 @@ cdef void add_step(
 
 def is_plain(entity):
     """Whether all that a row holds is reals that a step is added to."""
-    return entity.stored == entity.tangent == entity.state and all(
+    return not entity.updated and entity.stored == entity.tangent == entity.state and all(
         use.kind in ("real", "vec") for use in entity.params
     )
 

@@ -50,7 +50,8 @@ class Param(msgspec.Struct, frozen=True):
     """How a column is solved for.
 
     `stored` scalars hold the value, `tangent` scalars are solved for; `parts` of them have
-    `optimize` flags of their own. Bounds are one number per tangent scalar, or None where open;
+    `optimize` flags of their own. What a component carries along is ``carried``: no column is, but
+    its use in an entity, without tangent. Bounds are one number per tangent scalar, or None where open;
     only plain parameters have them.
     """
 
@@ -64,6 +65,7 @@ class Param(msgspec.Struct, frozen=True):
         "direction",
         "transform",
         "similarity",
+        "carried",
     ]
     stored: int
     tangent: int
@@ -167,7 +169,8 @@ class Entity(msgspec.Struct, frozen=True):
     """A struct with parameters at one place.
 
     `refresh` computes the state of a row from its stored scalars and a step: inputs are the stored
-    scalars, then the tangent step; outputs the whole state (new stored scalars first).
+    scalars, then the tangent step; outputs the whole state (new stored scalars first). It carries
+    out the updates of components as well; `updated` says that there are some.
     """
 
     struct: str
@@ -179,6 +182,7 @@ class Entity(msgspec.Struct, frozen=True):
     state: int
     refresh: Tape
     tangent_names: tuple[str, ...]  # "pos.x", "ea.z"
+    updated: bool = False
 
 
 class Slot(msgspec.Struct, frozen=True):

@@ -30,7 +30,8 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
         table = store.tables[entity.table]
         for use in entity.params:
             moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
-            moved = moves.any(axis=1)
+            # What is carried along changes only with a parameter of its component.
+            moved = (moves if use.tangent else blocks.free).any(axis=1)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values)
@@ -41,7 +42,8 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
 def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
     """Values within bounds to the last bit; a step onto a bound may end a rounding beyond."""
     param = store.layout.table(entity.table).column(column).param
-    assert param is not None
+    if param is None:
+        return values
     for k, low in enumerate(param.low):
         if low is not None:
             values[:, k] = np.maximum(values[:, k], low)

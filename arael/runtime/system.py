@@ -126,7 +126,7 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
     table = store.tables[entity.table]
     free = np.zeros((table.size, entity.tangent), dtype=bool)
     for use in entity.params:
-        if is_frozen(entity.table, use.column, frozen):
+        if not use.tangent or is_frozen(entity.table, use.column, frozen):
             continue
         mask = np.array(table.free(use.column), dtype=bool)
         free[:, use.tangent_start : use.tangent_start + use.tangent] = mask[:, None]
@@ -188,7 +188,8 @@ def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats
     found = np.full(entity.tangent, open_end)
     for use in entity.params:
         param = layout.table(entity.table).column(use.column).param
-        assert param is not None
+        if param is None:
+            continue
         for k, bound in enumerate(param.high if end else param.low):
             if bound is not None:
                 found[use.tangent_start + k] = bound
