@@ -55,8 +55,8 @@ def derive(
     model: TypedModel, source: str, precision: str | None = None, warnings: tuple[str, ...] = ()
 ) -> Program:
     """Typed model to IR: residuals and their derivatives as straight-line programs."""
-    states: list[StateModel] = [model_state(site) for site in model.entities]
     functions = Functions(model.functions)
+    states: list[StateModel] = [model_state(site, functions) for site in model.entities]
     single = (precision or model.precision) == "f32"
     kernels = tuple(
         compile_constraint(site, states, single, functions) for site in model.constraints

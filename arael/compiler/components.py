@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from arael.check.typed import ComponentSite, Read, Typed
-from arael.compiler.scalarise import Nodes, Scalariser
+from arael.compiler.scalarise import Calls, Nodes, Scalariser
+from arael.diagnostics.records import Span
 from arael.runtime.layout import ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import parameter_type
@@ -28,9 +29,9 @@ class _RowScalariser(Scalariser):
     """Scalarises what reads the row at hand: `row` has the nodes of each column."""
 
     def __init__(
-        self, graph: Graph, row: Mapping[str, Nodes], computed: Mapping[str, Typed]
+        self, graph: Graph, row: Mapping[str, Nodes], computed: Mapping[str, Typed], calls: Calls
     ) -> None:
-        super().__init__(graph, _NoUses())
+        super().__init__(graph, _NoUses(), calls)
         self.row = row
         self.computed = computed
 
@@ -42,6 +43,9 @@ class _RowScalariser(Scalariser):
     def _state(self, read: Read, cache: str) -> Nodes:
         return parameter_type(read.parameter).caches(self.graph, self.row[read.column])[cache]
 
+    def _place(self, span: Span) -> int | None:
+        return self.graph.place
+
 
 def updated(
     graph: Graph,
@@ -49,6 +53,7 @@ def updated(
     stored: Sequence[int],
     step: Sequence[int],
     components: Sequence[ComponentSite],
+    calls: Calls,
 ) -> Nodes:
     """Stored scalars after the updates of those components that the step moves.
 
@@ -63,7 +68,7 @@ def updated(
         before = dict(row)
         for assignment in component.updates:
             # A scalariser each: the next one reads what this one has set.
-            value = _RowScalariser(graph, row, formulas).nodes(assignment.value)
+            value = _RowScalariser(graph, row, formulas, calls).nodes(assignment.value)
             count = len(row[assignment.column])
             row[assignment.column] = list(value) * (count if len(value) == 1 else 1)
         moved = _moved(graph, [by_column[column] for column in component.moved], step)
@@ -81,10 +86,11 @@ def computed(
     uses: Sequence[ParamUse],
     stored: Sequence[int],
     components: Sequence[ComponentSite],
+    calls: Calls,
 ) -> dict[str, Nodes]:
     """Values of the ``compute`` fields, by path, of the stored scalars after updates."""
     formulas = _formulas(components)
-    row = _RowScalariser(graph, _row(uses, stored), formulas)
+    row = _RowScalariser(graph, _row(uses, stored), formulas, calls)
     return {column: row.nodes(value) for column, value in formulas.items()}
 
 

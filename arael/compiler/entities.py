@@ -13,6 +13,7 @@ from typing import cast
 
 from arael.check.typed import EntitySite
 from arael.compiler.components import CARRIED, computed, updated
+from arael.compiler.functions import Functions
 from arael.runtime.layout import Entity, Param, ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import ParameterType, parameter_type
@@ -45,7 +46,7 @@ class StateModel:
     stored_at: dict[str, ParamUse] = field(default_factory=dict)
 
 
-def model_state(site: EntitySite) -> StateModel:
+def model_state(site: EntitySite, functions: Functions | None = None) -> StateModel:
     """Lay out the state of the entity at `site` and derive its refresh program and tangents."""
     uses: list[ParamUse] = []
     stored_total = tangent_total = 0
@@ -77,7 +78,8 @@ def model_state(site: EntitySite) -> StateModel:
         names += [short + suffix for suffix in kind.stored_names]
         tangent_names += [short + suffix for suffix in kind.tangent_names[: use.tangent]]
 
-    outputs = updated(move, uses, outputs, step_in, site.components)
+    calls = functions or Functions()
+    outputs = updated(move, uses, outputs, step_in, site.components, calls)
 
     tangents: list[dict[int, int]] = [{} for _ in range(stored_total)]
     caches: dict[str, dict[str, tuple[int, ...]]] = {}
@@ -119,7 +121,8 @@ def model_state(site: EntitySite) -> StateModel:
                         node = see.input(extra[node])
                     tangents[offset][use.tangent_start + k] = node
     stored_at = {u.column: u for u in uses}
-    for column, values in computed(move, uses, outputs[:stored_total], site.components).items():
+    kept = computed(move, uses, outputs[:stored_total], site.components, calls)
+    for column, values in kept.items():
         stored_at[column] = ParamUse(column, "computed", len(outputs), len(values), 0, 0)
         outputs += values
         short = column.removeprefix(site.prefix)
