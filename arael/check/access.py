@@ -12,6 +12,7 @@ from arael.check.typed import (
     REAL,
     Apply,
     Component,
+    Formula,
     Literal_,
     MatrixType,
     Read,
@@ -200,7 +201,7 @@ def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
         t.units.read(stored, t.units.fields.get(id(value)))
         t.origins.update({id(stored): label for label in t.origin(value)})
         return t.make(stored)
-    if id(value) in t.symbolic:
+    if isinstance(value, Formula):
         return as_stored(t, value)
     return t.fail(
         "E0308",

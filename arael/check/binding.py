@@ -60,7 +60,8 @@ def describe(binding: Binding) -> str:
     if isinstance(binding, Typed):
         return str(binding.type)
     if isinstance(binding, Entity):
-        return f"the struct {binding.place.struct.name}"
+        kind = "component" if binding.place.struct.component else "struct"
+        return f"the {kind} {binding.place.struct.name}"
     if isinstance(binding, Collection):
         return f"a collection of {binding.site.place.struct.name}"
     if isinstance(binding, OptionalValue):

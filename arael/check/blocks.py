@@ -169,7 +169,7 @@ def _block(
     names = [e.id for e in type_.entities]
     for name in names:
         target = declarations.structs.get(_struct_of(place.struct, name))
-        if target is None or not target.has_params:
+        if target is None or target.component or not target.has_params:
             return None  # complained about already
     if len(names) == 1:
         if names[0] == place.struct.name:

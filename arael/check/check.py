@@ -23,7 +23,11 @@ from arael.check.report import Reporter
 from arael.check.scalar_functions import source_text, type_functions
 from arael.check.tables import build_blocks, build_entities, build_tables, check_refs
 from arael.check.typed import ConstraintSite, TypedModel
-from arael.check.usage import warn_unread_parameters, warn_unused_structs
+from arael.check.usage import (
+    warn_lost_derivatives,
+    warn_unread_parameters,
+    warn_unused_structs,
+)
 from arael.diagnostics.records import Findings
 from arael.syntax import tree
 
@@ -76,6 +80,7 @@ def check(
 
     warn_unused_structs(declarations, report)
     warn_unread_parameters(sites, constraints, report)
+    warn_lost_derivatives(sites, components, constraints, report)
     report.in_order()
     tables = build_tables(sites, paths)
     entities = build_entities(sites, tables, components)

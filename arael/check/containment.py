@@ -45,13 +45,16 @@ def _complain(name: str, circle: list[FieldDecl | None], report: Reporter) -> No
     labels = [Label(f.span, f"holds {f.struct}") for f in fields[1:6]]
     by_value = all(f.kind == "struct" for f in fields)
     if by_value:
+        what = "component" if fields[0].component else "struct"
         report.error(
             "E0401",
             fields[0].span,
-            f"struct contains itself: {chain}",
+            f"{what} contains itself: {chain}",
             label=f"holds {fields[0].struct} by value",
             labels=labels,
-            help=[f"hold a handle instead: `ref {fields[0].struct} in root...`"],
+            help=["take one of these parameters out"]
+            if fields[0].component
+            else [f"hold a handle instead: `ref {fields[0].struct} in root...`"],
         )
         return
     report.error(

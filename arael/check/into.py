@@ -262,9 +262,7 @@ class IntoRule:
         """The place whose parameter is read: the innermost that the column lies in."""
         table = self.sites.tables[site.slots[read.slot].table]
         around = [
-            p
-            for p in table.places()
-            if read.column.startswith(p.prefix) and not p.struct.component
+            p for p in table.places() if read.column.startswith(p.prefix) and not p.struct.component
         ]
         return max(around, key=lambda p: len(p.prefix))
 

@@ -32,8 +32,9 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
             case tree.Marginalize():
                 struct.marginalize.append(member)
             case tree.Symbolic() | tree.Compute():
+                if member.name.id not in fields:
+                    struct.formulas[member.name.id] = member
                 _own_name(member.name, fields, "E0207", "field", report)
-                struct.formulas.setdefault(member.name.id, member)
             case tree.Update():
                 if struct.update is not None:
                     _twice(member.span, "`update` is given twice", struct.update.span, report)

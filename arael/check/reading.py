@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue
 from arael.check.declared import FieldDecl
 from arael.check.scope import ComponentScope
-from arael.check.typed import BOOL, Apply, Present, Read, Typed
+from arael.check.typed import BOOL, Apply, Formula, Present, Read, Typed
+from arael.check.units_quantities import UNKNOWN
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
 
@@ -73,46 +74,52 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
 def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
     """A ``symbolic`` field written out, or the kept value of a ``compute`` field."""
     place = entity.place
-    node = place.struct.formulas[name]
     for optional in place.optionals:
         if (entity.steps, optional) not in t.facts:
             first = next(iter(place.struct.fields.values()))
             return _unguarded(t, span, optional, first, entity)
+    value = definition(t, entity, name, span)
+    if isinstance(value, Broken):
+        return BROKEN
+    node, column, slot = place.struct.formulas[name], place.prefix + name, t.slots.of(entity)
+    if isinstance(node, tree.Symbolic):
+        if isinstance(value, Read):
+            return value
+        written = Formula(type=value.type, span=span, of=value, slot=slot, column=column)
+        return t.make(written)
+    kept = Read(type=value.type, span=span, slot=slot, column=column, version="computed")
+    if (unit := t.units.of(value)) is not UNKNOWN:
+        t.units.known[id(kept)] = unit
+    return t.make(kept)
+
+
+def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
+    """The formula of a component, typed once per body and row; `span` is where it is needed."""
+    place = entity.place
+    node = place.struct.formulas[name]
     key = (entity.steps, place.prefix + name)
     if key not in t.formulas:
         t.formulas[key] = None
-        with t.inside(f"{place.struct.name}.{name}", span, scope_within(t, entity)):
-            t.formulas[key] = t.value(node.value)
-        value = t.formulas[key]
-        if isinstance(value, Typed):
-            t.kept.append(value)
-            if isinstance(node, tree.Symbolic):
-                t.symbolic.add(id(value))
-    value = t.formulas[key]
-    if value is None:
-        t.formulas[key] = BROKEN
-        return t.fail(
-            "E0442",
-            node.name.span,
-            f"`{name}` of the component {place.struct.name} needs itself",
-            label="goes in a circle",
-            labels=[Label(span, "needed again here")],
-            help=["let each formula be made of parameters, carried data and formulas before it"],
-        )
-    if isinstance(value, Broken) or isinstance(node, tree.Symbolic):
-        return value
-    kept = Read(
-        type=value.type, span=span, slot=t.slots.of(entity), column=key[1], version="computed"
+        before, t.scope = t.scope, scope_within(t, entity)
+        value = t.value(node.value)
+        t.scope = before
+        t.formulas[key] = value
+    found = t.formulas[key]
+    if found is not None:
+        return found
+    return t.fail(
+        "E0442",
+        node.name.span,
+        f"`{name}` of the component {place.struct.name} needs itself",
+        label="goes in a circle",
+        labels=[Label(span, "needed again here")],
+        help=["let each formula be made of parameters, carried data and formulas before it"],
     )
-    t.units.known[id(kept)] = t.units.of(value)
-    return t.make(kept)
 
 
 def scope_within(t: Typist, entity: Entity) -> ComponentScope:
     """Names inside the formulas of a component."""
-    return ComponentScope(
-        t.declarations, entity, lambda *use: bind_field(t, *use), t.constant
-    )
+    return ComponentScope(t.declarations, entity, lambda *use: bind_field(t, *use), t.constant)
 
 
 def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:

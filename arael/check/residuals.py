@@ -74,14 +74,23 @@ def check_parameters(
     reads = [n for n in postorder(residual) if isinstance(n, Read)]
     if any(n.version == "trial" and n.parameter for n in reads):
         return True
-    stored = [n for n in reads if n.version == "stored"]
+    still = [
+        Label(
+            n.span,
+            "the stored value does not move"
+            if n.version == "stored"
+            else "follows the steps, without a derivative",
+        )
+        for n in reads
+        if n.version != "data"
+    ]
     name = node.name if isinstance(node, tree.Constraint) else node.collection
     t.fail(
         "E0601",
         name.span,
         "the constraint has no parameter",
         label="its residual cannot change",
-        labels=[Label(n.span, "the stored value does not move") for n in stored[:3]],
+        labels=still[:3],
         help=["declare what is to be solved for as `param`"],
     )
     return False

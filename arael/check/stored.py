@@ -5,20 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from arael.check.binding import BROKEN, Broken
-from arael.check.typed import Apply, Component, Pack, Read, Select, Typed
+from arael.check.typed import Apply, Component, Formula, Invoke, Pack, Read, Select, Typed
 from arael.check.typist import Typist
-from arael.check.walk import postorder
+from arael.check.walk import operands, postorder
 
 
-def as_stored(t: Typist, value: Typed) -> Typed | Broken:
+def as_stored(t: Typist, value: Formula) -> Typed | Broken:
     """`value` over the stored values of all that it reads.
 
     A ``compute`` field has none: what it was computed from is kept, it is not.
     """
     done: dict[int, Typed] = {}
     for node in postorder([value]):
-        copy = _copy(node, done)
-        if copy is None:
+        if isinstance(node, Read) and node.version == "computed":
             return t.fail(
                 "E0308",
                 node.span,
@@ -26,28 +25,34 @@ def as_stored(t: Typist, value: Typed) -> Typed | Broken:
                 label="its stored value is asked for",
                 help=["write it as `symbolic`"],
             )
+        if isinstance(node, Formula):
+            done[id(node)] = done[id(node.of)]
+            continue
+        copy = _copy(node, [done[id(part)] for part in operands(node)])
         if isinstance(node, Read):
             t.units.read(copy, t.units.fields.get(id(node)))
+            t.origins.update({id(copy): label for label in t.origin(node)})
         if copy is not node and isinstance(t.make(copy), Broken):
             return BROKEN
         done[id(node)] = copy
     return done[id(value)]
 
 
-def _copy(node: Typed, done: dict[int, Typed]) -> Typed | None:
+def _copy(node: Typed, parts: list[Typed]) -> Typed:
+    """`node` over other operands."""
     match node:
-        case Read(version="computed"):
-            return None
         case Read(version="trial"):
             return replace(node, version="stored")
         case Apply():
-            return replace(node, args=tuple(done[id(a)] for a in node.args))
+            return replace(node, args=tuple(parts))
+        case Invoke():
+            value = parts.pop() if node.value is not None else None
+            return replace(node, args=tuple(parts), value=value)
         case Component():
-            return replace(node, of=done[id(node.of)])
+            return replace(node, of=parts[0])
         case Pack():
-            return replace(node, items=tuple(done[id(i)] for i in node.items))
+            return replace(node, items=tuple(parts))
         case Select():
-            parts = (done[id(p)] for p in (node.cond, node.then, node.otherwise))
-            return replace(node, **dict(zip(("cond", "then", "otherwise"), parts, strict=True)))
+            return replace(node, cond=parts[0], then=parts[1], otherwise=parts[2])
         case _:
             return node

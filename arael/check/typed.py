@@ -231,6 +231,18 @@ class Invoke(Typed):
     value: Typed | None = None
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Formula(Typed):
+    """A ``symbolic`` field of a component, written out, of the row that a slot leads to.
+
+    The state of its entity may hold its value under the path `column`.
+    """
+
+    of: Typed
+    slot: int
+    column: str
+
+
 # --- the model --------------------------------------------------------------------------------
 
 
@@ -243,8 +255,8 @@ class Assignment:
 
 
 @dataclass(frozen=True)
-class Computed:
-    """A ``compute`` field: a value kept with each row, read as the column of that path."""
+class Definition:
+    """A formula of a component at one place, with the path by which it is read."""
 
     column: str
     value: Typed
@@ -255,12 +267,16 @@ class ComponentSite:
     """A component at one place. Its expressions read the row of its entity, through slot 0.
 
     `moved` are the parameters of it and of those within it: where a step moves one of them, the
-    `updates` are carried out one after the other.
+    `updates` are carried out one after the other. `symbolic` fields have derivatives, `computed`
+    ones (``compute``) are values kept with each row.
     """
 
+    struct: str
+    span: Span
     moved: tuple[str, ...]
     updates: tuple[Assignment, ...]
-    computed: tuple[Computed, ...]
+    symbolic: tuple[Definition, ...]
+    computed: tuple[Definition, ...]
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,6 @@ class Typist:
     formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
         default_factory=dict
     )  # formulas of components by row and path; None while one is being typed
-    symbolic: set[int] = field(default_factory=set)  # identities of `symbolic` values
     _depths: dict[int, tuple[int, Typed]] = field(default_factory=dict)
 
     @property

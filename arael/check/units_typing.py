@@ -10,6 +10,7 @@ from arael.check.declared import FieldDecl
 from arael.check.typed import (
     Apply,
     Component,
+    Formula,
     Literal_,
     Pack,
     Read,
@@ -110,6 +111,7 @@ def _apply(units: Units, node: Apply) -> Quantity:
 _RULES: dict[type, Callable[[Units, Any], Quantity]] = {
     Read: _read,
     Component: _component,
+    Formula: lambda units, node: units.of(node.of),
     Pack: _pack,
     Select: _select,
     Apply: _apply,

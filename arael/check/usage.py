@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from arael.check.declared import Declarations
 from arael.check.places import Sites
 from arael.check.report import Reporter
-from arael.check.typed import ConstraintSite, Read
+from arael.check.typed import ComponentSite, ConstraintSite, Definition, Read, Typed
 from arael.check.walk import postorder
+from arael.diagnostics.records import Label
 
 
 def warn_unused_structs(declarations: Declarations, report: Reporter) -> None:
@@ -55,3 +56,50 @@ def warn_unread_parameters(
                     label="nothing determines it",
                     help=["add a constraint that depends on it, or drop `param`"],
                 )
+
+
+def warn_lost_derivatives(
+    sites: Sites,
+    components: Mapping[int, tuple[ComponentSite, ...]],
+    constraints: Iterable[ConstraintSite],
+    report: Reporter,
+) -> None:
+    """Warn of residuals that depend on a parameter through a ``compute`` field alone."""
+    computed: dict[tuple[str, str], Definition] = {}
+    for place in sites.places():
+        for component in components.get(id(place), ()):
+            for one in component.computed:
+                computed[place.table.path, one.column] = one
+    for site in constraints:
+        for read in postorder(site.residual):
+            if isinstance(read, Read) and read.version == "computed":
+                table = site.slots[read.slot].table
+                origin = _parameter_below(computed[table, read.column].value, table, computed)
+                if origin is None:
+                    continue
+                name = read.column.rpartition(".")[2]
+                report.warning(
+                    "W0602",
+                    read.span,
+                    f"`{name}` is computed from the parameter `{origin.span.text}`, and has no "
+                    "derivative",
+                    label="counts as a constant here",
+                    labels=[Label(origin.span, "the parameter is read here")],
+                    help=[f"declare `symbolic {name} = ...`, which is differentiated"],
+                )
+
+
+def _parameter_below(
+    value: Typed, table: str, computed: Mapping[tuple[str, str], Definition]
+) -> Read | None:
+    """A parameter that `value` depends on, also through other computed fields."""
+    for node in postorder([value]):
+        if not isinstance(node, Read):
+            continue
+        if node.version == "trial" and node.parameter:
+            return node
+        if node.version == "computed":
+            found = _parameter_below(computed[table, node.column].value, table, computed)
+            if found is not None:
+                return found
+    return None

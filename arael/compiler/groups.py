@@ -102,6 +102,13 @@ class _Uses:
         use, state = self._find(slot, column)
         return [(use, offset) for offset in state.caches[column][cache]]
 
+    def formula(self, slot: int, column: str) -> list[tuple[int, int]] | None:
+        table = self.site.slots[slot].table
+        for state in self.states:
+            if state.entity.table == table and column in state.stored_at:
+                return self.stored(slot, column)
+        return None
+
 
 def compile_constraint(
     site: ConstraintSite,

@@ -18,6 +18,7 @@ from arael.check.typed import (
     Apply,
     Component,
     Formal,
+    Formula,
     Invoke,
     Literal_,
     MatrixType,
@@ -67,6 +68,10 @@ class Uses(Protocol):
 
     def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
         """(use, offset) of the scalars of one of its caches."""
+        ...
+
+    def formula(self, slot: int, column: str) -> Sequence[tuple[int, int]] | None:
+        """(use, offset) of the scalars of a formula of a component; None if they are not kept."""
         ...
 
 
@@ -129,6 +134,8 @@ class Scalariser:
             return [g.input(RawInput(e.slot, f"{e.column}?", 0))]
         if isinstance(e, Component):
             return [self.nodes(e.of)[e.index]]
+        if isinstance(e, Formula):
+            return self._formula(e)
         if isinstance(e, Pack):
             return [n for item in e.items for n in self.nodes(item)]
         if isinstance(e, Select):
@@ -157,6 +164,12 @@ class Scalariser:
             offsets = self.uses.stored(e.slot, e.column)
             return [self.graph.input(StateInput(use, offset)) for use, offset in offsets]
         return [self.graph.input(RawInput(e.slot, e.column, k)) for k in range(width(e.type))]
+
+    def _formula(self, e: Formula) -> Nodes:
+        kept = self.uses.formula(e.slot, e.column)
+        if kept is None:
+            return self.nodes(e.of)
+        return [self.graph.input(StateInput(use, offset)) for use, offset in kept]
 
     def _cached(self, e: Apply) -> Nodes | None:
         """Find what the state of an entity holds: its rotation matrix, sines and cosines."""
@@ -197,14 +210,20 @@ class Scalariser:
         return self._place_of[key]
 
 
-class _NoUses:
-    """The entities of a function: none."""
+class NoUses:
+    """The entities of what reads none: of a function, of a row by itself."""
 
     def stored(self, slot: int, column: str) -> Sequence[tuple[int, int]]:
-        raise AssertionError(f"a function reads {column}")
+        """No entity has anything to read."""
+        raise AssertionError(f"there is no entity to read {column} of")
 
     def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
-        raise AssertionError(f"a function reads {column}")
+        """No entity has anything to read."""
+        raise AssertionError(f"there is no entity to read {column} of")
+
+    def formula(self, slot: int, column: str) -> None:
+        """No formula is kept."""
+        return None
 
 
 class FormulaScalariser(Scalariser):
@@ -214,7 +233,7 @@ class FormulaScalariser(Scalariser):
     """
 
     def __init__(self, graph: Graph, arguments: Sequence[int], functions: Calls) -> None:
-        super().__init__(graph, _NoUses(), functions)
+        super().__init__(graph, NoUses(), functions)
         self.arguments = arguments
 
     def _scalarise(self, e: Typed) -> Nodes:

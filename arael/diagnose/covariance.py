@@ -244,10 +244,13 @@ class Covariance:
             place = f"{entity.table}.{entity.prefix}" if entity.table else entity.prefix
             if path == place.rstrip("."):
                 return entity, first, np.arange(entity.tangent)
+            meant: list[int] = []
             for use in entity.params:
                 full = f"{entity.table}.{use.column}" if entity.table else use.column
-                if path == full:
-                    return entity, first, use.tangent_start + np.arange(use.tangent)
+                if path == full or full.startswith(f"{path}."):
+                    meant += range(use.tangent_start, use.tangent_start + use.tangent)
+            if meant:
+                return entity, first, np.array(meant)
         known = [f"{e.table}.{e.prefix}".rstrip(".") for e in layout.entities if e.table]
         raise AraelError(
             Diagnostic(

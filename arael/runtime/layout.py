@@ -50,9 +50,9 @@ class Param(msgspec.Struct, frozen=True):
     """How a column is solved for.
 
     `stored` scalars hold the value, `tangent` scalars are solved for; `parts` of them have
-    `optimize` flags of their own. What a component carries along is ``carried``: no column is, but
-    its use in an entity, without tangent. Bounds are one number per tangent scalar, or None where open;
-    only plain parameters have them.
+    `optimize` flags of their own. Bounds are one number per tangent scalar, or None where open;
+    only plain parameters have them. What a component carries along is used as ``carried``, without
+    a tangent; its column is data.
     """
 
     kind: Literal[
@@ -165,12 +165,22 @@ class ParamUse(msgspec.Struct, frozen=True):
     tangent: int
 
 
+class Formula(msgspec.Struct, frozen=True):
+    """A formula of a component: outputs of `Entity.values` from number `first` on."""
+
+    path: str
+    kind: Literal["real", "bool"]
+    shape: tuple[int, ...]
+    first: int
+
+
 class Entity(msgspec.Struct, frozen=True):
-    """A struct with parameters at one place.
+    """A struct with parameters at one place, those of its components included.
 
     `refresh` computes the state of a row from its stored scalars and a step: inputs are the stored
     scalars, then the tangent step; outputs the whole state (new stored scalars first). It carries
-    out the updates of components as well; `updated` says that there are some.
+    out the updates of components as well, which set the columns `updated`. `values` computes
+    `formulas` of components from the stored scalars.
     """
 
     struct: str
@@ -182,7 +192,9 @@ class Entity(msgspec.Struct, frozen=True):
     state: int
     refresh: Tape
     tangent_names: tuple[str, ...]  # "pos.x", "ea.z"
-    updated: bool = False
+    updated: tuple[str, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    values: Tape | None = None
 
 
 class Slot(msgspec.Struct, frozen=True):

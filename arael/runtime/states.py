@@ -30,8 +30,8 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
         table = store.tables[entity.table]
         for use in entity.params:
             moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
-            # What is carried along changes only with a parameter of its component.
-            moved = (moves if use.tangent else blocks.free).any(axis=1)
+            # An update may set what no step moves: what is carried along, and what is fixed.
+            moved = (blocks.free if use.column in entity.updated else moves).any(axis=1)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values)
