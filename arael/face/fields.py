@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
-from arael.face import given
+from arael.face import formulas, given
 from arael.face.blocks import read_block
+from arael.face.formulas import read_formula
 from arael.face.parameter import Parameter, taken
 from arael.runtime.layout import Block
 from arael.runtime.store import Table
@@ -68,8 +69,7 @@ class Fields:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name == "_group":  # copying looks before there are fields
             raise AttributeError(name)
-        block = self._block(name)
-        return self._get(self._member(name)) if block is None else read_block(self, block)
+        return self._read(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") and name not in self._group.members:
@@ -77,6 +77,8 @@ class Fields:
             return
         if name not in self._group.members and hasattr(type(self), name):
             raise AttributeError(f"`{name}` cannot be set")
+        if name not in self._group.members and formulas.formula_at(self, name):
+            raise AttributeError(f"`{name}` is a formula: set what it is made of")
         self._set(self._member(name), value)
 
     def __getitem__(self, path: str) -> Any:
@@ -86,8 +88,7 @@ class Fields:
             self._member(path[:-1])
             found = self._table.present(full)[self._rows()]
             return found if isinstance(found, np.ndarray) else bool(found)
-        block = self._block(path)
-        return self._get(self._member(path)) if block is None else read_block(self, block)
+        return self._read(path)
 
     def __setitem__(self, path: str, value: Any) -> None:
         self._set(self._member(path), value)
@@ -96,9 +97,17 @@ class Fields:
         here = f"{self._group.path}." if self._group.path else ""
         blocks = self._table.store.layout.blocks
         named = {b.name for b in blocks if (b.table, b.prefix) == (self._table.layout.path, here)}
-        yield from {*object.__dir__(self), *self._group.members, *named}
+        yield from {*object.__dir__(self), *self._group.members, *named, *formulas.names(self)}
 
     # --- reading -----------------------------------------------------------------------------
+
+    def _read(self, path: str) -> Any:
+        """What stands at a dotted path: a field, a block of the Hessian, a formula."""
+        block = self._block(path)
+        if block is not None:
+            return read_block(self, block)
+        found = formulas.formula_at(self, path)
+        return self._get(self._member(path)) if found is None else read_formula(self, *found)
 
     def _get(self, member: Group | Leaf | Nested) -> Any:
         from arael.face.collection import Collection
