@@ -29,14 +29,23 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
-            moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
-            # An update may set what no step moves: what is carried along, and what is fixed.
-            moved = (blocks.free if use.column in entity.updated else moves).any(axis=1)
+            moved = _moved(entity, use, blocks)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values)
             column[moved] = values.reshape(column.shape)[moved]
         table.written()
+
+
+def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bool_]:
+    """(rows,) where a solve changes the scalars of `use`.
+
+    An update may set what no step moves: what is carried along, and what is fixed.
+    """
+    if use.column in entity.updated:
+        return np.asarray(blocks.free.any(axis=1))
+    free = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
+    return np.asarray(free.any(axis=1))
 
 
 def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
@@ -105,8 +114,7 @@ def _of_parameter(
     table = store.tables[entity.table]
     declared = store.layout.table(entity.table).column(use.column)
     column = table.column(use.column)
-    free = blocks.free[rows, use.tangent_start : use.tangent_start + use.tangent]
-    moves = free.any(axis=1)
+    moves = _moved(entity, use, blocks)[rows]
     at = rows[moves]
     state = part.reshape(len(rows), entity.stored)[moves]
     found = state[:, use.stored_start : use.stored_start + use.stored]
