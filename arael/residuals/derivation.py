@@ -88,7 +88,8 @@ def derive(
     report.stop()
     assert typed is not None
     found = reader.found
-    moves = any(isinstance(n, Read) and n.version == "trial" for n in postorder(typed))
+    reads = [n for n in postorder(typed) if isinstance(n, Read)]
+    moves = any(n.version == "trial" and n.parameter for n in reads)
     if not moves and not constant_too:
         stored = [n for n in postorder(typed) if isinstance(n, Read) and n.version == "stored"]
         reader.fail(

@@ -302,12 +302,13 @@ def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
         )
     if column.within:
         t.found.optionals.setdefault((row.steps, row.table, column.within), span)
+    moves = column.param is not None or t.around.schema.carried(row.table, column.path)
     read = Read(
         type=type_,
         span=span,
         slot=slot_of(t, row),
         column=column.path,
-        version="data" if column.param is None else "trial",
+        version="trial" if moves else "data",
         parameter="" if column.param is None else column.param.kind,
     )
     t.origins[id(read)] = Label(span, f"declared as `{column.type}` at {column.where}")

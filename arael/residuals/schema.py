@@ -80,6 +80,12 @@ class Schema:
         """Functions and constants of the model."""
         return of_model(self.layout)
 
+    def carried(self, table: str, column: str) -> bool:
+        """Whether a column is carried along by a component, and may move with every step."""
+        return any(
+            state.entity.table == table and column in state.stored_at for state in self.states
+        )
+
     def members(self, row: Row) -> list[str]:
         """Names of what the struct at `row` holds."""
         found: dict[str, None] = {}

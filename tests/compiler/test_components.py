@@ -441,3 +441,24 @@ def test_stored_value_of_a_formula(tmp_path: Path) -> None:
     moved = np.linalg.norm(model.robots.mount.frame.tip - start, axis=1)
     free = np.linalg.norm(plain.robots.mount.frame.tip - start, axis=1)
     assert (moved < free).all()
+
+
+def test_runtime_residuals_see_what_is_carried_along(tmp_path: Path) -> None:
+    text = """
+    component Sum {
+        param d: real = 0
+        base: real
+        symbolic all = base + d
+        update { base = all; d = 0 }
+    }
+    root R {
+        param s: Sum
+        constraint c { 0.01 * s.all }
+    }
+    """
+    model = model_of(tmp_path, text)(s={"base": 1})
+    model.residuals.add("wanted", "s.base + s.d - 5")
+    assert model.cost() == pytest.approx(16 + 1e-4)
+    model.solve()
+    assert model.s.d.value == 0
+    assert model.s.base == pytest.approx(5, rel=1e-3)
