@@ -457,7 +457,7 @@ def test_runtime_residuals_see_what_is_carried_along(tmp_path: Path) -> None:
     }
     """
     model = model_of(tmp_path, text)(s={"base": 1})
-    model.residuals.add("wanted", "s.base + s.d - 5")
+    model.residuals.add("s.base + s.d - 5")
     assert model.cost() == pytest.approx(16 + 1e-4)
     model.solve()
     assert model.s.d.value == 0
