@@ -1,7 +1,7 @@
 """Numbers of constant expressions: defaults, bounds, settings of passes.
 
-Only scalars, and vectors and matrices element by element: what a constant needs. The functions are
-those of the symbolic room, evaluated as the NumPy interpreter does.
+Scalars, and vectors and matrices element by element, by the functions of the symbolic room,
+evaluated as the NumPy interpreter does; products and norms are in constant_vectors.py.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
 from arael.check.walk import postorder
@@ -94,6 +95,9 @@ def _applied(node: Apply, args: Sequence[Values]) -> Values:
     if name in ("mul", "div") and (len(args[0]) == 1 or len(args[1]) == 1):
         name = "e" + name
     if name not in BUILD or max(map(len, args)) != size:
+        found = vector_value(name, [a.type for a in node.args], args)
+        if found is not None:
+            return found
         raise NotConstant(node, f"uses `{node.name}`, which constants do not have")
     spread = [a if len(a) == size else a * size for a in args]
     return tuple(_scalar(BUILD[name], x) for x in zip(*spread, strict=True))

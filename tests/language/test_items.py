@@ -94,6 +94,33 @@ def test_values_of_constants(tmp_path: Path, text: str, value: float) -> None:
     assert model.cost() == pytest.approx(value**2, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "norm(V)", "norm2(V)", "dot(V, M * V)", "cross(V, [1, 0, 3])[1]", "unit(V).z", "det(M)",
+        "trace(M)", "(M * M')[0, 1]", "M.inverse()[1, 0]", "(M' * V).x", "dot([1, 2], [3, 4])",
+        "norm(2 * V - [1, 0, 0])", "skew(V)[0, 1]", "(V * 2 .* V).y",
+    ],
+)  # fmt: skip
+def test_constants_of_vectors_and_matrices(tmp_path: Path, text: str) -> None:
+    """As a constant, and the same formula of data in a constraint, which is compiled."""
+    data = text.replace("V", "root.v").replace("M", "(2 * identity3() + skew(root.v))")
+    model = loaded(
+        tmp_path,
+        f"const V = [1, 2, -4]\nconst M = 2 * identity3() + skew(V)\nconst GOAL = {text}\n"
+        "root R { v: vec3 = [1, 2, -4]; param a: real = 0\n"
+        f"constraint c {{ a - GOAL }}\nconstraint d {{ a - ({data}) }} }}",
+    )()
+    by_constant, by_formula = model.jacobian().residuals
+    assert by_constant == pytest.approx(by_formula, rel=1e-12)
+    assert abs(by_constant) > 1e-3
+
+
+def test_a_singular_matrix_has_no_constant_inverse(tmp_path: Path) -> None:
+    text = "const GOAL = skew([1, 2, 3]).inverse()[0, 0]\n" + ROOT
+    assert refusal(tmp_path, text).code == "E0309"
+
+
 def test_a_constant_is_visible_everywhere(tmp_path: Path) -> None:
     """In defaults, bounds, guards, losses, functions, passes, and other constants."""
     text = """
