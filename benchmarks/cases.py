@@ -63,7 +63,7 @@ def _pose_graph(folder: Path, quick: bool) -> Iterator[Case]:
     for name in names:
         file = DATA / f"pose_graph_{name}.g2o"
         if file.exists():
-            yield Case("pose_graph", file.stem, file, 1, 5, large=name == "3d/sphere2500")
+            yield Case("pose_graph", file.stem, file, 1, 5, limit=60, large=name == "3d/sphere2500")
 
 
 def _bundle(folder: Path, quick: bool) -> Iterator[Case]:
@@ -71,7 +71,7 @@ def _bundle(folder: Path, quick: bool) -> Iterator[Case]:
     for name in names:
         file = DATA / "bundle_adjustment" / f"{name}.txt"
         if file.exists():
-            yield Case("bundle", name, file, 2, 6)
+            yield Case("bundle", name, file, 2, 6, limit=200)
     for cameras in (20,) if quick else (100, 300):
         points = 2000 if quick else 50_000
         file = folder / f"bundle-{cameras}.txt"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+import arael
 from arael.scenes import benchmark_config, make_scene
 from benchmarks import pictures, problems
 from benchmarks.cases import Case
@@ -23,6 +24,7 @@ LEAST = 100
 
 def run(plan: Plan, picture: Path | None) -> list[str]:
     """Measure all shapes and sizes; return the report's lines."""
+    arael.load("slam", precision="f64")  # compiled before the memory of a process is measured
     rows, curves, exponents = [], {}, []
     for shape, trajectory in SHAPES.items():
         points: list[tuple[int, int, Outcome]] = []
@@ -45,7 +47,7 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
         good = [(seen, 1e3 * o.median) for _, seen, o in points if o.slopes and o.median > 0]
         curves[shape] = good
         large = [(s, o.median) for p, s, o in points if p >= LEAST and o.slopes and o.median > 0]
-        exponents.append(f"{shape} {exponent(large):.2f}")
+        exponents.append(f"{shape} {exponent(large):.2f}" if len(large) > 1 else f"{shape} -")
     drawn = picture is not None and pictures.lines(
         picture, "scale", "observations", "ms per iteration", curves
     )

@@ -12,7 +12,7 @@ from benchmarks import problems
 from benchmarks.peers.runner import main
 
 SOLVER: Any = os.environ.get("ARAEL_BENCH_SOLVER", "auto")
-PRECISION: Any = os.environ.get("ARAEL_BENCH_PRECISION") or None
+PRECISION: Any = os.environ.get("ARAEL_BENCH_PRECISION", "f64")
 UNSTOPPED = {"min_iters": 10_000, "patience": 10_000, "abs_precision": 0.0, "rel_precision": 0.0}
 
 
@@ -22,7 +22,7 @@ class Arael:
     def __init__(self, instance: Any, kind: Any, threads: int) -> None:
         self.instance, self.kind, self.threads = instance, kind, threads
         self.first = kind.state(instance)
-        self.settings = f"{SOLVER}, {PRECISION or 'f64'}"
+        self.settings = f"{SOLVER}, {PRECISION}"
 
     def start(self) -> None:
         self.kind.put(self.instance, self.first)
@@ -36,7 +36,7 @@ class Arael:
             num_threads=self.threads,
             **stop,
         )
-        self.settings = f"solver {result.plan['solver']}, {PRECISION or 'f64'}"
+        self.settings = f"solver {result.plan['solver']}, {PRECISION}"
         return int(result.iterations)
 
     def answer(self) -> dict[str, np.ndarray]:

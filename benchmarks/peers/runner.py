@@ -22,9 +22,9 @@ from typing import Protocol
 
 import numpy as np
 
-BUDGET, LEAST = 20.0, 3
+BUDGET, LEAST = 6.0, 3
 """Seconds after which no further slope is begun, if there are so many."""
-BRIEF, MOST = 2.0, 51
+BRIEF, MOST = 1.0, 51
 """Seconds up to which further slopes are taken than were asked for, but no more than so many."""
 
 

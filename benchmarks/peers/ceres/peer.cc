@@ -14,7 +14,7 @@
 namespace {
 
 // As in ../runner.py: when no further slope is begun.
-constexpr double kBudget = 20.0, kBrief = 2.0;
+constexpr double kBudget = 6.0, kBrief = 1.0;
 constexpr int kLeast = 3, kMost = 51;
 
 double now() {

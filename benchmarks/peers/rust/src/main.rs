@@ -24,9 +24,9 @@ pub trait Problem {
 }
 
 // As in `../runner.py`: when no further slope is begun.
-const BUDGET: f64 = 20.0;
+const BUDGET: f64 = 6.0;
 const LEAST: usize = 3;
-const BRIEF: f64 = 2.0;
+const BRIEF: f64 = 1.0;
 const MOST: usize = 51;
 
 type Load = fn(&Columns) -> Box<dyn Problem>;
