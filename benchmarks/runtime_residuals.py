@@ -56,10 +56,22 @@ def main() -> None:
                 timing.get(k, 0.0) for k in ("linearise", "factor", "first_factor", "solve", "cost")
             )
         )
+    exchanged, solved = [], []
+    for k in range(20):
+        text = f"norm(points[{k}].pos - points[{k + 2}].pos) - 1.7 * {1 + k % 3}"
+        began = time.perf_counter()
+        chain.residuals.add(text, label="extra")
+        exchanged.append(time.perf_counter() - began)
+        began = time.perf_counter()
+        chain.solve()
+        solved.append(time.perf_counter() - began)
+        chain.residuals.remove("extra")
     print(f"parse and differentiate, each   {1e3 * statistics.median(adding):8.2f} ms")
     print(f"first solve                     {1e3 * first:8.2f} ms")
     print(f"solve after a change            {1e3 * statistics.median(again):8.2f} ms")
     print(f"  of which in the loop          {1e3 * statistics.median(inner):8.2f} ms")
+    print(f"add one to a hundred            {1e3 * statistics.median(exchanged):8.2f} ms")
+    print(f"solve after it                  {1e3 * statistics.median(solved):8.2f} ms")
 
 
 if __name__ == "__main__":

@@ -102,7 +102,7 @@ class Posed:
 
     def _check_rows(self, one: Derived) -> None:
         for path, refs in one.found.refs.items():
-            if refs is not None and not refs.is_valid.all():
+            if refs is not None and (one.rows.target_rows(path) < 0).any():
                 raise AraelError(
                     Diagnostic(
                         "E0765",

@@ -38,6 +38,7 @@ class RowsTable:
         self._data = data
         self._refs = refs
         self._columns: dict[str, Array] = {}
+        self._targets: dict[str, tuple[tuple[int, int], Array]] = {}
         self.size = 0
         self.refresh()
 
@@ -95,8 +96,14 @@ class RowsTable:
     def target_rows(self, path: str) -> Array:
         """Row that each ref points to (size,), -1 where the row was removed."""
         refs = self._refs[path]
-        rows = np.zeros(1, dtype=np.int64) if refs is None else refs.rows
-        return np.broadcast_to(rows, (self.size,))
+        if refs is None:
+            return np.zeros(self.size, dtype=np.int64)
+        version = refs._table.structure_version, self.size
+        known = self._targets.get(path)
+        if known is None or known[0] != version:
+            rows = np.array(np.broadcast_to(refs.rows, (self.size,)))
+            known = self._targets[path] = version, rows
+        return known[1]
 
     def row_name(self, row: int) -> str:
         """Name of a row: ``decay[3]``, or ``width`` where there is one only."""

@@ -59,5 +59,10 @@ def in_lanes(values: Array, lanes: int) -> Array:
     blocks = -(-n // lanes)
     if n == 0:
         return np.zeros((0, k, lanes), dtype=values.dtype)
+    if blocks == 1:
+        only = np.empty((1, k, lanes), dtype=values.dtype)
+        only[0, :, :n] = values.T
+        only[0, :, n:] = values[-1][:, None]
+        return only
     padded = np.concatenate((values, np.repeat(values[-1:], blocks * lanes - n, axis=0)))
     return np.ascontiguousarray(padded.reshape(blocks, lanes, k).transpose(0, 2, 1))

@@ -13,7 +13,7 @@ import numpy as np
 from arael.runtime.access import Array
 from arael.runtime.instances import Instances
 from arael.runtime.layout import Entity, Group
-from arael.runtime.structure import Placement
+from arael.runtime.placement import Placement
 from arael.runtime.tape import Natives, Tape, evaluate
 
 

@@ -2,42 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.access import Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.placement import Placement, placement_of, uncoupled_pairs
+from arael.runtime.placing import SMALL, Batch
 from arael.runtime.system import System, build_system, free_scalars, row_name
 from arael.runtime.tape import Natives
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Where the contributions of a group's instances go.
-
-    Pairs of uses are numbered ``a (a + 1) / 2 + b`` for ``a >= b``. What is not solved for goes to
-    the trash behind the gradient and the values.
-
-    Attributes
-    ----------
-    rows : (n, uses) int32, row of each used entity
-    gradient_at : (n, uses) int32, first scalar of each use
-    block_at : (n, pairs) int64, offset of each pair's block in the values
-    turn : (n, pairs) uint8, 0 as computed, 1 transposed, 2 both onto a diagonal block
-    lanes : these arrays in lane order by number of lanes, once they have been asked for
-    """
-
-    rows: NDArray[np.int32]
-    gradient_at: NDArray[np.int32]
-    block_at: Ints
-    turn: NDArray[np.uint8]
-    lanes: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -69,12 +47,8 @@ def structure_of(
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     system = build_system(store, free)
-    pattern = _pattern(layout.groups, slot_rows, system)
+    pattern, placements = _pattern_and_placements(layout.groups, slot_rows, active, system)
     trash = max((entity.tangent for entity in layout.entities), default=1)
-    placements = [
-        _placement(g, s, len(a), system, pattern)
-        for g, s, a in zip(layout.groups, slot_rows, active, strict=True)
-    ]
     return Structure(
         store.structure_version,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
@@ -122,15 +96,6 @@ def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) 
     return np.flatnonzero((holds != 0) & ~np.isnan(holds)).astype(np.int64)
 
 
-def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
-    """Pairs of uses ``(a, b)``, a > b, that no residual reads together: their block stays zero."""
-    residuals: list[set[int]] = [set() for _ in group.uses]
-    for residual, use, _ in group.jacobian:
-        residuals[use].add(residual)
-    uses = range(len(group.uses))
-    return {(a, b) for a in uses for b in range(a) if not residuals[a] & residuals[b]}
-
-
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
     walker = Walker(store, group.table, active)
     found = []
@@ -152,48 +117,34 @@ def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
     return found
 
 
-def _pattern(
-    groups: tuple[Group, ...], slot_rows: list[list[Ints]], system: System
-) -> BlockPattern:
-    rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    for group, ways in zip(groups, slot_rows, strict=True):
-        blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
-        uncoupled = uncoupled_pairs(group)
-        for a in range(len(blocks)):
-            for b in range(a):
-                if (a, b) not in uncoupled:
-                    both = (blocks[a] >= 0) & (blocks[b] >= 0)
-                    rows.append(blocks[a][both])
-                    columns.append(blocks[b][both])
-    return BlockPattern.from_pairs(
+def _pattern_and_placements(
+    groups: tuple[Group, ...], slot_rows: list[list[Ints]], active: list[Ints], system: System
+) -> tuple[BlockPattern, list[Placement]]:
+    """Blocks that are coupled, and where each group's contributions go in them."""
+    small = [k for k, rows in enumerate(active) if 0 < len(rows) <= SMALL and slot_rows[k]]
+    batch = Batch([groups[k] for k in small], [slot_rows[k] for k in small], system)
+    alone = sorted(set(range(len(groups))) - set(small))
+    rows, columns = ([part] for part in batch.pairs())
+    for k in alone:
+        _couple(groups[k], slot_rows[k], system, rows, columns)
+    pattern = BlockPattern.from_pairs(
         system.sizes, np.concatenate(rows), np.concatenate(columns), system.name_of
     )
+    placements = dict(zip(small, batch.placements(pattern), strict=True))
+    for k in alone:
+        placements[k] = placement_of(groups[k], slot_rows[k], len(active[k]), system, pattern)
+    return pattern, [placements[k] for k in range(len(groups))]
 
 
-def _placement(
-    group: Group, ways: list[Ints], n: int, system: System, pattern: BlockPattern
-) -> Placement:
-    uses = group.uses
-    pairs = len(uses) * (len(uses) + 1) // 2
-    rows = np.zeros((n, len(uses)), dtype=np.int32)
-    gradient_at = np.full((n, len(uses)), system.size, dtype=np.int32)
-    block_at = np.full((n, pairs), pattern.value_count, dtype=np.int64)
-    turn = np.zeros((n, pairs), dtype=np.uint8)
+def _couple(
+    group: Group, ways: list[Ints], system: System, rows: list[Ints], columns: list[Ints]
+) -> None:
+    """Add the blocks that the instances of a group couple with each other."""
+    blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
     uncoupled = uncoupled_pairs(group)
-    blocks = []
-    for u, use in enumerate(uses):
-        rows[:, u] = ways[use.slot]
-        first = system.blocks[use.entity].first[ways[use.slot]]
-        gradient_at[:, u] = np.where(first >= 0, first, system.size)
-        blocks.append(system.blocks[use.entity].block[ways[use.slot]])
-    for a in range(len(uses)):
-        for b in range(a + 1):
-            pair = a * (a + 1) // 2 + b
-            both = (blocks[a] >= 0) & (blocks[b] >= 0)
-            if (a, b) in uncoupled or not both.any():
-                continue
-            i, j = blocks[a][both], blocks[b][both]
-            block_at[both, pair] = pattern.find(i, j)
-            if a != b:
-                turn[both, pair] = np.where(i == j, 2, np.where(i < j, 1, 0))
-    return Placement(rows, gradient_at, block_at, turn)
+    for a in range(len(blocks)):
+        for b in range(a):
+            if (a, b) not in uncoupled:
+                both = (blocks[a] >= 0) & (blocks[b] >= 0)
+                rows.append(blocks[a][both])
+                columns.append(blocks[b][both])
