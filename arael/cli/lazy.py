@@ -16,6 +16,7 @@ COMMANDS = {
     "explain": "Explain a diagnostic code.",
     "demo": "Run a demonstration on synthetic data.",
     "cache": "Show or clear the cache of compiled models.",
+    "fit": "Fit a formula to the columns of a CSV file.",
     "calc": "Calculate, differentiate and rearrange formulas.",
     "doctor": "Report on the installation, with advice.",
     "new": "Write a small model and data to start from.",

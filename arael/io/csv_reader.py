@@ -42,7 +42,7 @@ def read(store: Store, content: bytes, name: str, collection: str | None) -> Non
     """
     table = choose(store, name, collection)
     report = Report(name)
-    header, rows, lines = _rows(content, name)
+    header, rows, lines = csv_rows(content, name)
     reader = _Reader(table, header, rows, lines, report)
     report.run(reader.convert)
     kept = [(t, t.snapshot()) for t in table.with_descendants()]
@@ -71,7 +71,7 @@ def choose(store: Store, name: str, collection: str | None) -> Table:
     raise error("E0713", what, name, help=suggestion(wanted, list(tables)) if tables else "")
 
 
-def _rows(content: bytes, name: str) -> tuple[list[str], list[list[str]], list[int]]:
+def csv_rows(content: bytes, name: str) -> tuple[list[str], list[list[str]], list[int]]:
     """Return header, rows and the line of each row."""
     try:
         text = content.decode("utf-8-sig")
