@@ -462,3 +462,15 @@ def test_runtime_residuals_see_what_is_carried_along(tmp_path: Path) -> None:
     model.solve()
     assert model.s.d.value == 0
     assert model.s.base == pytest.approx(5, rel=1e-3)
+
+
+def test_freezing_by_the_name_of_a_component(tmp_path: Path) -> None:
+    model = nested(tmp_path)
+    bases = np.array(model.robots.marks.dir.base)
+    pos = np.array(model.robots.mount.frame.pos.value)
+    model.solve(freeze="UnitVec", max_iters=3)
+    np.testing.assert_array_equal(model.robots.marks.dir.base, bases)
+    np.testing.assert_array_equal(model.robots.marks.dir.d.value[0], [0.1, -0.2])
+    assert np.abs(model.robots.mount.frame.pos.value - pos).min() > 0
+    model.solve(freeze="Frame", max_iters=3)
+    assert np.abs(model.robots.marks.dir.base - bases).max() > 1e-3
