@@ -61,7 +61,10 @@ class LmConfig:
     time_limit :
         Seconds after which no further attempt begins; None: no limit.
     num_threads :
-        Threads of the linear algebra; 0: all of the machine. Pays off for large dense fronts only.
+        Threads of a solve, the caller's own counted; 0: one a core. They share linearisation, cost
+        and linear algebra where a share takes long enough to be worth handing over: small problems
+        run on one whatever is asked. Results have the same bits on any number, but for fronts and
+        dense systems of more than 1536 scalars, which BLAS factors.
     verbose :
         One line an attempt on stderr. Turn it on first when a solve misbehaves.
     observer :

@@ -49,6 +49,7 @@ def examine() -> list[Finding]:
         *(_package(name) for name in ("arael", "numpy", "scipy", "cython", "setuptools")),
         _compiler(),
         _processor(),
+        _threads(),
         _blas(),
         _cache(),
         _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
@@ -130,6 +131,19 @@ def _processor() -> Finding:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     noun = "core" if cores == 1 else "cores"
     return Finding("processor", "ok", f"{platform.machine()} {widest}, {cores} {noun}")
+
+
+def _threads() -> Finding:
+    from arael.runtime import pool
+
+    if not pool.supported():
+        return Finding(
+            "threads",
+            "missing",
+            "this platform has no POSIX threads",
+            "every solve runs on one thread, whatever `--threads` asks for",
+        )
+    return Finding("threads", "ok", f"a pool of its own, {pool.threads_for(0)} for `--threads 0`")
 
 
 def _blas() -> Finding:

@@ -37,7 +37,7 @@ def threads_option(function: F) -> F:
         type=click.IntRange(min=0),
         default=1,
         show_default=True,
-        help="Threads; 0: all cores.",
+        help="Threads of the solve; 0: one a core.",
     )(function)
 
 

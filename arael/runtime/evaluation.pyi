@@ -26,6 +26,8 @@ class Evaluation:
     size: int
     value_count: int
     trash: int
+    shares: int
+    threads: int
     states: list[list[NDArray[Any]]]
     current: int
     interpreters: Interpreters

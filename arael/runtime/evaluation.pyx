@@ -14,11 +14,19 @@ from cython cimport floating
 
 from arael.runtime.kernel cimport KERNEL_ABI, Kernel, KernelTable, Lanes
 from arael.runtime.machine cimport Program
+from arael.runtime.pool cimport Task, share
 
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.instances import in_lanes
 from arael.runtime.machine import WIDTH
 from arael.runtime.interpreter import GroupInterpreter, refresh
+from arael.runtime.shares import SHARES, plan_shares
+from arael.runtime.tape import NATIVE
+
+cdef enum:
+    MOST_SHARES = 8
+
+assert SHARES <= MOST_SHARES
 
 
 cdef const void* address(array) except? NULL:
@@ -62,6 +70,86 @@ cdef void add_step(
             moved[row * width + k] = state[row * width + k]
             if at[row] >= 0:
                 moved[row * width + k] += step[at[row] + k]
+
+
+cdef void clear(char* memory, Py_ssize_t size, Py_ssize_t part, Py_ssize_t parts) noexcept nogil:
+    """Zero one of several parts of some bytes, cut at cache lines."""
+    cdef Py_ssize_t lines = (size + 63) // 64
+    cdef Py_ssize_t begin = min(size, lines * part // parts * 64)
+    cdef Py_ssize_t end = min(size, lines * (part + 1) // parts * 64)
+    memset(memory + begin, 0, end - begin)
+
+
+cdef void add_places(
+    const int64_t* sums, Py_ssize_t begin, Py_ssize_t end, floating* x
+) noexcept nogil:
+    """Add what shares have in places of their own to where it belongs, and empty those."""
+    cdef Py_ssize_t k, i
+    cdef floating *target
+    cdef floating *source
+    for k in range(begin, end):
+        target, source = x + sums[3 * k], x + sums[3 * k + 1]
+        for i in range(sums[3 * k + 2]):
+            target[i] += source[i]
+            source[i] = 0
+
+
+cdef void cost_of_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    cdef double total = 0
+    cdef Py_ssize_t g
+    for g in range((<Evaluation>work.evaluation)._group_count):
+        if (<Evaluation>work.evaluation)._free[g]:
+            total += (<Evaluation>work.evaluation)._part_cost(g, share, work.which)
+    work.totals[share] = total
+
+
+cdef void guard_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    cdef Py_ssize_t g
+    for g in range((<Evaluation>work.evaluation)._group_count):
+        if (<Evaluation>work.evaluation)._free[g]:
+            (<Evaluation>work.evaluation)._part_guard(g, share)
+
+
+cdef void clear_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    cdef Py_ssize_t item = 4 if (<Evaluation>work.evaluation).single else 8
+    cdef Py_ssize_t shares = (<Evaluation>work.evaluation).shares
+    clear(<char*>work.gradient, (<Evaluation>work.evaluation)._gradient_room * item, share, shares)
+    clear(<char*>work.values, (<Evaluation>work.evaluation)._value_room * item, share, shares)
+
+
+cdef void linearise_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    cdef double total = 0
+    cdef Py_ssize_t g
+    for g in range((<Evaluation>work.evaluation)._group_count):
+        if (<Evaluation>work.evaluation)._free[g]:
+            total += (<Evaluation>work.evaluation)._part_linearise(
+                g, share, work.gradient, work.values)
+    work.totals[share] = total
+
+
+cdef void sum_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    cdef const int64_t* g = (<Evaluation>work.evaluation)._gradient_ends + share
+    cdef const int64_t* v = (<Evaluation>work.evaluation)._value_ends + share
+    if (<Evaluation>work.evaluation).single:
+        add_places((<Evaluation>work.evaluation)._gradient_sums, g[0], g[1], <float*>work.gradient)
+        add_places((<Evaluation>work.evaluation)._value_sums, v[0], v[1], <float*>work.values)
+    else:
+        add_places((<Evaluation>work.evaluation)._gradient_sums, g[0], g[1], <double*>work.gradient)
+        add_places((<Evaluation>work.evaluation)._value_sums, v[0], v[1], <double*>work.values)
+
+
+def _ends(sums, count):
+    """Rows at which equal parts of the sums begin and end, those of one target together."""
+    ends = np.arange(count + 1) * len(sums) // count
+    first = np.flatnonzero(np.diff(sums[:, 0], prepend=-1))
+    ends = np.append(first, len(sums))[np.searchsorted(first, ends)]
+    ends[0] = 0
+    return ends
 
 
 def is_plain(entity):
@@ -133,7 +221,8 @@ cdef class Evaluation:
         self._allocate(sum(len(g.uses) for g in layout.groups))
         self._take_kernels()
         self._make_states(layout.entities, structure.system, stored, dtype)
-        self._make_lanes(layout.groups, structure.placements, instances)
+        self.threads = 1
+        self._make_lanes(layout, structure, instances)
         self.interpreters = Interpreters(layout, instances, structure.placements, dtype, natives)
         held = self._kept(structure.system.held, np.int64)
         positions = self._kept(held_values, np.int64)
@@ -150,6 +239,9 @@ cdef class Evaluation:
     def __dealloc__(self):
         free(self._lanes[0])
         free(self._lanes[1])
+        free(self._parts[0])
+        free(self._parts[1])
+        free(self._free)
         free(self._pointers)
         free(self._state[0])
         free(self._state[1])
@@ -209,6 +301,9 @@ cdef class Evaluation:
         cdef Py_ssize_t groups = self._group_count + 1, entities = self._entity_count + 1
         self._lanes[0] = <Lanes*>calloc(groups, sizeof(Lanes))
         self._lanes[1] = <Lanes*>calloc(groups, sizeof(Lanes))
+        self._parts[0] = <Lanes*>calloc(groups * MOST_SHARES, sizeof(Lanes))
+        self._parts[1] = <Lanes*>calloc(groups * MOST_SHARES, sizeof(Lanes))
+        self._free = <uint8_t*>calloc(groups, 1)
         self._pointers = <const void**>calloc(2 * uses + 1, sizeof(void*))
         self._state[0] = <void**>calloc(entities, sizeof(void*))
         self._state[1] = <void**>calloc(entities, sizeof(void*))
@@ -222,7 +317,8 @@ cdef class Evaluation:
         self._program = <void**>calloc(groups, sizeof(void*))
         self._kernel = <const Kernel**>calloc(groups, sizeof(void*))
         self._shared = <uint8_t*>calloc(groups, 1)
-        if not (self._lanes[0] and self._lanes[1] and self._pointers and self._state[0]
+        if not (self._lanes[0] and self._lanes[1] and self._parts[0] and self._parts[1]
+                and self._free and self._pointers and self._state[0]
                 and self._state[1] and self._delta_at and self._rows and self._moving
                 and self._stored and self._stride and self._plain and self._program and self._kernel
                 and self._shared and self._width):
@@ -251,22 +347,26 @@ cdef class Evaluation:
             first = self._kept(system.blocks[e].first, np.int32)
             self._delta_at[e] = <const int32_t*>address(first)
 
-    cdef _make_lanes(self, groups, placements, instances):
+    cdef _make_lanes(self, layout, structure, instances):
         cdef Py_ssize_t use = 0, which, u
         cdef Lanes* lanes
+        groups, placements = layout.groups, structure.placements
+        widths = [self._width[g] for g in range(self._group_count)]
+        may = tuple(self._threads_may(layout, g) for g in range(self._group_count))
+        key = (tuple(widths), may)
+        if key not in structure.shares:
+            structure.shares[key] = plan_shares(structure, groups, widths, may)
+        plan = structure.shares[key]
+        self.shares, self._bounds = plan.count, plan.bounds
+        self._gradient_room, self._value_room = plan.gradient_room, plan.value_room
+        self._take_sums(plan)
         for g, (group, placement, one) in enumerate(
             zip(groups, placements, instances, strict=True)
         ):
-            width = self._width[g]
+            self._free[g] = may[g]
             if self._program[g] != NULL:
                 self._shared[g] = bool((placement.rows == placement.rows[:1]).all())
-            if width not in placement.lanes:
-                placement.lanes[width] = [
-                    in_lanes(a, width)
-                    for a in (placement.rows, placement.gradient_at, placement.block_at,
-                              placement.turn)
-                ]
-            parts = placement.lanes[width]
+            parts = plan.placed[g]
             self._keep.append(parts)
             self._lane_data.append(None)
             self._place_data(g, one)
@@ -281,6 +381,44 @@ cdef class Evaluation:
                 for u in range(len(group.uses)):
                     self._pointers[use] = self._state[which][<Py_ssize_t>group.uses[u].entity]
                     use += 1
+            self._make_parts(g)
+
+    def _threads_may(self, layout, g):
+        """Whether a group runs without Python; native functions may not be called side by side."""
+        group = layout.groups[g]
+        tapes = [group.tape] if group.moving_guard is None else [group.tape, group.moving_guard]
+        if any(op.startswith(NATIVE) for tape in tapes for op in tape.ops):
+            return False
+        return self._program[<Py_ssize_t>g] != NULL or self._kernel[<Py_ssize_t>g] != NULL
+
+    cdef _make_parts(self, Py_ssize_t g):
+        """The lanes of a group's shares: the same arrays from each share's first block on."""
+        cdef Py_ssize_t which, share, begin, end, width = self._width[g]
+        cdef Py_ssize_t data = self._lane_data[g][0].strides[0]
+        cdef Py_ssize_t uses = len(self._groups[g].uses), pairs = uses * (uses + 1) // 2
+        cdef Lanes* part
+        bounds = self._bounds[g]
+        for which in range(2):
+            for share in range(self.shares):
+                begin, end = bounds[share], bounds[share + 1]
+                part = &self._parts[which][g * MOST_SHARES + share]
+                part[0] = self._lanes[which][g]
+                part.n = min(part.n, end * width) - min(part.n, begin * width)
+                part.data = <const char*>part.data + begin * data
+                part.row += begin * uses * width
+                part.gradient_at += begin * uses * width
+                part.block_at += begin * pairs * width
+                part.turn += begin * pairs * width
+
+    cdef _take_sums(self, plan):
+        gradient = self._kept(plan.gradient_sums, np.int64)
+        values = self._kept(plan.value_sums, np.int64)
+        self._gradient_sums = <const int64_t*>address(gradient)
+        self._value_sums = <const int64_t*>address(values)
+        ends = self._kept(_ends(gradient, plan.count), np.int64)
+        self._gradient_ends = <const int64_t*>address(ends)
+        ends = self._kept(_ends(values, plan.count), np.int64)
+        self._value_ends = <const int64_t*>address(ends)
 
     cdef _place_data(self, Py_ssize_t g, one):
         cdef Py_ssize_t width = self._width[g], which
@@ -300,6 +438,7 @@ cdef class Evaluation:
         if len(one.rows) != self._lanes[0][g].n:
             raise ValueError(f"expected {self._lanes[0][g].n} instances, found {len(one.rows)}")
         self._place_data(g, one)
+        self._make_parts(g)
         self.interpreters.replace(g, one)
 
     def start_at(self, Py_ssize_t e, stored):
@@ -313,10 +452,18 @@ cdef class Evaluation:
     # --- the loop's face ---------------------------------------------------------------------
 
     cdef double cost(self, int which) noexcept nogil:
+        cdef double totals[MOST_SHARES]
         cdef double total = 0
-        cdef Py_ssize_t g
+        cdef Py_ssize_t g, k
+        cdef Work work
+        if self.shares > 1:
+            work.totals, work.which = totals, which
+            self._run_shares(cost_of_share, &work)
+            for k in range(self.shares):
+                total += totals[k]
         for g in range(self._group_count):
-            total += self._group_cost(g, which)
+            if self.shares == 1 or not self._free[g]:
+                total += self._group_cost(g, which)
         return total
 
     cdef double _group_cost(self, Py_ssize_t g, int which) noexcept nogil:
@@ -333,39 +480,91 @@ cdef class Evaluation:
             except BaseException as error:
                 return self._fail(error)
 
+    cdef double _part_cost(self, Py_ssize_t g, Py_ssize_t share, int which) noexcept nogil:
+        cdef Lanes* lanes = &self._parts[which][g * MOST_SHARES + share]
+        if lanes.n == 0:
+            return 0
+        if self._program[g] != NULL:
+            return (<Program>self._program[g]).cost(lanes)
+        return self._kernel[g].cost(lanes)
+
+    cdef void _run_shares(self, Task task, Work* work) noexcept nogil:
+        work.evaluation = <void*>self
+        share(self.threads, self.shares, task, work)
+
     cdef void guard(self) noexcept nogil:
         cdef Py_ssize_t g
-        cdef Lanes* lanes
+        cdef Work work
         if not self.guarded:
             return
+        if self.shares > 1:
+            self._run_shares(guard_share, &work)
         for g in range(self._group_count):
-            lanes = &self._lanes[self.current][g]
-            if lanes.n == 0 or self._program[g] != NULL:
-                continue
-            if self._kernel[g] != NULL:
-                if self._kernel[g].guard != NULL:
-                    self._kernel[g].guard(lanes)
-                continue
-            with gil:
-                try:
-                    self.interpreters[g].guard(self.states[self.current])
-                except BaseException as error:
-                    self._fail(error)
+            if self.shares == 1 or not self._free[g]:
+                self._whole_guard(g)
+
+    cdef void _part_guard(self, Py_ssize_t g, Py_ssize_t share) noexcept nogil:
+        cdef Lanes* lanes = &self._parts[self.current][g * MOST_SHARES + share]
+        if lanes.n and self._kernel[g] != NULL and self._kernel[g].guard != NULL:
+            self._kernel[g].guard(lanes)
+
+    cdef void _whole_guard(self, Py_ssize_t g) noexcept nogil:
+        cdef Lanes* lanes = &self._lanes[self.current][g]
+        if lanes.n == 0 or self._program[g] != NULL:
+            return
+        if self._kernel[g] != NULL:
+            if self._kernel[g].guard != NULL:
+                self._kernel[g].guard(lanes)
+            return
+        with gil:
+            try:
+                self.interpreters[g].guard(self.states[self.current])
+            except BaseException as error:
+                self._fail(error)
 
     cdef double linearise(self, void* gradient, void* values) noexcept nogil:
         cdef size_t item = 4 if self.single else 8
+        cdef double totals[MOST_SHARES]
         cdef double total = 0
-        cdef Py_ssize_t g
+        cdef Py_ssize_t g, k
+        cdef Work work
         self.guard()
-        memset(gradient, 0, (self.size + self.trash) * item)
-        memset(values, 0, (self.value_count + self.trash * self.trash) * item)
+        work.gradient, work.values, work.totals = gradient, values, totals
+        if self.shares == 1:
+            memset(gradient, 0, self._gradient_room * item)
+            memset(values, 0, self._value_room * item)
+        else:
+            self._run_shares(clear_share, &work)
+            self._run_shares(linearise_share, &work)
+            self._run_shares(sum_share, &work)
+            for k in range(self.shares):
+                total += totals[k]
         for g in range(self._group_count):
-            total += self._group_linearise(g, gradient, values)
+            if self.shares == 1 or not self._free[g]:
+                total += self._group_linearise(g, gradient, values)
         if self.single:
             self._hold(<float*>gradient, <float*>values)
         else:
             self._hold(<double*>gradient, <double*>values)
         return total
+
+    cdef double _part_linearise(
+        self, Py_ssize_t g, Py_ssize_t share, void* gradient, void* values
+    ) noexcept nogil:
+        cdef Lanes* lanes = &self._parts[self.current][g * MOST_SHARES + share]
+        if lanes.n == 0:
+            return 0
+        if self._program[g] != NULL:
+            return (<Program>self._program[g]).linearise(lanes, self._shared[g], gradient, values)
+        return self._kernel[g].linearise(lanes, gradient, values)
+
+    cdef void _sum_shares(self, void* gradient, void* values) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Work work
+        work.evaluation, work.gradient, work.values = <void*>self, gradient, values
+        if self.shares > 1:
+            for k in range(self.shares):
+                sum_share(&work, k)
 
     cdef double _group_linearise(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil:
         cdef Lanes* lanes = &self._lanes[self.current][g]
@@ -381,8 +580,8 @@ cdef class Evaluation:
             try:
                 return self.interpreters[g].linearise(
                     self.states[self.current],
-                    self._view(gradient, self.size + self.trash),
-                    self._view(values, self.value_count + self.trash * self.trash),
+                    self._view(gradient, self._gradient_room),
+                    self._view(values, self._value_room),
                 )
             except BaseException as error:
                 return self._fail(error)
@@ -520,18 +719,19 @@ cdef class Evaluation:
     def group_linearised(self, Py_ssize_t g, gradient, values):
         """Cost of one group at the accepted state; its J'r and J'J are added to the arrays.
 
-        `gradient` (size + trash,) and `values` (value_count + trash^2,) as `room` makes them.
+        `gradient` and `values` are as `room` makes them.
         """
         self.guard()
         cost = self._group_linearise(g, <void*>address(gradient), <void*>address(values))
+        self._sum_shares(<void*>address(gradient), <void*>address(values))
         self.raise_failure()
         return cost
 
     def room(self):
-        """Zeros for J'r and for the values of J'J, trash included."""
+        """Zeros for J'r and for the values of J'J, with what lies behind them."""
         return (
-            np.zeros(self.size + self.trash, dtype=self.dtype),
-            np.zeros(self.value_count + self.trash * self.trash, dtype=self.dtype),
+            np.zeros(self._gradient_room, dtype=self.dtype),
+            np.zeros(self._value_room, dtype=self.dtype),
         )
 
     def group_rows(self, Py_ssize_t g):

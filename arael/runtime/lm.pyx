@@ -88,10 +88,8 @@ cdef class Minimiser:
         self._n = evaluation.size
         self._epsilon = float(np.finfo(evaluation.dtype).eps)
         self._read(config, watched)
-        n, trash = evaluation.size, evaluation.trash
-        dtype = evaluation.dtype
-        self.gradient_array = np.zeros(n + trash, dtype=dtype)
-        self.value_array = np.zeros(evaluation.value_count + trash * trash, dtype=dtype)
+        n, dtype = evaluation.size, evaluation.dtype
+        self.gradient_array, self.value_array = evaluation.room()
         self.diagonal_array = np.zeros(max(n, 1), dtype=dtype)
         self.damped_array = np.zeros(max(n, 1), dtype=dtype)
         self.step_array = np.zeros(max(n, 1), dtype=dtype)

@@ -13,6 +13,7 @@ from arael.runtime.access import Array
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.lm import Minimiser
+from arael.runtime.pool import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.trace import Watcher
 
@@ -61,6 +62,9 @@ def minimise(
     if write is None and config.verbose:
         write = to_stderr
     began = time.perf_counter()
+    threads = threads_for(config.num_threads)
+    problem.evaluation.threads = threads
+    solver.use_threads(threads)
     problem.check_start()
     problem.strayed = True
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)

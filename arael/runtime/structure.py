@@ -31,6 +31,7 @@ class Structure:
     pattern: BlockPattern
     placements: tuple[Placement, ...]
     trash: int  # scalars behind the gradient; its square behind the values
+    shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
 
 def structure_of(

@@ -8,6 +8,7 @@ cdef class LinearSolver:
     cdef readonly object pattern    # BlockPattern
     cdef readonly dict plan         # name, why, n, nnz_l, flops, ... of the symbolic analysis
     cdef readonly Py_ssize_t n      # scalars
+    cdef readonly int threads       # that factor and solve may use; see `use_threads`
 
     # Factorise H with its diagonal replaced by `diagonal` (n scalars, damping included).
     # `values` are the blocks as the pattern lays them out; neither argument is changed.

@@ -19,6 +19,7 @@ cdef class LinearSolver:
         self.pattern = pattern
         self.single = single
         self.n = pattern.size
+        self.threads = 1
         self.plan = {}
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -29,6 +30,13 @@ cdef class LinearSolver:
 
     def restart(self):
         """Forget what the systems of an earlier solve taught; what the pattern taught stays."""
+
+    def use_threads(self, int threads):
+        """Let `factor` and `solve` share their work among so many threads.
+
+        Results do not depend on the number, except where a solver says so.
+        """
+        self.threads = threads
 
     @property
     def dtype(self):

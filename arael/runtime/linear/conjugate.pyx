@@ -109,6 +109,13 @@ cdef class ConjugateSolver(LinearSolver):
             "nnz_l": reduction.factor_size + reduction.stored_size + blocks.pattern.value_count,
         }
 
+    def use_threads(self, int threads):
+        """Let the elimination and the preconditioners share their work among so many threads."""
+        self.threads = self._elimination.threads = threads
+        self._jacobi.use_threads(threads)
+        if self._better is not None:
+            self._better.use_threads(threads)
+
     def report(self):
         """Return the plan, and how many iterations it took so far."""
         return {**self.plan, "solves": self.solves, "iterations": self.steps}

@@ -3,6 +3,14 @@
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
+# What the threads of one pass work on.
+cdef struct Pass:
+    void* of                            # Elimination or Sums
+    const void* values                  # or the vector that is read
+    const void* diagonal
+    void* out
+
+
 cdef class Elimination:
     cdef readonly object reduction      # Reduction
     cdef readonly Py_ssize_t n          # scalars of the reduced system
@@ -19,6 +27,14 @@ cdef class Elimination:
     cdef void* _work                    # one eliminated entity
     cdef void* _input                   # padded vectors
     cdef void* _output
+    cdef readonly bint single           # f32 if true, else f64
+    cdef public int threads
+    cdef Py_ssize_t _parts, _sweeps     # parts of the entities; of sweeps, with an output each
+    cdef const long long* _part_ends    # [parts + 1] entities
+    cdef const long long* _sweep_ends
+    cdef long long* _failed             # [parts]
+    cdef void* _outputs                 # [sweeps - 1] padded vectors
+    cdef Py_ssize_t _work_stride
 
     # Factor the eliminated diagonal blocks; 0 or 1 + the scalar of the whole system that failed.
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil
@@ -35,18 +51,30 @@ cdef class Elimination:
         real* y
     ) noexcept nogil
 
+    cdef void _add_outputs(self, real* y) noexcept nogil
+    cdef void _eliminate_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal) noexcept nogil
+    cdef void _descend_part(self, Py_ssize_t k, const real* b) noexcept nogil
+    cdef void _ascend_part(self, Py_ssize_t k, real* x) noexcept nogil
+    cdef void _apply_part(self, Py_ssize_t k, const real* _) noexcept nogil
+    cdef real* _output_of(self, Py_ssize_t k, const real* _) noexcept nogil
+
 
 cdef class Sums:
     cdef readonly object products       # Products
     cdef Elimination _of
     cdef object _keep
-    cdef Py_ssize_t _count, _blocks
     cdef const long long* _tasks
     cdef const int* _pairs
     cdef const long long* _copies       # (nblocks, 3) place, place in the whole values or -1, size
     cdef const long long* _diagonal     # (n,) places of the diagonal's scalars
     cdef void* _values
     cdef void* _damped                  # (n,) diagonal
+    cdef Py_ssize_t _parts
+    cdef const long long* _part_ends    # [parts + 1][3] blocks, scalars and tasks
 
     # Sum the blocks of the reduced system into `_values` and its diagonal into `_damped`.
     cdef void form(self, const real* values, const real* diagonal) noexcept nogil
+
+    cdef void _form_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal) noexcept nogil

@@ -5,6 +5,7 @@ from arael.runtime.linear.reduction import Products, Reduction
 class Elimination:
     reduction: Reduction
     n: int
+    threads: int
     def __init__(self, reduction: Reduction, dtype: Any) -> None: ...
 
 class Sums:

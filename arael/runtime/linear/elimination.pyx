@@ -16,7 +16,9 @@ from arael.runtime.linear cimport eliminate as kernels
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
+from arael.runtime.pool cimport share
 
+from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import SLACK
 from arael.runtime.linear.memory import aligned
 
@@ -37,14 +39,27 @@ cdef class Elimination:
         stored = aligned(reduction.stored_size, dtype)
         eliminated = aligned(reduction.pattern.size, dtype)
         largest = int(reduction.entities["size"].max(initial=1))
-        work = aligned(largest, dtype)
+        cost = parts.entity_costs(reduction)
+        part_ends = parts.split(cost, parts.count(cost.sum()))
+        sweep_ends = parts.split(cost, parts.sweeps(reduction, cost.sum()))
+        failed = np.zeros(len(part_ends), dtype=np.int64)
+        outputs = aligned((len(sweep_ends) - 2) * reduction.padded_size, dtype)
+        self._work_stride = -(-largest // 16) * 16
+        work = aligned((len(sweep_ends) - 1) * self._work_stride, dtype)
         before = aligned(reduction.padded_size, dtype)
         after = aligned(reduction.padded_size, dtype)
         # Blocks of couplings are fetched ahead of their turn.
         ahead = np.zeros(SLACK, reduction.couplings.dtype)
         couplings = np.append(reduction.couplings, ahead)
         scalars, padded = np.append(reduction.scalars, 0), np.append(reduction.padded, 0)
-        self._keep = (factors, stored, eliminated, work, before, after, couplings, scalars, padded)
+        self._keep = (factors, stored, eliminated, work, before, after, couplings, scalars, padded,
+                      part_ends, sweep_ends, failed, outputs)
+        self.threads = 1
+        self.single = np.dtype(dtype) == np.float32
+        self._parts, self._sweeps = len(part_ends) - 1, len(sweep_ends) - 1
+        self._part_ends = <const long long*>address(part_ends)
+        self._sweep_ends = <const long long*>address(sweep_ends)
+        self._failed, self._outputs = <long long*>address(failed), address(outputs)
         self._count = len(reduction.entities) - 1
         self._entities = <const Entity*>address(reduction.entities)
         self._couplings = <const Coupling*>address(couplings)
@@ -56,32 +71,42 @@ cdef class Elimination:
         self._input, self._output = address(before), address(after)
 
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil:
-        return kernels.eliminate(self._count, self._entities, self._couplings, values, diagonal,
-                                 <real*>self._factors, <real*>self._stored)
+        cdef Pass job
+        cdef Py_ssize_t k
+        job.of, job.values, job.diagonal = <void*>self, values, diagonal
+        share(self.threads, self._parts, eliminate_part, &job)
+        for k in range(self._parts):
+            if self._failed[k]:
+                return self._failed[k]
+        return 0
 
     cdef void descend(self, const real* b, real* reduced) noexcept nogil:
+        cdef Pass job
         cdef Py_ssize_t i
         cdef real* y = <real*>self._output
         for i in range(self.n):
             y[self._padded[i]] = b[self._scalar[i]]
-        kernels.descend(self._count, self._entities, self._couplings, <const real*>self._factors,
-                        <const real*>self._stored, b, <real*>self._eliminated, y)
+        job.of, job.values = <void*>self, b
+        share(self.threads, self._sweeps, descend_part, &job)
+        self._add_outputs(y)
         for i in range(self.n):
             reduced[i] = y[self._padded[i]]
 
     cdef void ascend(self, const real* reduced, real* x) noexcept nogil:
+        cdef Pass job
         cdef Py_ssize_t i
         cdef real* y = <real*>self._input
         for i in range(self.n):
             y[self._padded[i]] = reduced[i]
             x[self._scalar[i]] = reduced[i]
-        kernels.ascend(self._count, self._entities, self._couplings, <const real*>self._factors,
-                       <const real*>self._stored, y, <real*>self._eliminated, x)
+        job.of, job.out = <void*>self, x
+        share(self.threads, self._parts, ascend_part, &job)
 
     cdef void multiply(
         self, Py_ssize_t count, const Block* blocks, const real* values, bint whole, const real* x,
         real* y
     ) noexcept nogil:
+        cdef Pass job
         cdef Py_ssize_t i
         cdef real* before = <real*>self._input
         cdef real* after = <real*>self._output
@@ -90,10 +115,95 @@ cdef class Elimination:
             before[self._padded[i]] = x[i]
         kernels.symmetric(count, blocks, values, before, after)
         if not whole:
-            kernels.apply(self._count, self._entities, self._couplings, <const real*>self._stored,
-                          before, <real*>self._work, after)
+            job.of = <void*>self
+            share(self.threads, self._sweeps, apply_part, &job)
+            self._add_outputs(after)
         for i in range(self.n):
             y[i] = after[self._padded[i]]
+
+    cdef void _add_outputs(self, real* y) noexcept nogil:
+        """Add what the parts of a sweep have in vectors of their own, in their order."""
+        cdef Py_ssize_t k, i
+        cdef const real* part = <const real*>self._outputs
+        for k in range(self._sweeps - 1):
+            for i in range(self._padded_size):
+                y[i] += part[i]
+            part += self._padded_size
+
+    cdef void _eliminate_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal
+    ) noexcept nogil:
+        cdef Py_ssize_t begin = self._part_ends[k], end = self._part_ends[k + 1]
+        self._failed[k] = kernels.eliminate(
+            end - begin, self._entities + begin, self._couplings, values, diagonal,
+            <real*>self._factors, <real*>self._stored)
+
+    cdef void _descend_part(self, Py_ssize_t k, const real* b) noexcept nogil:
+        cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1]
+        kernels.descend(end - begin, self._entities + begin, self._couplings,
+                        <const real*>self._factors, <const real*>self._stored, b,
+                        <real*>self._eliminated, self._output_of(k, b))
+
+    cdef void _ascend_part(self, Py_ssize_t k, real* x) noexcept nogil:
+        cdef Py_ssize_t begin = self._part_ends[k], end = self._part_ends[k + 1]
+        kernels.ascend(end - begin, self._entities + begin, self._couplings,
+                       <const real*>self._factors, <const real*>self._stored,
+                       <const real*>self._input, <real*>self._eliminated, x)
+
+    cdef void _apply_part(self, Py_ssize_t k, const real* _) noexcept nogil:
+        cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1]
+        kernels.apply(end - begin, self._entities + begin, self._couplings,
+                      <const real*>self._stored, <const real*>self._input,
+                      <real*>self._work + k * self._work_stride, self._output_of(k, _))
+
+    cdef real* _output_of(self, Py_ssize_t k, const real* _) noexcept nogil:
+        """Where part k of a sweep adds up: the first in the output itself, the others in zeros."""
+        cdef real* y
+        if k == 0:
+            return <real*>self._output
+        y = <real*>self._outputs + (k - 1) * self._padded_size
+        memset(y, 0, self._padded_size * sizeof(real))
+        return y
+
+
+cdef void eliminate_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Elimination>p.of).single:
+        (<Elimination>p.of)._eliminate_part(k, <const float*>p.values, <const float*>p.diagonal)
+    else:
+        (<Elimination>p.of)._eliminate_part(k, <const double*>p.values, <const double*>p.diagonal)
+
+
+cdef void descend_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Elimination>p.of).single:
+        (<Elimination>p.of)._descend_part(k, <const float*>p.values)
+    else:
+        (<Elimination>p.of)._descend_part(k, <const double*>p.values)
+
+
+cdef void ascend_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Elimination>p.of).single:
+        (<Elimination>p.of)._ascend_part(k, <float*>p.out)
+    else:
+        (<Elimination>p.of)._ascend_part(k, <double*>p.out)
+
+
+cdef void apply_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Elimination>p.of).single:
+        (<Elimination>p.of)._apply_part(k, <const float*>NULL)
+    else:
+        (<Elimination>p.of)._apply_part(k, <const double*>NULL)
+
+
+cdef void form_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Sums>p.of)._of.single:
+        (<Sums>p.of)._form_part(k, <const float*>p.values, <const float*>p.diagonal)
+    else:
+        (<Sums>p.of)._form_part(k, <const double*>p.values, <const double*>p.diagonal)
 
 
 cdef class Sums:
@@ -119,8 +229,10 @@ cdef class Sums:
         diagonal = np.append(diagonal, 0).astype(np.int64)
         values, damped = aligned(pattern.value_count, dtype), aligned(of.n, dtype)
         self.products, self._of = products, of
-        self._keep = (copies, diagonal, values, damped)
-        self._count, self._blocks = len(products.tasks), len(copies)
+        ends = parts.split_columns(products)
+        self._keep = (copies, diagonal, values, damped, ends)
+        self._parts = len(ends) - 1
+        self._part_ends = <const long long*>address(ends)
         self._tasks = <const long long*>address(products.tasks)
         self._pairs = <const int*>address(products.pairs)
         self._copies = <const long long*>address(copies)
@@ -128,22 +240,31 @@ cdef class Sums:
         self._values, self._damped = address(values), address(damped)
 
     cdef void form(self, const real* values, const real* diagonal) noexcept nogil:
-        cdef Py_ssize_t k
-        cdef const long long* copy = self._copies
-        cdef const long long* task = self._tasks
+        cdef Pass job
+        job.of, job.values, job.diagonal = <void*>self, values, diagonal
+        share(self._of.threads, self._parts, form_part, &job)
+
+    cdef void _form_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal
+    ) noexcept nogil:
+        cdef const long long* begin = self._part_ends + 3 * k
+        cdef const long long* end = begin + 3
+        cdef const long long* copy = self._copies + 3 * begin[0]
+        cdef const long long* task = self._tasks + 6 * begin[2]
+        cdef Py_ssize_t i
         cdef real* to = <real*>self._values
         cdef real* damped = <real*>self._damped
-        for _ in range(self._blocks):
+        for _ in range(end[0] - begin[0]):
             if copy[1] >= 0:
                 memcpy(to + copy[0], values + copy[1], copy[2] * sizeof(real))
             else:
                 memset(to + copy[0], 0, copy[2] * sizeof(real))
             copy += 3
-        for k in range(self._of.n):
-            to[self._diagonal[k]] = diagonal[self._of._scalar[k]]
-        for _ in range(self._count):
+        for i in range(begin[1], end[1]):
+            to[self._diagonal[i]] = diagonal[self._of._scalar[i]]
+        for _ in range(end[2] - begin[2]):
             kernels.gram(<int>task[3], <int>task[1], <int>task[2], task[5],
                          self._pairs + 2 * task[4], <const real*>self._of._stored, to + task[0])
             task += 6
-        for k in range(self._of.n):
-            damped[k] = to[self._diagonal[k]]
+        for i in range(begin[1], end[1]):
+            damped[i] = to[self._diagonal[i]]

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from arael.runtime.linear.supernodes import Supernodes
 
 Ints = NDArray[int64]
+LARGE: int
 
 class Fronts:
     columns: Ints
@@ -24,5 +25,7 @@ class Fronts:
     strips: NDArray[Any]
     stacks: tuple[int, int]
     storage: int
+    bundle: Ints
+    bundles: int
 
 def plan_fronts(supernodes: Supernodes, weights: Ints, pad: int) -> Fronts: ...

@@ -50,6 +50,11 @@ cdef class SchurSolver(LinearSolver):
             "nnz_l": inner.plan["nnz_l"] + reduction.factor_size + reduction.stored_size,
         }
 
+    def use_threads(self, int threads):
+        """Let the elimination and the inner solver share their work among so many threads."""
+        self.threads = self._elimination.threads = threads
+        self.inner.use_threads(threads)
+
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
         cdef Py_ssize_t status
         if self.single:

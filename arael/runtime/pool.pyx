@@ -1,0 +1,79 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime
+# distutils: depends = arael/runtime/pool.h
+"""The threads of a solve: how many, whether there are any, and what shares work between them."""
+
+import os
+
+import numpy as np
+
+cdef extern from "pool.h":
+    enum:
+        POOL_THREADS
+        POOL_MOST
+    void pool_share(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil
+    int pool_helpers() noexcept nogil
+
+
+cdef void share(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil:
+    pool_share(threads, items, task, job)
+
+
+def supported():
+    """Whether this build has threads; without them every solve runs on one."""
+    return bool(POOL_THREADS)
+
+
+def cores():
+    """Cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def threads_for(num_threads):
+    """Threads that `LmConfig.num_threads` stands for: itself, or all cores for 0; at least 1."""
+    if not POOL_THREADS:
+        return 1
+    return max(1, min(num_threads or cores(), POOL_MOST))
+
+
+def helpers():
+    """Threads that the pool has at present, the callers' own not counted."""
+    return pool_helpers()
+
+
+cdef struct Tally:
+    long long* times
+    long long* inner
+    int threads
+    Py_ssize_t items
+
+
+cdef void count_one(void* job, Py_ssize_t item) noexcept nogil:
+    (<long long*>job)[item] += 1
+
+
+cdef void count_row(void* job, Py_ssize_t item) noexcept nogil:
+    cdef Tally* tally = <Tally*>job
+    tally.times[item] += 1
+    pool_share(tally.threads, tally.items, count_one, tally.inner + item * tally.items)
+
+
+def tally(int threads, Py_ssize_t items, Py_ssize_t inner=0):
+    """How often each item of a job was done, and each item of the jobs that those began.
+
+    Returns
+    -------
+    times : (items,) int64
+    inner : (items, inner) int64
+    """
+    times = np.zeros(max(items, 1), dtype=np.int64)
+    within = np.zeros((max(items, 1), max(inner, 1)), dtype=np.int64)
+    cdef size_t first = times.ctypes.data, second = within.ctypes.data
+    cdef Tally job
+    job.times, job.inner = <long long*>first, <long long*>second
+    job.threads, job.items = threads, inner
+    with nogil:
+        pool_share(threads, items, count_row, &job)
+    return times[:items], within[:items, :inner]

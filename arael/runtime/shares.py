@@ -1,0 +1,285 @@
+"""Splits the instances of a problem into shares that threads accumulate side by side.
+
+Every share adds to gradient and blocks of its own accord. What one share alone contributes to lies
+where it always does; for what several contribute to, the first of them has that place and the
+others have one each behind the arrays, and all are summed in the order of the shares. The split
+follows from the problem and never from the number of threads, so sums have the same bits on any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.instances import in_lanes
+from arael.runtime.layout import Group
+from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.structure import Placement, Structure
+
+Ints = NDArray[np.int64]
+
+#: Most shares of a problem. Divides evenly by 2, 4 and 8 threads and well by 3.
+SHARES = 8
+
+#: Predicted nanoseconds from which a share of its own pays.
+GRAIN = 200_000.0
+
+# Places of their own may take this fraction of the values.
+_ROOM = 0.25
+
+# Scalars of a cache line, so that two shares never write to the same.
+_LINE = 16
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How the instances of all groups are split.
+
+    Attributes
+    ----------
+    count : shares; 1 if the problem is not split
+    bounds : per group (count + 1,) int64, blocks of lanes at which its shares begin and end
+    placed : per group rows, gradient_at, block_at and turn in lane order
+    gradient_room, value_room : scalars of the arrays, with trash and the places of the shares
+    gradient_sums, value_sums : (m, 3) int64
+        Target, source and count of what is added at the end, by target, then by share.
+    """
+
+    count: int
+    bounds: tuple[Ints, ...]
+    placed: tuple[list[NDArray[Any]], ...]
+    gradient_room: int
+    value_room: int
+    gradient_sums: Ints
+    value_sums: Ints
+
+
+def plan_shares(
+    structure: Structure, groups: Sequence[Group], widths: Sequence[int], free: Sequence[bool]
+) -> Shares:
+    """Split the instances of a structure; the same split for the same structure, always.
+
+    Parameters
+    ----------
+    widths : per group, its lanes
+    free : per group, whether threads may run it; what they may not is left whole
+    """
+    work = [
+        _nanoseconds(group) * len(p.rows) if may else 0.0
+        for group, p, may in zip(groups, structure.placements, free, strict=True)
+    ]
+    count = int(min(SHARES, sum(work) // GRAIN))
+    while count > 1:
+        bounds = [
+            _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
+            for p, width, one in zip(structure.placements, widths, work, strict=True)
+        ]
+        found = _Split(structure, widths, bounds, free, count).shares()
+        if found is not None:
+            return found
+        count //= 2
+    sums = np.zeros((0, 3), dtype=np.int64)
+    return Shares(
+        1,
+        tuple(
+            _bounds(len(p.rows), width, 1, 1)
+            for p, width in zip(structure.placements, widths, strict=True)
+        ),
+        tuple(_placed(p, width) for p, width in zip(structure.placements, widths, strict=True)),
+        structure.system.size + structure.trash,
+        structure.pattern.value_count + structure.trash**2,
+        sums,
+        sums,
+    )
+
+
+def _nanoseconds(group: Group) -> float:
+    """Predicted time to linearise one instance."""
+    return 10.0 + 0.1 * group.operations_after
+
+
+def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
+    blocks = -(-instances // width)
+    ends = np.arange(count + 1, dtype=np.int64) * blocks // count
+    return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)
+
+
+def _placed(placement: Placement, width: int) -> list[NDArray[Any]]:
+    """The arrays of a placement in lane order, kept with it."""
+    if width not in placement.lanes:
+        placement.lanes[width] = [
+            in_lanes(a, width)
+            for a in (placement.rows, placement.gradient_at, placement.block_at, placement.turn)
+        ]
+    kept: list[NDArray[Any]] = placement.lanes[width]
+    return kept
+
+
+class _Split:
+    """One way to split a structure, with what it takes."""
+
+    def __init__(
+        self,
+        structure: Structure,
+        widths: Sequence[int],
+        bounds: list[Ints],
+        free: Sequence[bool],
+        count: int,
+    ) -> None:
+        self.structure, self.widths, self.bounds, self.free = structure, widths, bounds, free
+        self.count = count
+        pattern = structure.pattern
+        self.sizes = np.append(pattern.sizes, structure.trash)
+        nb = pattern.block_count
+        block_of = np.full(structure.system.size + 1, nb, dtype=np.int64)
+        block_of[: structure.system.size] = np.repeat(np.arange(nb), pattern.sizes)
+        # Block of each use of each instance; the last one stands for what is not solved for.
+        self.blocks = [block_of[p.gradient_at] for p in structure.placements]
+        self.touched = np.zeros((count, nb + 1), dtype=bool)
+        for share, _, a, b, blocks in self._parts():
+            for u in range(blocks.shape[1]):
+                self.touched[share, blocks[a:b, u]] = True
+
+    def _parts(self) -> list[tuple[int, int, int, int, Ints]]:
+        """Share, group, first instance and end, and blocks of each part that is not empty."""
+        found = []
+        for g, (bounds, width, may) in enumerate(
+            zip(self.bounds, self.widths, self.free, strict=True)
+        ):
+            n = len(self.blocks[g])
+            for share in range(self.count):
+                a = min(n, int(bounds[share]) * width)
+                b = min(n, int(bounds[share + 1]) * width)
+                if may and a < b:
+                    found.append((share, g, a, b, self.blocks[g]))
+        return found
+
+    def shares(self) -> Shares | None:
+        """What the split comes to; None if it takes too much room."""
+        structure, nb = self.structure, self.structure.pattern.block_count
+        shared = self.touched.sum(axis=0) > 1
+        shared[nb] = False
+        mine = self.touched & shared
+        mine[np.argmax(mine, axis=0), np.arange(nb + 1)] = False
+        limit = _ROOM * structure.pattern.value_count
+        if (mine * self.sizes**2).sum() > limit:
+            return None
+        pairs = self._pairs(shared)
+        if pairs[:, 2].sum() > limit:
+            return None
+        every = mine.copy()
+        every[1:, nb] = True  # a trash of its own for each share
+        gradient_at, gradient_room = _places(
+            every, self.sizes, structure.system.size + structure.trash
+        )
+        diagonal_at, room = _places(
+            every, self.sizes**2, structure.pattern.value_count + structure.trash**2
+        )
+        places = room + np.cumsum(pairs[:, 2]) - pairs[:, 2]
+        value_room = room + int(pairs[:, 2].sum())
+        first = np.append(structure.pattern.offsets[:-1], structure.system.size)
+        diagonal = structure.pattern.value_start[structure.pattern.column_start[:-1]]
+        diagonal = np.append(diagonal, structure.pattern.value_count)
+        share, block = np.nonzero(mine)
+        gradient_sums = np.stack((first[block], gradient_at[share, block], self.sizes[block]), 1)
+        value_sums = np.concatenate(
+            (
+                np.stack((diagonal[block], diagonal_at[share, block], self.sizes[block] ** 2), 1),
+                np.stack((pairs[:, 0], places, pairs[:, 2]), 1),
+            )
+        )
+        placed = [list(_placed_copy(p)) for p in structure.placements]
+        for k, g, a, b, blocks in self._parts():
+            if k:
+                _, at, block_at, _ = placed[g]
+                at[a:b] += np.where(every[k], gradient_at[k] - first, 0)[blocks[a:b]].astype(
+                    np.int32
+                )
+                move = np.where(every[k], diagonal_at[k] - diagonal, 0)
+                chosen = pairs[:, 1] == k
+                table = pairs[chosen, 0], places[chosen]
+                _redirect(block_at[a:b], blocks[a:b], move, structure.pattern, table)
+        return Shares(
+            self.count,
+            tuple(self.bounds),
+            tuple(
+                [in_lanes(array, width) for array in arrays]
+                for arrays, width in zip(placed, self.widths, strict=True)
+            ),
+            gradient_room,
+            value_room,
+            _by_target(gradient_sums),
+            _by_target(value_sums),
+        )
+
+    def _pairs(self, shared: NDArray[np.bool_]) -> Ints:
+        """(m, 3) offset, share and area of each block off the diagonal that needs a place."""
+        values = self.structure.pattern.value_count
+        keys, areas = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+        for share, g, a, b, blocks in self._parts():
+            at = self.structure.placements[g].block_at[a:b]
+            for i in range(blocks.shape[1]):
+                for j in range(i):
+                    one, other = blocks[a:b, i], blocks[a:b, j]
+                    offset = at[:, i * (i + 1) // 2 + j]
+                    both = shared[one] & shared[other] & (one != other) & (offset != values)
+                    keys.append(offset[both] * self.count + share)
+                    areas.append((self.sizes[one] * self.sizes[other])[both])
+        key, area = np.concatenate(keys), np.concatenate(areas)
+        order = np.argsort(key, kind="stable")
+        key, area = key[order], area[order]
+        once = np.diff(key, prepend=-1) > 0
+        offset, share, area = key[once] // self.count, key[once] % self.count, area[once]
+        # The first share of each block has the block itself.
+        later = np.diff(offset, prepend=-1) == 0
+        return np.stack((offset[later], share[later], area[later]), axis=1)
+
+
+def _placed_copy(placement: Placement) -> tuple[NDArray[Any], ...]:
+    return (
+        placement.rows,
+        placement.gradient_at.copy(),
+        placement.block_at.copy(),
+        placement.turn,
+    )
+
+
+def _places(wanted: NDArray[np.bool_], sizes: Ints, begin: int) -> tuple[Ints, int]:
+    """Places behind `begin` for all wanted, share by share on lines of their own; and the end."""
+    at = np.zeros(wanted.shape, dtype=np.int64)
+    end = begin
+    for share in range(len(wanted)):
+        end = -(-end // _LINE) * _LINE
+        room = np.where(wanted[share], sizes, 0)
+        at[share] = end + np.cumsum(room) - room
+        end += int(room.sum())
+    return at, -(-end // _LINE) * _LINE
+
+
+def _redirect(
+    block_at: Ints, blocks: Ints, move: Ints, pattern: BlockPattern, table: tuple[Ints, Ints]
+) -> None:
+    """Point the contributions of some instances to the places of their share, in place."""
+    trash, offsets, places = pattern.value_count, *table
+    for i in range(blocks.shape[1]):
+        for j in range(i + 1):
+            at = block_at[:, i * (i + 1) // 2 + j]
+            nothing = at == trash
+            one = np.where(nothing, len(move) - 1, blocks[:, i])
+            diagonal = nothing | (blocks[:, i] == blocks[:, j])
+            shift = np.where(diagonal, move[one], 0)
+            if len(offsets):
+                found = np.minimum(np.searchsorted(offsets, at), len(offsets) - 1)
+                there = ~diagonal & (offsets[found] == at)
+                shift += np.where(there, places[found] - at, 0)
+            at += shift
+
+
+def _by_target(sums: Ints) -> Ints:
+    # A block's places ascend with the shares, so a stable sort keeps them in order.
+    order = np.lexsort((sums[:, 1], sums[:, 0]))
+    return np.ascontiguousarray(sums[order])
