@@ -14,7 +14,7 @@ from cython cimport floating
 
 from arael.runtime.kernel cimport KERNEL_ABI, Kernel, KernelTable, Lanes
 from arael.runtime.machine cimport Program
-from arael.runtime.pool cimport Task, share
+from arael.runtime.pool cimport Task, distribute
 
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.instances import in_lanes
@@ -490,7 +490,7 @@ cdef class Evaluation:
 
     cdef void _run_shares(self, Task task, Work* work) noexcept nogil:
         work.evaluation = <void*>self
-        share(self.threads, self.shares, task, work)
+        distribute(self.threads, self.shares, task, work)
 
     cdef void guard(self) noexcept nogil:
         cdef Py_ssize_t g

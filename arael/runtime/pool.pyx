@@ -15,7 +15,7 @@ cdef extern from "pool.h":
     int pool_helpers() noexcept nogil
 
 
-cdef void share(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil:
+cdef void distribute(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil:
     pool_share(threads, items, task, job)
 
 

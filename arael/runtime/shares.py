@@ -233,10 +233,11 @@ class _Split:
         order = np.argsort(key, kind="stable")
         key, area = key[order], area[order]
         once = np.diff(key, prepend=-1) > 0
-        offset, share, area = key[once] // self.count, key[once] % self.count, area[once]
+        offsets = key[once] // self.count
         # The first share of each block has the block itself.
-        later = np.diff(offset, prepend=-1) == 0
-        return np.stack((offset[later], share[later], area[later]), axis=1)
+        later = np.diff(offsets, prepend=-1) == 0
+        found: Ints = np.stack((offsets, key[once] % self.count, area[once]), axis=1)[later]
+        return found
 
 
 def _placed_copy(placement: Placement) -> tuple[NDArray[Any], ...]:

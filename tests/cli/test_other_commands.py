@@ -208,7 +208,8 @@ def test_doctor(arael: Arael) -> None:
     done = arael("doctor", "--json")
     found = {f["name"]: f for f in done.json["findings"]}
     assert done.code == 0
-    assert {"python", "numpy", "scipy", "C compiler", "processor", "BLAS", "cache"} <= set(found)
+    named = {"python", "numpy", "scipy", "C compiler", "processor", "threads", "BLAS", "cache"}
+    assert named <= set(found)
     assert found["C compiler"]["state"] == "ok"
 
 

@@ -1,15 +1,9 @@
-# Dense Cholesky on threads, in steps whose results do not depend on the number of threads.
+# Dense Cholesky on threads, with the same bits on any number of them.
 
 from arael.runtime.linear.blas cimport real
 
-cdef enum:
-    BLOCKED = 192       # columns from which a triangle is factored by blocks
-
-# Every row of a dense triangle may be addressed from every column.
-cdef Py_ssize_t DENSE
-
 # Cholesky factor of a dense column-major triangle in place, 1 / diagonal to `inverse`; 0 or 1 + the
-# failing pivot. `ld` is a multiple of PAD_BYTES.
+# failing pivot.
 cdef Py_ssize_t factor_triangle(
     int threads, Py_ssize_t k, real* l, Py_ssize_t ld, real* inverse) noexcept nogil
 

@@ -1,31 +1,31 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Dense Cholesky on threads: the kernels of tiles.h over rows that threads share.
+"""Dense Cholesky on threads: the kernels of tiles.h on pieces of rows that threads share.
 
-A triangle goes by blocks of columns, each in two steps: its own rows by one thread, then the rows
-below by all of them. Rows are handed out in pieces of whole tiles, and every entry is summed in the
-same order whoever has it, so results have the same bits on any number of threads.
+Rows are cut where tiles end, so that every entry is summed as one thread would do it, and results
+have the same bits on any number of threads.
 """
 
 from arael.runtime.linear cimport tiles
 from arael.runtime.linear.blas cimport real
-from arael.runtime.pool cimport share
+from arael.runtime.linear.tiles cimport DEPTH, PIECE
+from arael.runtime.pool cimport distribute
 
 cdef extern from *:
     Py_ssize_t PY_SSIZE_T_MAX
 
-DENSE = PY_SSIZE_T_MAX // 2
+# Every row of a dense triangle may be addressed from every column.
+cdef Py_ssize_t DENSE = PY_SSIZE_T_MAX // 2
 
 cdef enum:
-    BLOCK = 96          # columns of a block: whole tiles in every build
-    PIECE = 48          # rows of a piece are a multiple of this: whole tiles in every build
     OVERSHOOT = 16      # rows behind the last that a kernel may touch, at most
 
 # Floating-point operations from which a piece of rows pays.
 cdef Py_ssize_t GRAIN = 2_000_000
 
+# What threads work on: rows of x to be divided, or of u from which products of x are taken.
 cdef struct Rows:
-    int single
-    Py_ssize_t r, begin, k, ld, ldx, piece, pieces
+    bint single, minus
+    Py_ssize_t r, k, ld, ldx, piece, pieces
     const void* l
     const void* inverse
     void* x
@@ -34,98 +34,109 @@ cdef struct Rows:
 cdef Py_ssize_t factor_triangle(
     int threads, Py_ssize_t k, real* l, Py_ssize_t ld, real* inverse
 ) noexcept nogil:
-    cdef Py_ssize_t begin, end, status
-    cdef real kept[OVERSHOOT * BLOCK]
-    if k < BLOCKED:
-        return tiles.potrf(0, k, k, DENSE, l, ld, inverse)
-    begin = 0
-    while begin < k:
-        end = min(begin + BLOCK, k)
-        # Kernels work by whole vectors, and rows below the block have their turn later.
-        keep_rows(k, begin, end, l, ld, kept, True)
-        status = tiles.potrf(begin, end, end, DENSE, l, ld, inverse)
-        keep_rows(k, begin, end, l, ld, kept, False)
+    cdef Py_ssize_t begin = 0, status, columns, rest
+    cdef real kept[OVERSHOOT * DEPTH]
+    cdef real* corner
+    if threads <= 1 or k <= 2 * DEPTH:
+        return tiles.potrf(k, k, DENSE, l, ld, inverse)
+    # As `potrf` does it, with the rows below each corner shared.
+    while True:
+        corner, columns = l + begin * (ld + 1), min(k - begin, <Py_ssize_t>DEPTH)
+        rest = k - begin - columns
+        keep_rows(columns, rest, corner + columns, ld, kept, True)
+        status = tiles.potrf(columns, columns, DENSE, corner, ld, inverse + begin)
         if status:
-            return status
-        if end < k:
-            divide(threads, k - end, begin, end, l, ld, inverse, l + end, ld)
-        begin = end
-    return 0
+            return begin + status
+        if rest == 0:
+            return 0
+        keep_rows(columns, rest, corner + columns, ld, kept, False)
+        divide_rows(threads, rest, columns, corner, ld, inverse + begin, corner + columns, ld)
+        take_products(threads, rest, columns, corner + columns, ld,
+                      corner + columns * (ld + 1), ld, True)
+        begin += columns
 
 
 cdef void keep_rows(
-    Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end, real* l, Py_ssize_t ld, real* kept, bint away
+    Py_ssize_t columns, Py_ssize_t rest, real* below, Py_ssize_t ld, real* kept, bint away
 ) noexcept nogil:
-    """Put the rows behind a block aside, or back."""
-    cdef Py_ssize_t i, j, rows = min(k - end, OVERSHOOT)
-    for j in range(begin, end):
+    """Put the rows behind a corner, which its factorisation overshoots, aside or back."""
+    cdef Py_ssize_t i, j, rows = min(rest, <Py_ssize_t>OVERSHOOT)
+    for j in range(columns):
         for i in range(rows):
             if away:
-                kept[OVERSHOOT * (j - begin) + i] = l[end + i + j * ld]
+                kept[OVERSHOOT * j + i] = below[i + j * ld]
             else:
-                l[end + i + j * ld] = kept[OVERSHOOT * (j - begin) + i]
+                below[i + j * ld] = kept[OVERSHOOT * j + i]
 
 
 cdef void divide_rows(
     int threads, Py_ssize_t r, Py_ssize_t k, const real* l, Py_ssize_t ld, const real* inverse,
     real* x, Py_ssize_t ldx
 ) noexcept nogil:
-    divide(threads, r, 0, k, l, ld, inverse, x, ldx)
-
-
-cdef void divide(
-    int threads, Py_ssize_t r, Py_ssize_t begin, Py_ssize_t k, const real* l, Py_ssize_t ld,
-    const real* inverse, real* x, Py_ssize_t ldx
-) noexcept nogil:
-    """Columns `begin` to k of x = x l^-T, x of shape (r, k)."""
     cdef Rows job
     if threads <= 1:
-        tiles.trsm(r, begin, k, l, ld, inverse, x, ldx)
+        tiles.trsm(r, k, l, ld, inverse, x, ldx)
         return
     job.single = sizeof(real) == sizeof(float)
-    job.r, job.begin, job.k, job.ld, job.ldx = r, begin, k, ld, ldx
+    job.r, job.k, job.ld, job.ldx = r, k, ld, ldx
     job.l, job.inverse, job.x = l, inverse, x
-    cut(&job, (k - begin) * (k + begin))
-    share(threads, job.pieces, divide_piece, &job)
+    cut(&job, k * k)
+    distribute(threads, job.pieces, divide_piece, &job)
 
 
 cdef void divide_piece(void* job, Py_ssize_t item) noexcept nogil:
     cdef Rows* rows = <Rows*>job
     cdef Py_ssize_t first = item * rows.piece, r = min(rows.piece, rows.r - first)
     if rows.single:
-        tiles.trsm(r, rows.begin, rows.k, <const float*>rows.l, rows.ld,
-                   <const float*>rows.inverse, <float*>rows.x + first, rows.ldx)
+        tiles.trsm(r, rows.k, <const float*>rows.l, rows.ld, <const float*>rows.inverse,
+                   <float*>rows.x + first, rows.ldx)
     else:
-        tiles.trsm(r, rows.begin, rows.k, <const double*>rows.l, rows.ld,
-                   <const double*>rows.inverse, <double*>rows.x + first, rows.ldx)
+        tiles.trsm(r, rows.k, <const double*>rows.l, rows.ld, <const double*>rows.inverse,
+                   <double*>rows.x + first, rows.ldx)
 
 
 cdef void outer_product(
     int threads, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu
 ) noexcept nogil:
+    take_products(threads, r, k, x, ldx, u, ldu, False)
+
+
+cdef void take_products(
+    int threads, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu,
+    bint minus
+) noexcept nogil:
+    """Lower triangle of u = -x x', or of u = u - x x' if `minus`."""
     cdef Rows job
-    if threads <= 1:
-        tiles.syrk(0, r, k, x, ldx, u, ldu)
-        return
-    job.single = sizeof(real) == sizeof(float)
-    job.r, job.begin, job.k, job.ld, job.ldx = r, 0, k, ldu, ldx
+    job.single, job.minus = sizeof(real) == sizeof(float), minus
+    job.r, job.k, job.ld, job.ldx = r, k, ldx, ldu
     job.l, job.x = x, u
     cut(&job, r * k)
-    share(threads, job.pieces, multiply_piece, &job)
+    if threads <= 1:
+        job.piece, job.pieces = r, 1
+    distribute(threads, job.pieces, product_piece, &job)
 
 
-cdef void multiply_piece(void* job, Py_ssize_t item) noexcept nogil:
+cdef void product_piece(void* job, Py_ssize_t item) noexcept nogil:
     cdef Rows* rows = <Rows*>job
     # The longest rows first.
     cdef Py_ssize_t first = (rows.pieces - 1 - item) * rows.piece
     cdef Py_ssize_t end = min(first + rows.piece, rows.r)
     if rows.single:
-        tiles.syrk(first, end, rows.k, <const float*>rows.l, rows.ldx, <float*>rows.x, rows.ld)
+        products(rows, first, end, <const float*>rows.l, <float*>rows.x)
     else:
-        tiles.syrk(first, end, rows.k, <const double*>rows.l, rows.ldx, <double*>rows.x, rows.ld)
+        products(rows, first, end, <const double*>rows.l, <double*>rows.x)
+
+
+cdef void products(
+    const Rows* rows, Py_ssize_t first, Py_ssize_t end, const real* x, real* u
+) noexcept nogil:
+    if rows.minus:
+        tiles.lessen(first, end, rows.k, x, rows.ld, u, rows.ldx)
+    else:
+        tiles.syrk(first, end, rows.k, x, rows.ld, u, rows.ldx)
 
 
 cdef void cut(Rows* job, Py_ssize_t flops) noexcept nogil:
     """Pieces of rows of so many floating-point operations each that a piece pays."""
-    job.piece = PIECE * max(1, (GRAIN // max(flops, 1) + PIECE - 1) // PIECE)
+    job.piece = PIECE * max(<Py_ssize_t>1, GRAIN // max(<Py_ssize_t>1, flops * PIECE))
     job.pieces = (job.r + job.piece - 1) // job.piece

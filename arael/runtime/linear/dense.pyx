@@ -8,6 +8,7 @@ from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address, put
+from arael.runtime.linear.cholesky cimport factor_triangle
 
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
@@ -73,7 +74,7 @@ cdef class DenseSolver(LinearSolver):
         for i in range(n):
             matrix[i + i * ld] = diagonal[i]
         if not self._large:
-            return tiles.potrf(n, n, ld * n, matrix, ld, <real*>self._inverse)
+            return factor_triangle(self.threads, n, matrix, ld, <real*>self._inverse)
         status = blas.potrf(<int>n, matrix, <int>ld)
         # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):

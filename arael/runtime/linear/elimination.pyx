@@ -16,7 +16,7 @@ from arael.runtime.linear cimport eliminate as kernels
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
-from arael.runtime.pool cimport share
+from arael.runtime.pool cimport distribute
 
 from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import SLACK
@@ -74,7 +74,7 @@ cdef class Elimination:
         cdef Pass job
         cdef Py_ssize_t k
         job.of, job.values, job.diagonal = <void*>self, values, diagonal
-        share(self.threads, self._parts, eliminate_part, &job)
+        distribute(self.threads, self._parts, eliminate_part, &job)
         for k in range(self._parts):
             if self._failed[k]:
                 return self._failed[k]
@@ -87,7 +87,7 @@ cdef class Elimination:
         for i in range(self.n):
             y[self._padded[i]] = b[self._scalar[i]]
         job.of, job.values = <void*>self, b
-        share(self.threads, self._sweeps, descend_part, &job)
+        distribute(self.threads, self._sweeps, descend_part, &job)
         self._add_outputs(y)
         for i in range(self.n):
             reduced[i] = y[self._padded[i]]
@@ -100,7 +100,7 @@ cdef class Elimination:
             y[self._padded[i]] = reduced[i]
             x[self._scalar[i]] = reduced[i]
         job.of, job.out = <void*>self, x
-        share(self.threads, self._parts, ascend_part, &job)
+        distribute(self.threads, self._parts, ascend_part, &job)
 
     cdef void multiply(
         self, Py_ssize_t count, const Block* blocks, const real* values, bint whole, const real* x,
@@ -116,16 +116,16 @@ cdef class Elimination:
         kernels.symmetric(count, blocks, values, before, after)
         if not whole:
             job.of = <void*>self
-            share(self.threads, self._sweeps, apply_part, &job)
+            distribute(self.threads, self._sweeps, apply_part, &job)
             self._add_outputs(after)
         for i in range(self.n):
             y[i] = after[self._padded[i]]
 
     cdef void _add_outputs(self, real* y) noexcept nogil:
         """Add what the parts of a sweep have in vectors of their own, in their order."""
-        cdef Py_ssize_t k, i
+        cdef Py_ssize_t i
         cdef const real* part = <const real*>self._outputs
-        for k in range(self._sweeps - 1):
+        for _ in range(self._sweeps - 1):
             for i in range(self._padded_size):
                 y[i] += part[i]
             part += self._padded_size
@@ -242,7 +242,7 @@ cdef class Sums:
     cdef void form(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Pass job
         job.of, job.values, job.diagonal = <void*>self, values, diagonal
-        share(self._of.threads, self._parts, form_part, &job)
+        distribute(self._of.threads, self._parts, form_part, &job)
 
     cdef void _form_part(
         self, Py_ssize_t k, const real* values, const real* diagonal

@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from arael.runtime.linear.supernodes import Supernodes
 
 Ints = NDArray[int64]
-LARGE: int
 
 class Fronts:
     columns: Ints
@@ -28,4 +27,4 @@ class Fronts:
     bundle: Ints
     bundles: int
 
-def plan_fronts(supernodes: Supernodes, weights: Ints, pad: int) -> Fronts: ...
+def plan_fronts(supernodes: Supernodes, weights: Ints, pad: int, large: int) -> Fronts: ...

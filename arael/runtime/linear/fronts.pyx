@@ -3,7 +3,9 @@
 
 import numpy as np
 
+from arael.runtime.linear.front_time import time_of_front
 from arael.runtime.linear.memory import leading
+from arael.runtime.linear.subtrees import bundle_subtrees
 
 
 cdef class Fronts:
@@ -25,6 +27,9 @@ cdef class Fronts:
         Which of the two stacks.
     stacks : tuple of int
         Scalars of each stack.
+    bundle : (ns,) int64
+        Bundle of subtrees that a front belongs to, -1 for the fronts above all of them.
+    bundles : int
     child_start, children : int64
         Children of front s: ``children[child_start[s]:child_start[s + 1]]``.
     run_start, run_inside : int64
@@ -40,10 +45,10 @@ cdef class Fronts:
 
     cdef readonly object columns, below, first, triangle, panel, update, parity
     cdef readonly object child_start, children, run_start, run_inside, runs, strip_start, strips
-    cdef readonly object stacks, storage
+    cdef readonly object stacks, storage, bundle, bundles
 
 
-def plan_fronts(supernodes, weights, Py_ssize_t pad):
+def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     """Lay out the fronts of a symbolic factor.
 
     Parameters
@@ -53,6 +58,8 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad):
         Scalars of each block, in the original order.
     pad : int
         Rows are padded to a multiple of this many scalars.
+    large : int
+        Fronts with more columns are factored by BLAS, which may have threads of its own.
 
     Returns
     -------
@@ -75,7 +82,9 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad):
     f.panel = f.triangle + f.columns * tall + pad
     f.storage = int(place[ns])
     _family(f, supernodes.parent)
-    _stack(f, supernodes.parent, f.below * low + pad)
+    costs = time_of_front(f.columns, f.below)
+    f.bundle, f.bundles = bundle_subtrees(supernodes.parent, costs, f.columns > large)
+    _stack(f, supernodes.parent, f.below * low + pad, pad)
     _moves(f, supernodes, offset)
     return f
 
@@ -88,11 +97,12 @@ cdef _family(Fronts f, parent):
     f.child_start = np.searchsorted(parent[f.children], np.arange(ns + 1)).astype(np.int64)
 
 
-cdef _stack(Fronts f, parents, sizes):
+cdef _stack(Fronts f, parents, sizes, Py_ssize_t pad):
     """Place the update matrices on two stacks, one for even and one for odd depths of the tree.
 
     When a front is worked on, the updates of its children are the top of one stack and its own
-    goes onto the other; so nothing has to be moved when the children are taken away.
+    goes onto the other; so nothing has to be moved when the children are taken away. Each bundle
+    of subtrees has stacks of its own, on which the updates of its subtrees' roots stay.
     """
     cdef Py_ssize_t ns = len(parents), s, c, i
     cdef long long[::1] parent = parents
@@ -102,20 +112,27 @@ cdef _stack(Fronts f, parents, sizes):
     updates = np.zeros(ns, dtype=np.int64)
     cdef signed char[::1] parity = parities
     cdef long long[::1] update = updates
-    cdef long long top[2]
-    cdef long long peak[2]
-    top[0] = top[1] = peak[0] = peak[1] = 0
+    cdef long long[::1] bundle = f.bundle
+    # By stack, the last pair for the fronts above all bundles.
+    cdef Py_ssize_t nb = f.bundles, own
+    tops, peaks = np.zeros((nb + 1, 2), dtype=np.int64), np.zeros((nb + 1, 2), dtype=np.int64)
+    cdef long long[:, ::1] top = tops, peak = peaks
     for s in range(ns - 1, -1, -1):
         parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
     for s in range(ns):
-        update[s] = top[parity[s]]
-        top[parity[s]] += size[s]
-        peak[parity[s]] = max(peak[parity[s]], top[parity[s]])
+        own = bundle[s] if bundle[s] >= 0 else nb
+        update[s] = top[own, parity[s]]
+        top[own, parity[s]] += size[s]
+        peak[own, parity[s]] = max(peak[own, parity[s]], top[own, parity[s]])
         for i in range(child_start[s], child_start[s + 1]):
             c = children[i]
-            top[parity[c]] -= size[c]
+            if bundle[c] == bundle[s]:
+                top[own, parity[c]] -= size[c]
+    peaks = -(-peaks // pad) * pad
+    first = np.cumsum(peaks, axis=0) - peaks
+    updates += first[np.where(f.bundle >= 0, f.bundle, nb), parities]
     f.parity, f.update = parities, updates
-    f.stacks = (int(peak[0]), int(peak[1]))
+    f.stacks = (int(peaks[:, 0].sum()), int(peaks[:, 1].sum()))
 
 
 cdef _moves(Fronts f, supernodes, offsets):

@@ -41,7 +41,9 @@ def entity_costs(reduction: Reduction) -> Floats:
     width = reduction.couplings["width"].astype(np.float64)
     each = 8.0 + 0.2 * d[reduction.entity_of] ** 2 * width
     before = np.concatenate(([0.0], np.cumsum(each)))
-    return 40.0 + 2.0 * d * d + 0.2 * d**3 + before[ends[1:]] - before[ends[:-1]]
+    own: Floats = 40.0 + 2.0 * d * d + 0.2 * d**3
+    own += before[ends[1:]] - before[ends[:-1]]
+    return own
 
 
 def split(costs: Floats, parts: int) -> Ints:
@@ -49,7 +51,8 @@ def split(costs: Floats, parts: int) -> Ints:
     before = np.concatenate(([0.0], np.cumsum(costs)))
     ends = np.searchsorted(before, before[-1] * np.arange(parts + 1) / parts)
     ends[0], ends[-1] = 0, len(costs)
-    return ends.astype(np.int64)
+    found: Ints = ends.astype(np.int64)
+    return found
 
 
 def split_columns(products: Products) -> Ints:

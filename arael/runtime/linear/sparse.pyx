@@ -6,6 +6,8 @@ there, add what the children's update matrices say about them, factor them (`pot
 the front's own update matrix (`syrk`) and add the rest of the children's to it. Each step is a
 dense kernel on columns of whole blocks; index work is by runs of blocks. After J. Liu, "The
 multifrontal method for sparse matrix solution", SIAM Review 34 (1992).
+
+Threads first take bundles of subtrees, then share the rows and columns of the wide fronts above.
 """
 
 import numpy as np
@@ -17,6 +19,8 @@ from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address, put
+from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_product
+from arael.runtime.pool cimport distribute
 
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
@@ -40,6 +44,25 @@ cdef struct Front:
     long long inside            # runs before this one go to columns of the parent
     long long runs
     long long strips
+
+
+# What threads work on: bundles of subtrees ...
+cdef struct Values:
+    void* solver
+    const void* values
+    const void* diagonal
+
+
+# ... and columns of one front.
+cdef struct Columns:
+    void* solver
+    Py_ssize_t front
+    bint update                 # of its update matrix, not of its own
+
+
+cdef enum:
+    WIDE = 100_000              # scalars of a front from which its assembly is shared ...
+    PIECES = 32                 # ... in so many pieces
 
 
 cdef class SparseSolver(LinearSolver):
@@ -70,6 +93,11 @@ cdef class SparseSolver(LinearSolver):
     cdef Py_ssize_t _strip_room
     cdef Py_ssize_t _large              # fronts with more columns go to BLAS
     cdef void* _stack[2]
+    cdef Py_ssize_t _bundles
+    cdef const long long* _bundle_start  # [bundles + 2] ends of their lists; the last is the top
+    cdef const long long* _bundled      # [count] fronts of each
+    cdef long long* _failed             # [bundles] front that failed, or 0
+    cdef long long* _pivot              # its scalar + 1
 
     def __init__(self, pattern, bint single=False, ordering="auto", analysis=None):
         super().__init__(pattern, single)
@@ -77,7 +105,7 @@ cdef class SparseSolver(LinearSolver):
             analysis = analyse(pattern, ordering)
         pad = tiles.PAD_BYTES // self.dtype.itemsize
         nodes = analysis.supernodes
-        fronts = plan_fronts(nodes, pattern.sizes, pad)
+        fronts = plan_fronts(nodes, pattern.sizes, pad, tiles.large)
         block_start, blocks = place_blocks(pattern, nodes, fronts, pad)
         self._large = tiles.large
         if fronts.columns.max(initial=0) > self._large:
@@ -103,8 +131,18 @@ cdef class SparseSolver(LinearSolver):
         work = aligned(self.n + pad + int(table[:, 3].max(initial=0)), self.dtype)
         stacks = [aligned(size, self.dtype) for size in fronts.stacks]
         children = np.append(fronts.children, 0).astype(np.int64)
+        group = np.where(fronts.bundle >= 0, fronts.bundle, fronts.bundles)
+        bundled = 1 + np.argsort(group, kind="stable").astype(np.int64)
+        bundle_start = np.searchsorted(np.sort(group), np.arange(fronts.bundles + 2))
+        bundle_start = bundle_start.astype(np.int64)
+        failures = np.zeros((2, fronts.bundles + 1), dtype=np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
-                      work, stacks)
+                      work, stacks, bundled, bundle_start, failures)
+        self._bundles = fronts.bundles
+        self._bundle_start = <const long long*>address(bundle_start)
+        self._bundled = <const long long*>address(bundled)
+        self._failed = <long long*>address(failures)
+        self._pivot = self._failed + self._bundles + 1
         self._count = ns
         self._fronts = <const Front*>address(table)
         self._blocks = <const long long*>address(blocks)
@@ -123,6 +161,7 @@ cdef class SparseSolver(LinearSolver):
             "nnz_l": analysis.nnz,
             "flops": analysis.flops,
             "supernodes": ns,
+            "bundles": fronts.bundles,
         }
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -150,43 +189,92 @@ cdef class SparseSolver(LinearSolver):
         return table, storage, runs, strips, scalar
 
     cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
-        cdef Py_ssize_t s, i, status
-        cdef const Front* f
-        cdef const Front* c
-        cdef real* storage = <real*>self._factor_storage
-        cdef real* inverse = <real*>self._inverse
-        cdef real* triangle
-        cdef real* panel
-        cdef real* update
-        cdef const real* of_child
-        cdef const int* runs
-        for s in range(1, self._count + 1):
-            f = self._fronts + s
-            triangle, panel = storage + f.triangle, storage + f.panel
-            update = <real*>self._stack[f.parity] + f.update
-            memset(triangle, 0, f.columns * f.tall * sizeof(real))
-            memset(panel, 0, f.columns * f.low * sizeof(real))
-            put(self._blocks, (f - 1).blocks, f.blocks, values, storage)
-            for i in range(f.columns):
-                triangle[i * (f.tall + 1)] = diagonal[self._scalar[f.first + i]]
-            for i in range((f - 1).children, f.children):
-                c = self._fronts + self._children[i] + 1
-                runs = self._runs + 3 * (c - 1).runs
-                of_child = <const real*>self._stack[c.parity] + c.update
-                tiles.extend_columns(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                                     f.columns, of_child, c.low, triangle, f.tall, panel, f.low)
-            status = eliminate(f, triangle, panel, update, inverse + f.first, self._large)
+        cdef Py_ssize_t i, b, first = 0, status
+        cdef Values work
+        work.solver, work.values, work.diagonal = <void*>self, values, diagonal
+        distribute(self.threads, self._bundles, factor_bundle, &work)
+        for b in range(self._bundles):
+            if self._failed[b] and (first == 0 or self._failed[b] < self._failed[first - 1]):
+                first = b + 1
+        if first:
+            return self._pivot[first - 1]
+        for i in range(self._bundle_start[self._bundles], self._bundle_start[self._bundles + 1]):
+            status = self._front(self._bundled[i], self.threads, values, diagonal)
             if status:
-                return 1 + self._scalar[f.first + status - 1]
-            if f.below == 0:
-                continue
-            for i in range((f - 1).children, f.children):
-                c = self._fronts + self._children[i] + 1
-                runs = self._runs + 3 * (c - 1).runs
-                of_child = <const real*>self._stack[c.parity] + c.update
-                tiles.extend_update(runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                                    f.columns, of_child, c.low, update, f.low)
+                return status
         return 0
+
+    cdef void _factor_bundle(
+        self, Py_ssize_t b, const real* values, const real* diagonal
+    ) noexcept nogil:
+        cdef Py_ssize_t i
+        self._failed[b] = 0
+        for i in range(self._bundle_start[b], self._bundle_start[b + 1]):
+            self._pivot[b] = self._front(self._bundled[i], 1, values, diagonal)
+            if self._pivot[b]:
+                self._failed[b] = self._bundled[i]
+                return
+
+    cdef Py_ssize_t _front(
+        self, Py_ssize_t s, int threads, const real* values, const real* diagonal
+    ) noexcept nogil:
+        """Assemble and factor a front whose children are done; 0 or 1 + the failing scalar."""
+        cdef Py_ssize_t i, status
+        cdef const Front* f = self._fronts + s
+        cdef real* storage = <real*>self._factor_storage
+        cdef real* triangle = storage + f.triangle
+        cdef Columns columns
+        columns.solver, columns.front, columns.update = <void*>self, s, False
+        memset(triangle, 0, f.columns * f.tall * sizeof(real))
+        memset(storage + f.panel, 0, f.columns * f.low * sizeof(real))
+        put(self._blocks, (f - 1).blocks, f.blocks, values, storage)
+        for i in range(f.columns):
+            triangle[i * (f.tall + 1)] = diagonal[self._scalar[f.first + i]]
+        if threads > 1 and f.columns * (f.columns + f.below) > WIDE:
+            distribute(threads, PIECES, extend_piece, &columns)
+        else:
+            self._extend_columns(s, 0, f.columns, storage)
+        status = eliminate(f, threads, triangle, storage + f.panel, self._update(f, storage),
+                           <real*>self._inverse + f.first, self._large)
+        if status:
+            return 1 + self._scalar[f.first + status - 1]
+        columns.update = True
+        if threads > 1 and f.below * f.below > WIDE:
+            distribute(threads, PIECES, extend_piece, &columns)
+        elif f.below:
+            self._extend_update(s, 0, f.below, storage)
+        return 0
+
+    cdef real* _update(self, const Front* f, const real* _) noexcept nogil:
+        return <real*>self._stack[f.parity] + f.update
+
+    cdef void _extend_columns(
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* storage
+    ) noexcept nogil:
+        """Add what the children say about some of a front's columns."""
+        cdef Py_ssize_t i
+        cdef const Front* f = self._fronts + s
+        cdef const Front* c
+        for i in range((f - 1).children, f.children):
+            c = self._fronts + self._children[i] + 1
+            tiles.extend_columns(
+                self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
+                f.columns, <const real*>self._update(c, storage), c.low, storage + f.triangle,
+                f.tall, storage + f.panel, f.low, begin, end)
+
+    cdef void _extend_update(
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* storage
+    ) noexcept nogil:
+        """Add what the children say about some columns of a front's own update matrix."""
+        cdef Py_ssize_t i
+        cdef const Front* f = self._fronts + s
+        cdef const Front* c
+        for i in range((f - 1).children, f.children):
+            c = self._fronts + self._children[i] + 1
+            tiles.extend_update(
+                self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
+                f.columns, <const real*>self._update(c, storage), c.low, self._update(f, storage),
+                f.low, begin, end)
 
     cdef void _solve(self, real* b) noexcept nogil:
         cdef Py_ssize_t s, i, j, n = self.n
@@ -236,23 +324,49 @@ cdef class SparseSolver(LinearSolver):
             b[self._scalar[i]] = x[i]
 
 
-# Every row of a dense triangle may be addressed from every column.
-cdef extern from *:
-    Py_ssize_t PY_SSIZE_T_MAX
+cdef void factor_bundle(void* work, Py_ssize_t b) noexcept nogil:
+    cdef Values* v = <Values*>work
+    if (<SparseSolver>v.solver).single:
+        (<SparseSolver>v.solver)._factor_bundle(b, <const float*>v.values,
+                                                <const float*>v.diagonal)
+    else:
+        (<SparseSolver>v.solver)._factor_bundle(b, <const double*>v.values,
+                                                <const double*>v.diagonal)
 
-cdef Py_ssize_t DENSE = PY_SSIZE_T_MAX // 2
+
+cdef void extend_piece(void* work, Py_ssize_t item) noexcept nogil:
+    cdef Columns* c = <Columns*>work
+    if (<SparseSolver>c.solver).single:
+        extend_part(<SparseSolver>c.solver, c, item,
+                    <float*>(<SparseSolver>c.solver)._factor_storage)
+    else:
+        extend_part(<SparseSolver>c.solver, c, item,
+                    <double*>(<SparseSolver>c.solver)._factor_storage)
+
+
+cdef void extend_part(
+    SparseSolver solver, const Columns* c, Py_ssize_t item, real* storage
+) noexcept nogil:
+    cdef const Front* f = solver._fronts + c.front
+    cdef Py_ssize_t n = f.below if c.update else f.columns
+    cdef Py_ssize_t begin = n * item // PIECES, end = n * (item + 1) // PIECES
+    if c.update:
+        solver._extend_update(c.front, begin, end, storage)
+    else:
+        solver._extend_columns(c.front, begin, end, storage)
 
 
 cdef Py_ssize_t eliminate(
-    const Front* f, real* triangle, real* panel, real* update, real* inverse, Py_ssize_t large
+    const Front* f, int threads, real* triangle, real* panel, real* update, real* inverse,
+    Py_ssize_t large
 ) noexcept nogil:
     """Factor the columns of a front and form its update matrix; 0 or 1 + the failing column."""
     cdef Py_ssize_t k = f.columns, r = f.below, i, status
     if k <= large:
-        status = tiles.potrf(k, k, DENSE, triangle, f.tall, inverse)
+        status = factor_triangle(threads, k, triangle, f.tall, inverse)
         if status == 0 and r > 0:
-            tiles.trsm(r, k, triangle, f.tall, inverse, panel, f.low)
-            tiles.syrk(r, k, panel, f.low, update, f.low)
+            divide_rows(threads, r, k, triangle, f.tall, inverse, panel, f.low)
+            outer_product(threads, r, k, panel, f.low, update, f.low)
         return status
     status = blas.potrf(<int>k, triangle, <int>f.tall)
     # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 FRACTION = 1 / 8
 
 #: Predicted nanoseconds from which a bundle pays.
-GRAIN = 100_000.0
+GRAIN = 500_000.0
 
 #: Bundles are filled up to this fraction of the whole.
 BUNDLE = 1 / 16
@@ -76,7 +76,7 @@ def _open(parent: Ints, cost: Floats, limit: float) -> list[tuple[int, float]]:
     heapq.heapify(heap)
     closed: list[tuple[int, float]] = []
     while heap and -heap[0][0] > limit:
-        price, s = heapq.heappop(heap)
+        _, s = heapq.heappop(heap)
         if not children[s]:
             continue  # a front that is dear by itself belongs to the top
         for c in children[s]:

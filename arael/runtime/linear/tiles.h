@@ -7,10 +7,12 @@
  * the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the callers:
  * a kernel may touch up to one vector beyond the last row. Large matrices go by blocks, TILE_BLOCK
  * columns of one operand by a depth of TILE_DEPTH: multiples of the rows and columns of any tile.
+ * So is TILE_PIECE: work may be cut there without a change in any result.
  */
 #ifndef TILE_BLOCK
 #define TILE_BLOCK 96
 #define TILE_DEPTH 240
+#define TILE_PIECE 48
 #endif
 
 #if VB
@@ -220,13 +222,14 @@ static ptrdiff_t F(potrf_near)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T
 }
 
 /* c = c - a b' for m x n entries of c and depth k; if `lower` only what lies in tiles on or below the
- * diagonal. Goes by blocks of b that stay in the second cache. */
-static void F(lessen)(ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, const T *a, ptrdiff_t lda, const T *b,
-                      ptrdiff_t ldb, T *c, ptrdiff_t ldc, int lower) {
+ * diagonal. Goes by blocks of b that stay in the second cache. Rows before `begin`, a multiple of
+ * TILE_PIECE, are left out. */
+static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, const T *a,
+                      ptrdiff_t lda, const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc, int lower) {
     ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
     for (jb = 0; jb < n; jb += TILE_BLOCK) {
-        for (i0 = lower ? jb : 0; i0 < m; i0 += tile * W) {
+        for (i0 = lower && jb > begin ? jb : begin; i0 < m; i0 += tile * W) {
             tile = F(vectors)(m - i0);
             end = n - jb < TILE_BLOCK ? n : jb + TILE_BLOCK;
             if (lower && end > i0 + tile * W) end = i0 + tile * W;
@@ -266,18 +269,20 @@ static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T 
     for (j = 0; j < k; j += TILE_DEPTH) {
         const ptrdiff_t kb = k - j < TILE_DEPTH ? k - j : TILE_DEPTH;
         F(trsm_near)(r, kb, l + j * (ld + 1), ld, inverse + j, x + j * ldx, ldx);
-        F(lessen)(r, k - j - kb, kb, x + j * ldx, ldx, l + j + kb + j * ld, ld,
+        F(lessen)(0, r, k - j - kb, kb, x + j * ldx, ldx, l + j + kb + j * ld, ld,
                   x + (j + kb) * ldx, ldx, 0);
     }
 }
 
-/* Lower triangle of u = -x x', x of shape (r, k); what lies above the diagonal is spoilt. */
-static void F(syrk)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u, ptrdiff_t ldu) {
+/* Rows `begin`, a multiple of TILE_PIECE, to r of the lower triangle of u = -x x', x of shape (r, k);
+ * what lies above the diagonal is spoilt. */
+static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u,
+                    ptrdiff_t ldu) {
     const ptrdiff_t near = k < TILE_DEPTH + TILE_DEPTH / 2 ? k : TILE_DEPTH;
     ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
     for (jb = 0; jb < r; jb += TILE_BLOCK) {
-        for (i0 = jb; i0 < r; i0 += tile * W) {
+        for (i0 = jb > begin ? jb : begin; i0 < r; i0 += tile * W) {
             tile = F(vectors)(r - i0);
             end = r - jb < TILE_BLOCK ? r : jb + TILE_BLOCK;
             if (end > i0 + tile * W) end = i0 + tile * W;
@@ -291,7 +296,7 @@ static void F(syrk)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u, p
     }
     for (i = near; i < k; i += TILE_DEPTH) {
         const ptrdiff_t depth = k - i < TILE_DEPTH ? k - i : TILE_DEPTH;
-        F(lessen)(r, r, depth, x + i * ldx, ldx, x + i * ldx, ldx, u, ldu, 1);
+        F(lessen)(begin, r, r, depth, x + i * ldx, ldx, x + i * ldx, ldx, u, ldu, 1);
     }
 }
 
@@ -314,7 +319,7 @@ static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, 
         if (rest == 0) break;
         for (c = 0; c < nb; c++) *(V *)(below + c * ld) = kept[c];
         F(trsm_near)(rest, nb, corner, ld, inverse + j, below, ld);
-        F(lessen)(rest, rest, nb, below, ld, below, ld, corner + nb * (ld + 1), ld, 1);
+        F(lessen)(0, rest, rest, nb, below, ld, below, ld, corner + nb * (ld + 1), ld, 1);
     }
     return 0;
 }
@@ -347,38 +352,46 @@ static void F(add_block)(ptrdiff_t h, ptrdiff_t w, const T *from, ptrdiff_t ldf,
         for (; w > 0; w--, from += ldf, to += ldt) F(add)(h, from, to);
 }
 
-/* Add to a front the update matrix u of its child. Rows of the child move in runs (row, count, row
- * in the parent); the runs up to `inside` are columns of the parent, its k first rows. */
+/* Add to columns `begin` to `end` of a front the update matrix u of its child. Rows of the child
+ * move in runs (row, count, row in the parent); the runs up to `inside` are columns of the parent,
+ * its k first rows. */
 static void F(extend_columns)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
                               const T *u, ptrdiff_t ldu, T *triangle, ptrdiff_t ldt, T *panel,
-                              ptrdiff_t ldp) {
+                              ptrdiff_t ldp, ptrdiff_t begin, ptrdiff_t end) {
     ptrdiff_t a, b, q;
     for (a = 0; a < inside; a++) {
         const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2];
+        const ptrdiff_t first = begin > to ? begin - to : 0, last = end - to < w ? end - to : w;
         const T *from = u + row * ldu;
-        for (q = 0; q < w; q++)
+        if (first >= last) continue;
+        for (q = first; q < last; q++)
             F(add)(w - q, from + row + q + q * ldu, triangle + (to + q) * (ldt + 1));
+        from += first * ldu;
         for (b = a + 1; b < inside; b++)
-            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
-                         triangle + runs[3 * b + 2] + to * ldt, ldt);
+            F(add_block)(runs[3 * b + 1], last - first, from + runs[3 * b], ldu,
+                         triangle + runs[3 * b + 2] + (to + first) * ldt, ldt);
         for (; b < count; b++)
-            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
-                         panel + runs[3 * b + 2] - k + to * ldp, ldp);
+            F(add_block)(runs[3 * b + 1], last - first, from + runs[3 * b], ldu,
+                         panel + runs[3 * b + 2] - k + (to + first) * ldp, ldp);
     }
 }
 
-/* The same for the part that goes to the parent's own update matrix. */
+/* The same for the columns of the parent's own update matrix. */
 static void F(extend_update)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
-                             const T *u, ptrdiff_t ldu, T *update, ptrdiff_t ldp) {
+                             const T *u, ptrdiff_t ldu, T *update, ptrdiff_t ldp, ptrdiff_t begin,
+                             ptrdiff_t end) {
     ptrdiff_t a, b, q;
     for (a = inside; a < count; a++) {
         const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2] - k;
+        const ptrdiff_t first = begin > to ? begin - to : 0, last = end - to < w ? end - to : w;
         const T *from = u + row * ldu;
-        for (q = 0; q < w; q++)
+        if (first >= last) continue;
+        for (q = first; q < last; q++)
             F(add)(w - q, from + row + q + q * ldu, update + (to + q) * (ldp + 1));
+        from += first * ldu;
         for (b = a + 1; b < count; b++)
-            F(add_block)(runs[3 * b + 1], w, from + runs[3 * b], ldu,
-                         update + runs[3 * b + 2] - k + to * ldp, ldp);
+            F(add_block)(runs[3 * b + 1], last - first, from + runs[3 * b], ldu,
+                         update + runs[3 * b + 2] - k + (to + first) * ldp, ldp);
     }
 }
 

@@ -7,6 +7,8 @@ from arael.runtime.linear.blas cimport real
 
 cdef enum:
     PAD_BYTES = 64
+    DEPTH = 240         # columns of a block of a large matrix, TILE_DEPTH in tiles.h
+    PIECE = 48          # rows that work may be cut at, TILE_PIECE
 
 ctypedef Py_ssize_t (*potrf64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, double*, Py_ssize_t,
                                  double*) noexcept nogil
@@ -16,10 +18,18 @@ ctypedef void (*trsm64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, con
                           Py_ssize_t) noexcept nogil
 ctypedef void (*trsm32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*, float*,
                           Py_ssize_t) noexcept nogil
-ctypedef void (*syrk64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*,
-                          Py_ssize_t) noexcept nogil
-ctypedef void (*syrk32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*,
-                          Py_ssize_t) noexcept nogil
+ctypedef void (*syrk64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
+                          double*, Py_ssize_t) noexcept nogil
+ctypedef void (*lessen64_t)(
+    Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
+    Py_ssize_t, double*, Py_ssize_t, int
+) noexcept nogil
+ctypedef void (*syrk32_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
+                          float*, Py_ssize_t) noexcept nogil
+ctypedef void (*lessen32_t)(
+    Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
+    Py_ssize_t, float*, Py_ssize_t, int
+) noexcept nogil
 ctypedef void (*multiply64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
                               double*) noexcept nogil
 ctypedef void (*multiply32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
@@ -30,10 +40,11 @@ ctypedef void (*sweep32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, con
                            float*) noexcept nogil
 ctypedef void (*columns64_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t,
-    double*, Py_ssize_t
+    double*, Py_ssize_t, Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 ctypedef void (*update64_t)(
-    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t,
+    Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 
 ctypedef struct Tiles64:
@@ -46,12 +57,14 @@ ctypedef struct Tiles64:
     sweep64_t backward
     columns64_t extend_columns
     update64_t extend_update
+    lessen64_t lessen
 ctypedef void (*columns32_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t,
-    float*, Py_ssize_t
+    float*, Py_ssize_t, Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 ctypedef void (*update32_t)(
-    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t,
+    Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 
 ctypedef struct Tiles32:
@@ -64,6 +77,7 @@ ctypedef struct Tiles32:
     sweep32_t backward
     columns32_t extend_columns
     update32_t extend_update
+    lessen32_t lessen
 
 cdef Tiles64 f64
 cdef Tiles32 f32
@@ -98,13 +112,25 @@ cdef inline void trsm(
 
 
 cdef inline void syrk(
-    Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu
+    Py_ssize_t begin, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
+    Py_ssize_t ldu
 ) noexcept nogil:
-    """Lower triangle of u = -x x', x of shape (r, k); what lies above it is spoilt."""
+    """Rows `begin` to r of the lower triangle of u = -x x', x (r, k); what lies above is spoilt."""
     if real is double:
-        f64.syrk(r, k, x, ldx, u, ldu)
+        f64.syrk(begin, r, k, x, ldx, u, ldu)
     else:
-        f32.syrk(r, k, x, ldx, u, ldu)
+        f32.syrk(begin, r, k, x, ldx, u, ldu)
+
+
+cdef inline void lessen(
+    Py_ssize_t begin, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
+    Py_ssize_t ldu
+) noexcept nogil:
+    """Rows `begin` to r of the lower triangle of u = u - x x', x (r, k)."""
+    if real is double:
+        f64.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
+    else:
+        f32.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
 
 
 cdef inline void multiply(
@@ -149,21 +175,22 @@ cdef inline void backward(
 
 cdef inline void extend_columns(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
-    Py_ssize_t ldu, real* triangle, Py_ssize_t ldt, real* panel, Py_ssize_t ldp
+    Py_ssize_t ldu, real* triangle, Py_ssize_t ldt, real* panel, Py_ssize_t ldp, Py_ssize_t begin,
+    Py_ssize_t end
 ) noexcept nogil:
-    """Add a child's update matrix to the k columns of its parent."""
+    """Add a child's update matrix to columns `begin` to `end` of its parent, which has k."""
     if real is double:
-        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp)
+        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end)
     else:
-        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp)
+        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end)
 
 
 cdef inline void extend_update(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
-    Py_ssize_t ldu, real* update, Py_ssize_t ldp
+    Py_ssize_t ldu, real* update, Py_ssize_t ldp, Py_ssize_t begin, Py_ssize_t end
 ) noexcept nogil:
-    """Add a child's update matrix to the update matrix of its parent."""
+    """Add a child's update matrix to columns `begin` to `end` of its parent's update matrix."""
     if real is double:
-        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp)
+        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end)
     else:
-        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp)
+        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end)

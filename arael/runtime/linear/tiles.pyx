@@ -140,8 +140,9 @@ cdef extern from *:
     #define TILE_TABLE(p, set) {(void *)potrf_##p##_##set, (void *)trsm_##p##_##set, \\
         (void *)syrk_##p##_##set, (void *)multiply_##p##_##set, (void *)transposed_##p##_##set, \\
         (void *)forward_##p##_##set, (void *)backward_##p##_##set, \\
-        (void *)extend_columns_##p##_##set, (void *)extend_update_##p##_##set}
-    static void *tile_tables[2][3][9] = {
+        (void *)extend_columns_##p##_##set, (void *)extend_update_##p##_##set, \\
+        (void *)lessen_##p##_##set}
+    static void *tile_tables[2][3][10] = {
     #if TILE_X86
         {TILE_TABLE(f32, base), TILE_TABLE(f32, avx2), TILE_TABLE(f32, avx512)},
         {TILE_TABLE(f64, base), TILE_TABLE(f64, avx2), TILE_TABLE(f64, avx512)},
@@ -163,7 +164,7 @@ cdef extern from *:
     #endif
     }
     """
-    void* tile_tables[2][3][9]
+    void* tile_tables[2][3][10]
     int tile_sets() nogil
     Py_ssize_t PY_SSIZE_T_MAX
 
@@ -183,12 +184,14 @@ cdef void _take(int which):
     f32.forward, f32.backward = <sweep32_t>t[5], <sweep32_t>t[6]
     f32.extend_columns = <columns32_t>t[7]
     f32.extend_update = <update32_t>t[8]
+    f32.lessen = <lessen32_t>t[9]
     t = tile_tables[1][which]
     f64.potrf, f64.trsm, f64.syrk = <potrf64_t>t[0], <trsm64_t>t[1], <syrk64_t>t[2]
     f64.multiply, f64.transposed = <multiply64_t>t[3], <multiply64_t>t[4]
     f64.forward, f64.backward = <sweep64_t>t[5], <sweep64_t>t[6]
     f64.extend_columns = <columns64_t>t[7]
     f64.extend_update = <update64_t>t[8]
+    f64.lessen = <lessen64_t>t[9]
 
 
 def available():
