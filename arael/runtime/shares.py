@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from arael.runtime.instances import in_lanes
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.structure import Placement, Structure
+from arael.runtime.placement import Placement
+from arael.runtime.structure import Structure
 
 Ints = NDArray[np.int64]
 
