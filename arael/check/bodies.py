@@ -38,9 +38,6 @@ class Bodies:
         """A constraint at one place of its struct; None after a complaint."""
         home = Entity((), place)
         struct = place.struct
-        # The first field of this kind is for the first constraint, and so on.
-        fields = [f for f in struct.fields.values() if f.kind == "constraint_index"]
-        number = struct.constraints.index(node)
         return self._site(
             home,
             home,
@@ -48,7 +45,7 @@ class Bodies:
             node.name.id,
             node,
             {},
-            index_column=place.column(fields[number]) if number < len(fields) else "",
+            index_column=_index_column(place, node),
         )
 
     def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:
@@ -196,3 +193,12 @@ def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:
         taken.add(name)
         names.append(name)
     return names
+
+
+def _index_column(place: Place, node: tree.Constraint) -> str:
+    """The field that receives the constraint's row: its first is for the first, and so on."""
+    fields = (f for f in place.struct.fields.values() if f.kind == "constraint_index")
+    for field, constraint in zip(fields, place.struct.constraints, strict=False):
+        if constraint is node:
+            return place.column(field)
+    return ""

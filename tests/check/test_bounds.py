@@ -66,9 +66,9 @@ CONSTANTS += "\nconst c300 = 1\nroot R { param a: real\n constraint c { a * c1 }
     ],
 )
 def test_explosions_are_refused(text: str, code: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     assert code in codes(text)
-    assert time.perf_counter() - start < 20
+    assert time.process_time() - start < 20
 
 
 def test_lets_that_double_are_cheap_because_they_are_shared() -> None:

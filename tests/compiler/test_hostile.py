@@ -82,9 +82,9 @@ BOMBS = {
 @pytest.mark.parametrize("name", BOMBS)
 def test_models_that_explode_end_in_a_diagnostic(name: str) -> None:
     text, code = BOMBS[name]
-    began = time.monotonic()
+    began = time.process_time()
     assert stages(text) == code
-    assert time.monotonic() - began < SECONDS
+    assert time.process_time() - began < SECONDS
 
 
 MODELS = [path.read_text() for path in standard_models().values()]
@@ -110,6 +110,6 @@ def test_mutated_models_never_crash(text: str, edits: list[tuple[float, int, str
     for where, removed, added in edits:
         at = int(where * len(text))
         text = text[:at] + added + text[at + removed :]
-    began = time.monotonic()
+    began = time.process_time()
     stages(text)
-    assert time.monotonic() - began < SECONDS
+    assert time.process_time() - began < SECONDS

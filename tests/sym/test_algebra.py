@@ -133,7 +133,7 @@ HOSTILE = [
 @pytest.mark.parametrize("text", HOSTILE)
 @pytest.mark.parametrize("what", ["expand", "simplify"])
 def test_hostile_formulas_end_soon(text: str, what: str) -> None:
-    started = time.monotonic()
+    started = time.process_time()
     f = sym.parse(text)
     try:
         getattr(f, what)()
@@ -141,7 +141,7 @@ def test_hostile_formulas_end_soon(text: str, what: str) -> None:
         assert error.diagnostics[0].code in ("E0653", "E0654")
     f.diff("x")
     assert isinstance(f.eval(dict.fromkeys(f.free_vars, 0.5)), float)
-    assert time.monotonic() - started < 20
+    assert time.process_time() - started < 20
 
 
 def test_long_formulas_are_not_simplified() -> None:
