@@ -39,6 +39,8 @@ def compile_flags(target: str = NATIVE) -> list[str]:
     if sys.platform == "win32":
         return ["/O2", "/fp:precise"]
     flags = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-fopenmp-simd", "-w", "-g0"]
+    # GCC would write out short loops over the lanes before it looks whether they vectorise.
+    flags.append("--param=max-completely-peel-times=7")
     flags += machine_flags(target)
     if has_vector_library():
         flags.append("-DARAEL_LIBMVEC")

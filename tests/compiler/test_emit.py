@@ -76,19 +76,24 @@ def test_both_precisions_come_from_one_model() -> None:
     assert '"atan2f"' in f32
 
 
+# A body so short that compilers would rather write the lanes out, and one that is not.
+CALLS = {"linear": {"atan": "v"}, "slam": {"atan": "v", "atan2": "vv"}}
+
+
 @pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("name", CALLS)
 @pytest.mark.skipif(sys.platform != "linux", reason="looks at an ELF module with objdump")
-def test_bearing_is_vectorised(precision: str) -> None:
+def test_lanes_are_vectorised(name: str, precision: str) -> None:
     objdump = shutil.which("objdump")
     assert objdump, "binutils are needed to look at generated code"
-    compiled = load_compiled("slam", precision=precision)  # type: ignore[arg-type]
+    compiled = load_compiled(name, precision=precision)  # type: ignore[arg-type]
     assert compiled.folder is not None
     (module,) = compiled.folder.glob("*.so")
     code = subprocess.run([objdump, "-d", module], capture_output=True, text=True, check=True)
     suffix = "f" if precision == "f32" else ""
-    assert re.search(rf"_ZGV[bcde]N\d+vv_atan2{suffix}\b", code.stdout)
-    assert re.search(rf"_ZGV[bcde]N\d+v_atan{suffix}\b", code.stdout)
-    assert not re.search(rf"call.*<atan2?{suffix}@plt>", code.stdout)
+    for function, arguments in CALLS[name].items():
+        assert re.search(rf"_ZGV[bcde]N\d+{arguments}_{function}{suffix}\b", code.stdout)
+        assert not re.search(rf"call.*<{function}{suffix}@plt>", code.stdout)
 
 
 HOSTILE = [
