@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import backends, cold, fit, kernels, pictures, scale, schur
+from benchmarks import backends, cold, fit, kernels, pictures, scale, schur, threads
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
 from benchmarks.systems import SUITES as BESIDE
@@ -21,6 +21,7 @@ OWN: dict[str, Chapter] = {
     "backends": backends.run,
     "kernels": lambda plan, picture: kernels.run(),
     "schur": lambda plan, picture: schur.run(),
+    "threads": threads.run,
     "scale": scale.run,
     "cold": cold.run,
 }

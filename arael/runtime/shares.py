@@ -29,6 +29,9 @@ SHARES = 8
 #: Predicted nanoseconds from which a share of its own pays.
 GRAIN = 200_000.0
 
+# A linearisation of fewer grains stays whole.
+_SHORT = 4
+
 # Places of their own may take this fraction of the values.
 _ROOM = 0.25
 
@@ -73,7 +76,8 @@ def plan_shares(
         _nanoseconds(group) * len(p.rows) if may else 0.0
         for group, p, may in zip(groups, structure.placements, free, strict=True)
     ]
-    count = int(min(SHARES, sum(work) // GRAIN))
+    # Waking a helper may take as long as a short linearisation.
+    count = int(min(SHARES, sum(work) // GRAIN)) if sum(work) >= _SHORT * GRAIN else 1
     while count > 1:
         bounds = [
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)

@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 PARTS = 16
 GRAIN = 100_000.0
 
+# A pass of fewer grains stays whole.
+_SHORT = 10
+
 # Parts of a sweep have a vector each, which together may be this fraction of what is swept.
 _ROOM = 0.25
 _SWEEPS = 8
@@ -25,7 +28,8 @@ _SWEEPS = 8
 
 def count(nanoseconds: float) -> int:
     """Number of parts of a pass that takes so long."""
-    return int(max(1, min(PARTS, nanoseconds // GRAIN)))
+    # Waking a helper may take as long as a short pass, and longer where others use the machine.
+    return int(min(PARTS, nanoseconds // GRAIN)) if nanoseconds >= _SHORT * GRAIN else 1
 
 
 def sweeps(reduction: Reduction, nanoseconds: float) -> int:
