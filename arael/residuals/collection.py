@@ -16,6 +16,7 @@ from arael.face.ref import Refs
 from arael.residuals.compilation import compile_all
 from arael.residuals.declared import declared
 from arael.residuals.derivation import Derived, derive
+from arael.residuals.dotted import clash, within
 from arael.residuals.expression import Array, Definition, Expression, RuntimeResidual
 from arael.residuals.messages import error
 from arael.residuals.posed import Posed
@@ -134,10 +135,19 @@ class Residuals(Mapping[str, RuntimeResidual]):
     ) -> Definition:
         """Give an expression a name that residuals, and other such expressions, may use.
 
-        Its text and data can be changed later; whatever reads it follows.
+        Its text and data can be changed later; whatever reads it follows. A name may have dots,
+        ``L0.length``, if what stands before them names nothing else.
+
+        Raises
+        ------
+        AraelError
+            E01xx-E06xx: every mistake of the text, each at its place; E0760: the name is taken, or
+            could mean something else too; E0762: data or entities that do not fit; E0764: it would
+            depend on itself.
         """
         definition = Definition(text, name, None, data, entities)
         self._check_free(name, "name")
+        self._check_clear(name)
         self._definitions[name] = definition
         try:
             self._reads(definition)
@@ -223,8 +233,20 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """Values of the parameters of all runtime residuals by name."""
         return {name: v for one in self.values() for name, v in one.parameters.items()}
 
-    def value(self, name: str) -> Array:
-        """The value of a named expression at the present values, (rows, scalars)."""
+    def value(self, name: str) -> float | Array:
+        """The value of a named expression at the present values.
+
+        Returns
+        -------
+        A float; a vector of k as (k,). Of an expression whose data or entities have n rows, n other
+        than 1, one value for each: (n,) numbers, (n, k) vectors.
+
+        Raises
+        ------
+        AraelError
+            E0763: no expression has that name; E0765: it reads a row that was removed or lacks what
+            is read; E0762: its columns differ in length.
+        """
         definition = self._definitions.get(name)
         if definition is None:
             raise self._unknown(name)
@@ -233,7 +255,12 @@ class Residuals(Mapping[str, RuntimeResidual]):
         probe.entities = definition.entities
         derived = self._derive(probe, constant_too=True)
         posed = self._pose([derived])
-        return self._rows_of(posed, len(posed.layout.groups) - 1)
+        found = self._rows_of(posed, len(posed.layout.groups) - 1)
+        if found.shape[1] == 1:
+            found = found[:, 0]
+        if len(found) != 1:
+            return found
+        return float(found[0]) if found.ndim == 1 else found[0]
 
     def __getitem__(self, label: str) -> RuntimeResidual:
         if label not in self._derived:
@@ -349,8 +376,25 @@ class Residuals(Mapping[str, RuntimeResidual]):
             taken = "an expression has that name"
         elif what == "label" and name in self._derived:
             taken = "a residual has that label"
+        elif what == "parameter" and within(name, self._definitions):
+            taken = f"an expression is named `{within(name, self._definitions)[0]}`"
         if taken:
             raise error("E0760", f"`{name}` cannot be a {what}: {taken}", label)
+
+    def _check_clear(self, name: str) -> None:
+        constants = self._declared.declarations.consts
+        fields = [*self.schema.members(Row((), "", known="")), *constants]
+        meant = clash(name, fields, self._named, self._definitions)
+        if meant:
+            first = name.partition(".")[0]
+            raise error(
+                "E0760",
+                f"`{name}` cannot be a name: {meant}",
+                "residuals",
+                f"`{name}` could mean a part of it; choose another name before the dot"
+                if first != name
+                else "choose another name",
+            )
 
     def _free_label(self) -> str:
         number = 1

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.face.collection import Collection
 from arael.face.ref import Ref, Refs
+from arael.residuals.dotted import dotted_problem
 from arael.residuals.messages import error, label_problem, name_problem
 from arael.residuals.parameters import Parameters
 from arael.syntax.parser import parse_expression, parse_loss
@@ -199,7 +200,7 @@ class RuntimeResidual(Expression):
 class Definition(Expression):
     """A named expression that formulas of the same model may read; made by `Residuals.define`."""
 
-    _name_rule = staticmethod(name_problem)
+    _name_rule = staticmethod(dotted_problem)
 
 
 def parsed(text: str, label: str) -> tree.Expr:

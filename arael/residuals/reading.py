@@ -1,8 +1,8 @@
 """What names mean in a formula given at run time, and how they are read.
 
 In this order: a data column or a named row of the formula itself; a parameter of any runtime
-residual of the model; a named expression; a field of the model's root (``poses[3].pos.x``,
-``gamma``); a constant. So what the formula brings along shadows the model.
+residual of the model; a named expression (``width``, ``L0.length``); a field of the model's root
+(``poses[3].pos.x``, ``gamma``); a constant. So what the formula brings along shadows the model.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from arael.check.typed import INT, REAL, STRING, Literal_, Read, Typed, VectorTy
 from arael.check.typist import Slots, Typist
 from arael.diagnostics.records import Label, Span
 from arael.face.ref import Refs
+from arael.residuals.dotted import dotted_text, within
 from arael.residuals.expression import Definition, Expression
 from arael.residuals.schema import Row, Rows, Schema, type_of
 from arael.runtime.layout import Column, Slot, Step, Target
@@ -120,6 +121,9 @@ class Names:
         if reader is None or did_you_mean(name, self.names()):
             return []
         own = reader.frames[-1]
+        longer = within(name, reader.around.names())
+        if longer:
+            return [_there_is(longer)]
         return [f"give it to `{own.label}` as a parameter, as data or as an entity"]
 
 
@@ -230,7 +234,36 @@ def slot_of(t: Reader, row: Row) -> int:
     return len(t.slots.items) - 1
 
 
-def _follow(t: Reader, definition: Definition, node: tree.Name) -> Any:
+def _dotted(t: Reader, node: tree.Attribute) -> Any:
+    """The value of an expression with a dotted name; None if `node` is something else."""
+    text = "" if t.calls else dotted_text(node)
+    if not text:
+        return None
+    own, first = t.frames[-1], text.partition(".")[0]
+    argument = len(t.frames) == 1 and t.scope.candidates(first)
+    if argument or first in own._data or first in own.entities:
+        return None
+    definition = t.around.definition(text)
+    if definition is not None:
+        return _follow(t, definition, node)
+    known = within(first, t.around.names())
+    if not known or any(text.startswith(f"{name}.") for name in known):
+        return None
+    return t.fail(
+        "E0201",
+        node.span,
+        f"unknown name `{text}`",
+        label="no expression has this name",
+        help=did_you_mean(text, known)
+        or [f"there is {', '.join(f'`{one}`' for one in known[:12])}"],
+    )
+
+
+def _there_is(names: list[str]) -> str:
+    return f"there is {', '.join(f'`{one}`' for one in names[:12])}"
+
+
+def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
     """The value of a named expression, in its own surroundings."""
     if definition in t.frames or len(t.frames) > MAX_FOLLOWED:
         start = t.frames.index(definition) if definition in t.frames else 0
@@ -316,6 +349,9 @@ def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
 
 
 def _attribute(t: Reader, node: tree.Attribute) -> Any:
+    named = _dotted(t, node)
+    if named is not None:
+        return named
     owner: Any = t.visit(node.obj)
     if isinstance(owner, Broken):
         return BROKEN

@@ -42,7 +42,7 @@ def make_sketch() -> arael.Model:
 
 def dimensions(sketch: arael.Model) -> dict[str, float]:
     """Width, height and hole as the sketch has them now."""
-    return {name: float(sketch.residuals.value(name)[0, 0]) for name in MEASURED}
+    return {name: float(sketch.residuals.value(name)) for name in MEASURED}
 
 
 def draw(sketches: list[tuple[str, list[list[float]], float]], path: Path) -> None:
