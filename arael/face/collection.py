@@ -114,8 +114,8 @@ class Collection(Fields):
         n : number of rows, where no array tells
         parent : in a nested collection the rows that hold the new ones: `Refs` or dense rows (n,)
         **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
-            as dicts of arrays; the presence of an optional struct as an array of bools under its
-            name
+            as dicts of arrays; the presence of an optional struct as an array or list of bools
+            under its name
 
         Raises
         ------

@@ -38,8 +38,8 @@ def flatten(
             children.append((member, value))
         elif isinstance(member, Leaf):
             _leaf(flat, member, value)
-        elif value is None or (isinstance(value, (bool, np.bool_, np.ndarray)) and member.optional):
-            flat[f"{path}?"] = False if value is None else value
+        elif value is None or (member.optional and _is_presence(value)):
+            flat[f"{path}?"] = False if value is None else _presence(value, below(origin, key))
         else:
             inner, held = flatten(member, value, below(origin, key))
             if member.optional:
@@ -47,6 +47,26 @@ def flatten(
             flat.update(inner)
             children += held
     return flat, children
+
+
+def _is_presence(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return not value or any(isinstance(item, (bool, np.bool_)) for item in value)
+    return isinstance(value, (bool, np.bool_, np.ndarray))
+
+
+def _presence(value: Any, origin: Origin) -> Any:
+    """Whether an optional struct is there: as given, or an array of bools for a list of them."""
+    if not isinstance(value, (list, tuple)):
+        return value
+    for row, item in enumerate(value):
+        if not isinstance(item, (bool, np.bool_)):
+            raise error(
+                "E0703",
+                f"expected true or false for each row, found {describe(item)} in row {row}",
+                origin,
+            )
+    return np.array(value, np.bool_)
 
 
 def _leaf(flat: dict[str, Any], leaf: Leaf, value: Any) -> None:
