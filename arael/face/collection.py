@@ -61,10 +61,11 @@ class Collection(Fields):
         """Add one row at the end.
 
         Values by field name; a struct held by value as a dict, a collection as a list of dicts, a
-        ref as a `Ref` or an index as data files count it. A parameter may be ``{"value": ...,
-        "fixed": True}``.
+        ref as a `Ref`, or as data files have it: an index, or the target's text where it declares
+        `key`. A parameter may be ``{"value": ..., "fixed": True}``.
 
-        Raises AraelError: E0701 unknown field, E0702 missing, E0703-E0710 wrong values or refs.
+        Raises AraelError: E0701 unknown field, E0702 missing, E0703-E0710 wrong values or refs,
+        E0718 a key of two rows.
         """
         return self._append(values, front=False)
 

@@ -103,6 +103,13 @@ def refs(value: Any) -> Any:
                 handles.append(-1)
             elif isinstance(item, Ref) and item._table is first._table:
                 handles.append(item._handle)
+            elif not isinstance(item, Ref):
+                raise error(
+                    "E0703",
+                    f"expected a ref in every row, as in another, found {describe(item)}",
+                    first._table.label,
+                    help="give refs for all rows, or indices or keys for all",
+                )
             else:
                 raise error(
                     "E0710", "the refs do not all point into one collection", first._table.label

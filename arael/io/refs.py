@@ -11,7 +11,8 @@ from arael.diagnostics.records import AraelError
 from arael.io.report import Report
 from arael.runtime.layout import Column, Step
 from arael.runtime.store import Store, Table, references
-from arael.runtime.store.messages import describe, error, shorten, suggestion
+from arael.runtime.store.keys import double_key, unknown_key
+from arael.runtime.store.messages import describe, error
 from arael.runtime.store.slots import Ints
 
 Place = Callable[[int], str]
@@ -125,14 +126,8 @@ class PendingRefs:
                 owner = int(owners[i])
                 if (owner, value) not in keys:
                     known = [k for o, k in keys if o == owner]
-                    self.report.add(
-                        "E0708",
-                        f"`{column.target.text}` has no row whose `{target.layout.key}` is "
-                        f'"{shorten(value)}"',
-                        place(i),
-                        column,
-                        help=suggestion(value, known) if known else "",
-                    )
+                    message, help_ = unknown_key(column, target, value, known)
+                    self.report.add("E0708", message, place(i), column, help=help_)
                 found.append(keys.get((owner, value), 0))
             else:
                 self._wrong_type(column, target, value, place(i))
@@ -149,7 +144,7 @@ class PendingRefs:
                 if (owners[row], key) in keys:
                     self.report.add(
                         "E0718",
-                        f'the key "{shorten(key)}" names two rows',
+                        double_key(key),
                         target.name_of(row, target.layout.key),
                         column,
                     )

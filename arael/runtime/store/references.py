@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Column, Step, Target
+from arael.runtime.store import keys
 from arael.runtime.store.messages import Origin, describe, error
 from arael.runtime.store.slots import NULL, Ints
 
@@ -89,10 +90,11 @@ def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
 
 
 def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Origin) -> Ints:
-    """Return handles for `rows` of a ref column from `Handles` or indices as in data files.
+    """Return handles for `rows` of a ref column from `Handles`, indices or keys (as in files).
 
-    Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range or not
-    in the collection meant, E0709 stale, E0710 of another table or model.
+    Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range, not in
+    the collection meant or no such key, E0709 stale, E0710 of another table or model, E0718 a key
+    of two rows.
     """
     assert column.target is not None
     target = table.store.tables[column.target.table]
@@ -110,10 +112,18 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
             i = int(np.argmax(stale))
             raise error("E0709", "the ref is stale: its row was removed", name(i), column)
     else:
-        index = np.asarray(given)
+        index = (
+            np.asarray(given)
+            if not target.layout.key
+            else _without_keys(table, column, given, rows, origin, name)
+        )
         if index.dtype.kind not in "iu":
+            key = f", or its `{target.layout.key}`" if target.layout.key else ""
             raise error(
-                "E0703", f"expected {ref_words(column)}, found {describe(given)}", origin, column
+                "E0703",
+                f"expected {ref_words(column)}{key}, found {describe(given)}",
+                origin,
+                column,
             )
         index = np.broadcast_to(index, _row_shape(index, rows, column, origin)).astype(np.int64)
         dense = from_index(table, column, index, rows, name)
@@ -134,6 +144,20 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
                 column,
             )
     return handles
+
+
+def _without_keys(
+    table: Table, column: Column, given: Any, rows: Ints, origin: Origin, name: Any
+) -> NDArray[Any]:
+    """What is given for a ref column, keys made into indices."""
+    assert column.target is not None
+    if not keys.has_text(given):
+        return np.asarray(given)
+    texts = keys.as_objects(given)
+    texts = np.broadcast_to(texts, _row_shape(texts, rows, column, origin))
+    target = table.store.tables[column.target.table]
+    _, owners = walk(table, column.target.base, rows)
+    return keys.indices(target, column, texts, owners, name)
 
 
 def ref_words(column: Column) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
-from arael.runtime.store import references
+from arael.runtime.store import keys, references
 from arael.runtime.store.columns import Columns, Rows, flags_of
 from arael.runtime.store.messages import Name, Origin, below, error
 from arael.runtime.store.references import Handles
@@ -467,5 +467,5 @@ def _subset(given: Any, mask: NDArray[np.bool_]) -> Any:
     if isinstance(given, Handles):
         values = given.values
         return Handles(given.table, values[mask] if values.ndim else values)
-    array = np.asarray(given)
+    array = keys.as_objects(given) if keys.has_text(given) else np.asarray(given)
     return array[mask] if array.shape == mask.shape else array

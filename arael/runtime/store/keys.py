@@ -1,0 +1,108 @@
+"""Refs by the `key` text of their target, made into the indices that data files count."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.layout import Column
+from arael.runtime.store.messages import describe, problem, shorten, suggestion
+from arael.runtime.store.slots import NULL, Ints
+
+if TYPE_CHECKING:
+    from arael.runtime.store.table import Table
+
+MAX_TOLD = 20
+"""Findings of one column."""
+
+
+def has_text(given: Any) -> bool:
+    """Whether some of what is given for a ref column is text."""
+    if isinstance(given, np.ndarray) and given.dtype.kind in "UO":
+        given = given.tolist()
+    if isinstance(given, (list, tuple)):
+        return any(isinstance(item, str) for item in given)
+    return isinstance(given, str)
+
+
+def as_objects(given: Any) -> NDArray[Any]:
+    """Keys and indices as an array that leaves them as they are: NumPy would make 3 into "3"."""
+    if isinstance(given, np.ndarray):
+        return given.astype(object)
+    if isinstance(given, str):
+        return np.array(given, object)
+    array = np.empty(len(given), object)
+    array[:] = list(given)
+    return array
+
+
+def unknown_key(column: Column, target: Table, value: str, known: list[str]) -> tuple[str, str]:
+    """What is wrong with a key that no row has, and what helps."""
+    assert column.target is not None
+    message = f'`{column.target.text}` has no row whose `{target.layout.key}` is "{shorten(value)}"'
+    return message, suggestion(value, known) if known else ""
+
+
+def double_key(key: str) -> str:
+    """What is wrong with a key that two rows have."""
+    return f'the key "{shorten(key)}" names two rows'
+
+
+def indices(
+    target: Table, column: Column, given: NDArray[Any], owners: Ints, name: Callable[[int], str]
+) -> Ints:
+    """Indices, within the collection of each row's owner, of keys; indices and None among them too.
+
+    Parameters
+    ----------
+    target : the table whose rows have the keys
+    column : the ref column
+    given : text, indices or None (n,)
+    owners : dense row of the owner that each ref counts in (n,); -1 where there is none
+    name : of a row, for messages
+
+    Raises
+    ------
+    AraelError
+        E0703 neither text nor index, E0708 no row has the key, E0718 two rows have it.
+    """
+    parents, places = target.parent_rows(), target.index_in_parent()
+    holders, every = parents.tolist(), dict[tuple[int, str], list[int]]()
+    wanted = {value for value in given.tolist() if isinstance(value, str)}
+    for row, key in enumerate(target.column(target.layout.key).tolist()):
+        if key in wanted:
+            every.setdefault((holders[row], key), []).append(row)
+    found = np.full(len(given), NULL, np.int64)
+    wrong: list[Diagnostic] = []
+    doubled: set[int] = set()
+    for i, value in enumerate(given.tolist()):
+        if len(wrong) >= MAX_TOLD:
+            break
+        if value is None:
+            continue
+        if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+            found[i] = min(max(int(value), -2), 2**62)  # what is out of range is told later
+            continue
+        if not isinstance(value, str):
+            expected = f"the index of a `{target.layout.struct}` or its `{target.layout.key}`"
+            message = f"expected {expected}, found {describe(value)}"
+            wrong.append(problem("E0703", message, name(i), column))
+            continue
+        rows = every.get((int(owners[i]), value), [])
+        if not rows:
+            mine = target.column(target.layout.key)[parents == owners[i]].tolist()
+            message, help_ = unknown_key(column, target, value, mine)
+            wrong.append(problem("E0708", message, name(i), column, help_))
+            continue
+        if len(rows) > 1 and rows[1] not in doubled:
+            doubled.add(rows[1])
+            where = target.name_of(rows[1], target.layout.key)
+            wrong.append(problem("E0718", double_key(value), where, target.data[target.layout.key]))
+        found[i] = places[rows[0]]
+    if wrong:
+        raise AraelError(wrong)
+    return found
