@@ -43,6 +43,7 @@ def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunctio
         except AraelError:
             if prescribed:
                 raise
+            operations += MAX_OPERATIONS  # it was refused for its size
             found.append(_as_text(function))
             continue
         operations += cost

@@ -11,7 +11,12 @@ MAX_NODES = 150_000
 
 
 class BoundedGraph(Graph):
-    """The graph of the constraint at `span`.
+    """The graph of the constraint or function at `span`.
+
+    Parameters
+    ----------
+    label : its name, for the message
+    used : nodes that others before it have taken of the same allowance
 
     Raises
     ------
@@ -19,16 +24,17 @@ class BoundedGraph(Graph):
         E0620 from any operation that would make node number `MAX_NODES`.
     """
 
-    def __init__(self, label: str, span: Span) -> None:
+    def __init__(self, label: str, span: Span, used: int = 0) -> None:
         super().__init__()
-        self.label, self.span = label, span
+        self.label, self.span, self.used = label, span, used
 
     def _append(self, name: str, args: tuple[int, ...]) -> int:
-        if len(self.ops) >= MAX_NODES:
+        if self.used + len(self.ops) >= MAX_NODES:
+            takes = "and those before it take" if self.used else "takes"
             raise AraelError(
                 Diagnostic(
                     "E0620",
-                    f"`{self.label}` with its derivatives takes more than {MAX_NODES} operations",
+                    f"`{self.label}` with its derivatives {takes} more than {MAX_NODES} operations",
                     self.span,
                     help=("split the residual, or move what depends on data alone into the data",),
                 )

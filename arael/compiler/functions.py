@@ -35,11 +35,21 @@ class Functions:
         return Prescribed(function.name, function.native, partials)
 
     def layouts(self) -> tuple[Function, ...]:
-        """Return what the runtime knows of each."""
-        return tuple(self._layout(f) for f in self.typed)
+        """Return what the runtime knows of each.
 
-    def _layout(self, function: TypedFunction) -> Function:
-        graph = BoundedGraph(f"fn {function.name}", function.span)
+        Raises
+        ------
+        AraelError
+            E0620: all together take too many operations.
+        """
+        layouts, used = [], 0
+        for function in self.typed:
+            graph = BoundedGraph(f"fn {function.name}", function.span, used)
+            layouts.append(self._layout(function, graph))
+            used += len(graph.ops)
+        return tuple(layouts)
+
+    def _layout(self, function: TypedFunction, graph: Graph) -> Function:
         keys = range(len(function.params))
         inputs = [graph.input(k) for k in keys]
         shape: tuple[int, ...] = ()
