@@ -62,7 +62,7 @@ cdef class Box:
 
     cdef double _value(self, Py_ssize_t k) noexcept nogil:
         """Present value of a bounded scalar."""
-        cdef void* state = self._evaluation.state(self._entity[k])
+        cdef void* state = self._evaluation.states.at(self._entity[k])
         if self._evaluation.single:
             return (<float*>state)[self._at[k]]
         return (<double*>state)[self._at[k]]

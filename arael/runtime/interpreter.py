@@ -12,7 +12,7 @@ import numpy as np
 
 from arael.runtime.access import Array
 from arael.runtime.instances import Instances
-from arael.runtime.layout import Entity, Group
+from arael.runtime.layout import Entity, Group, Layout
 from arael.runtime.placement import Placement
 from arael.runtime.tape import Natives, Tape, evaluate
 
@@ -144,6 +144,40 @@ class GroupInterpreter:
         for k, node in enumerate(tape.outputs):
             found[:, k] = values[node]
         return found
+
+
+class Interpreters:
+    """The interpreters of all groups, each made when it is first asked for."""
+
+    def __init__(
+        self,
+        layout: Layout,
+        instances: Sequence[Instances],
+        placements: Sequence[Placement],
+        dtype: np.dtype[Any],
+        natives: Natives | None,
+    ) -> None:
+        self._layout, self._placements = layout, placements
+        self._instances = list(instances)
+        self._dtype, self._natives = dtype, natives
+        self._made: dict[int, GroupInterpreter] = {}
+
+    def __getitem__(self, g: int) -> GroupInterpreter:
+        if g not in self._made:
+            self._made[g] = GroupInterpreter(
+                self._layout.groups[g],
+                self._layout.entities,
+                self._instances[g],
+                self._placements[g],
+                self._dtype,
+                self._natives,
+            )
+        return self._made[g]
+
+    def replace(self, g: int, one: Instances) -> None:
+        """Take other data of a group."""
+        self._instances[g] = one
+        self._made.pop(g, None)
 
 
 def _squares(residuals: Array) -> float:

@@ -4,6 +4,7 @@
 # arrays "in lane order" are laid out [block][column][W], the last block padded by repeating its
 # last instance. Kernels accumulate J'r and J'J without the factor 2 of gradient and Hessian.
 
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
@@ -63,3 +64,10 @@ ctypedef struct KernelTable:
     int entity_count
     const Kernel* groups    # in the order of Layout.groups
     const refresh_function* refresh  # in the order of Layout.entities
+
+
+cdef inline const KernelTable* table_of(capsule) except NULL:
+    """The kernels in a capsule of a generated module."""
+    if not PyCapsule_IsValid(capsule, "arael.kernels"):
+        raise TypeError(f"expected a capsule `arael.kernels`, found {type(capsule).__name__}")
+    return <const KernelTable*>PyCapsule_GetPointer(capsule, "arael.kernels")

@@ -196,6 +196,15 @@ class Entity(msgspec.Struct, frozen=True):
     formulas: tuple[Formula, ...] = ()
     values: Tape | None = None
 
+    @property
+    def plain(self) -> bool:
+        """Whether all that a row holds is reals that a step is added to."""
+        return (
+            not self.updated
+            and self.stored == self.tangent == self.state
+            and all(use.kind in ("real", "vec") for use in self.params)
+        )
+
 
 class Slot(msgspec.Struct, frozen=True):
     """A way from the constraint's row to another; no steps: the row itself."""

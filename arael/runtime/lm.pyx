@@ -164,7 +164,7 @@ cdef class Minimiser:
     cdef void _run(self) noexcept nogil:
         self._began = self._mark = self._last_check = seconds()
         self.evaluation.guard()
-        self.start_cost = self.current_cost = self.evaluation.cost(self.evaluation.current)
+        self.start_cost = self.current_cost = self.evaluation.cost(self.evaluation.states.current)
         self._lap(COST)
         self._now.iteration = 0
         self._status = RUNNING
@@ -187,12 +187,12 @@ cdef class Minimiser:
             self._box.hold(self._gradient, self._values)
         if self.evaluation.single:
             vectors.take_diagonal(
-                self._n, <float*>self._values, self.evaluation.diagonal_at, s.min_diagonal,
+                self._n, <float*>self._values, self.evaluation.totals.diagonal_at, s.min_diagonal,
                 <float*>self._diagonal)
             self._now.gradient = 2 * vectors.largest(self._n, <float*>self._gradient)
         else:
             vectors.take_diagonal(
-                self._n, <double*>self._values, self.evaluation.diagonal_at, s.min_diagonal,
+                self._n, <double*>self._values, self.evaluation.totals.diagonal_at, s.min_diagonal,
                 <double*>self._diagonal)
             self._now.gradient = 2 * vectors.largest(self._n, <double*>self._gradient)
         self._now.iteration += 1
@@ -226,7 +226,7 @@ cdef class Minimiser:
         if self._factor():
             self._propose()
             self._now.accepted = self._now.trial_cost < self.current_cost
-        if self.evaluation.failed:
+        if self.evaluation.raised.any:
             self._now.accepted = False
         self._next_damping()
         self._now.seconds = seconds() - began
@@ -259,14 +259,14 @@ cdef class Minimiser:
             slope = vectors.dot(self._n, <float*>self._gradient, <float*>self._step)
             length = vectors.dot(self._n, <float*>self._step, <float*>self._step)
             added = vectors.added_curvature(
-                self._n, <float*>self._values, self.evaluation.diagonal_at, <float*>self._damped,
-                <float*>self._step)
+                self._n, <float*>self._values, self.evaluation.totals.diagonal_at,
+                <float*>self._damped, <float*>self._step)
         else:
             slope = vectors.dot(self._n, <double*>self._gradient, <double*>self._step)
             length = vectors.dot(self._n, <double*>self._step, <double*>self._step)
             added = vectors.added_curvature(
-                self._n, <double*>self._values, self.evaluation.diagonal_at, <double*>self._damped,
-                <double*>self._step)
+                self._n, <double*>self._values, self.evaluation.totals.diagonal_at,
+                <double*>self._damped, <double*>self._step)
         self._now.step_norm = sqrt(length)
         # Of the exact solution, step' H step = -slope - added.
         if cut:
@@ -274,9 +274,9 @@ cdef class Minimiser:
         else:
             self._now.predicted = -slope + added
         self._lap(SOLVE)
-        self.evaluation.move(self._step)
+        self.evaluation.states.move(self._step)
         self._lap(REFRESH)
-        self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.current)
+        self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.states.current)
         self._lap(COST)
 
     # --- damping -----------------------------------------------------------------------------
@@ -330,7 +330,7 @@ cdef class Minimiser:
         cdef int verdict
         self._keep_record()
         if self._now.accepted:
-            self.evaluation.accept()
+            self.evaluation.states.accept()
             self.current_cost = self._now.trial_cost
             self.accepted += 1
         verdict = self._verdict()
@@ -354,7 +354,7 @@ cdef class Minimiser:
             return CONVERGED
         if self._now.factored:
             if s.parameter_tolerance > 0 and self._now.step_norm <= s.parameter_tolerance * (
-                self.evaluation.norm() + s.parameter_tolerance
+                self.evaluation.states.norm() + s.parameter_tolerance
             ):
                 return PARAMETER_TOLERANCE
             if (s.predicted_reduction_tolerance > 0
@@ -430,7 +430,7 @@ cdef class Minimiser:
             self._failure, self._status = error, ABORTED
 
     cdef void _take_failure(self) noexcept nogil:
-        if self.evaluation.failed:
+        if self.evaluation.raised.any:
             with gil:
                 self._raise_later()
 

@@ -1,0 +1,27 @@
+# Where the kernels of each group read, whole and share by share.
+
+from arael.runtime.kernel cimport Lanes
+from arael.runtime.state_pair cimport StatePair
+
+cdef enum:
+    MOST_SHARES = 8
+
+
+cdef class GroupLanes:
+    cdef readonly list data      # per group, its data in lane order, and its uniforms
+    cdef object _keep            # arrays of places
+    cdef object _bounds          # of the shares, per group, in blocks of lanes
+    cdef list _widths            # per group, its lanes
+    cdef list _uses              # per group, how many entities it uses
+    cdef Py_ssize_t _shares
+    cdef Lanes* _whole[2]        # [groups], by which of the states they read
+    cdef Lanes* _parts[2]        # [groups][shares], the same by shares
+    cdef const void** _pointers  # to the states that the lanes read
+
+    # Of all instances of a group, reading one of the two states.
+    cdef Lanes* whole(self, int which, Py_ssize_t g) noexcept nogil
+    # Of the instances in one share.
+    cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil
+
+    cdef _place(self, Py_ssize_t g, one)
+    cdef _cut(self, Py_ssize_t g)

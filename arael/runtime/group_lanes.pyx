@@ -1,0 +1,118 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Where the kernels of each group read, whole and share by share."""
+
+import numpy as np
+
+from libc.stdint cimport int32_t, int64_t, uint8_t
+from libc.stdlib cimport calloc, free
+
+from arael.runtime.address cimport address
+from arael.runtime.kernel cimport Lanes
+from arael.runtime.natives cimport NativeTable
+from arael.runtime.state_pair cimport StatePair
+
+from arael.runtime.instances import in_lanes
+from arael.runtime.shares import SHARES
+
+assert SHARES <= MOST_SHARES
+
+
+cdef class GroupLanes:
+    """The lanes of all groups.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+    instances : list of Instances, one per group
+    plan : Shares
+        Places in lane order, and where the shares begin.
+    widths : list of int
+        Lanes of each group's data.
+    states : StatePair
+    natives : NativeTable
+
+    Attributes
+    ----------
+    data : list of (data in lane order, uniforms), one per group
+    """
+
+    def __init__(self, groups, instances, plan, widths, StatePair states, NativeTable natives):
+        cdef Py_ssize_t use = 0, which
+        cdef Lanes* lanes
+        self._bounds, self._widths, self._shares = plan.bounds, widths, plan.count
+        self._uses = [len(group.uses) for group in groups]
+        self.data = [None] * len(groups)
+        self._keep = (plan.placed, states, natives)
+        for which in range(2):
+            self._whole[which] = <Lanes*>calloc(len(groups) + 1, sizeof(Lanes))
+            self._parts[which] = <Lanes*>calloc((len(groups) + 1) * MOST_SHARES, sizeof(Lanes))
+        self._pointers = <const void**>calloc(2 * sum(self._uses) + 1, sizeof(void*))
+        if not (self._whole[0] and self._whole[1] and self._parts[0] and self._parts[1]
+                and self._pointers):
+            raise MemoryError
+        for g, (group, placed, one) in enumerate(zip(groups, plan.placed, instances, strict=True)):
+            self._place(g, one)
+            for which in range(2):
+                lanes = self.whole(which, g)
+                lanes.natives = natives.items
+                lanes.row = <const int32_t*>address(placed[0])
+                lanes.gradient_at = <const int32_t*>address(placed[1])
+                lanes.block_at = <const int64_t*>address(placed[2])
+                lanes.turn = <const uint8_t*>address(placed[3])
+                lanes.state = &self._pointers[use]
+                for one_use in group.uses:
+                    self._pointers[use] = states.entities[<Py_ssize_t>one_use.entity].state[which]
+                    use += 1
+            self._cut(g)
+
+    def __dealloc__(self):
+        free(self._whole[0])
+        free(self._whole[1])
+        free(self._parts[0])
+        free(self._parts[1])
+        free(self._pointers)
+
+    cdef Lanes* whole(self, int which, Py_ssize_t g) noexcept nogil:
+        return &self._whole[which][g]
+
+    cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil:
+        return &self._parts[which][g * MOST_SHARES + share]
+
+    def replace(self, Py_ssize_t g, one):
+        """Let the instances of a group have other data; there are as many as before."""
+        if len(one.rows) != self.whole(0, g).n:
+            raise ValueError(f"expected {self.whole(0, g).n} instances, found {len(one.rows)}")
+        self._place(g, one)
+        self._cut(g)
+
+    cdef _place(self, Py_ssize_t g, one):
+        """Point the lanes of a group at its data."""
+        cdef Py_ssize_t which
+        cdef Lanes* lanes
+        width = self._widths[g]
+        if width not in one.lanes:
+            one.lanes[width] = in_lanes(one.data, width)
+        self.data[g] = one.lanes[width], np.ascontiguousarray(one.uniform)
+        for which in range(2):
+            lanes = self.whole(which, g)
+            lanes.n = len(one.rows)
+            lanes.data, lanes.uniform = address(self.data[g][0]), address(self.data[g][1])
+
+    cdef _cut(self, Py_ssize_t g):
+        """The lanes of a group's shares: the same arrays from each share's first block on."""
+        cdef Py_ssize_t which, share, begin, end, width = self._widths[g]
+        cdef Py_ssize_t data = self.data[g][0].strides[0]
+        cdef Py_ssize_t uses = self._uses[g], pairs = uses * (uses + 1) // 2
+        cdef Lanes* part
+        bounds = self._bounds[g]
+        for which in range(2):
+            for share in range(self._shares):
+                begin, end = bounds[share], bounds[share + 1]
+                part = self.part(which, g, share)
+                part[0] = self.whole(which, g)[0]
+                part.n = min(part.n, end * width) - min(part.n, begin * width)
+                part.data = <const char*>part.data + begin * data
+                part.row += begin * uses * width
+                part.gradient_at += begin * uses * width
+                part.block_at += begin * pairs * width
+                part.turn += begin * pairs * width

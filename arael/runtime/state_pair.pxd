@@ -1,0 +1,43 @@
+# The states of all entities twice over: as accepted, and as a step would have them.
+
+from cython cimport floating
+from libc.stdint cimport int32_t
+
+from arael.runtime.kernel cimport refresh_function
+from arael.runtime.raised cimport Raised
+
+
+cdef struct EntityStates:
+    void* state[2]               # [rows][stride] stored scalars, then caches
+    const int32_t* delta_at      # [rows] first scalar of each row's step, or -1
+    Py_ssize_t rows
+    Py_ssize_t moving            # rows to refresh: all, or 0 if none moves
+    Py_ssize_t stored            # stored scalars of a row
+    Py_ssize_t stride            # state scalars of a row
+    bint plain                   # whether a step is just added
+    refresh_function refresh     # NULL: the interpreter does it
+
+
+cdef class StatePair:
+    cdef readonly bint single    # f32 if true, else f64
+    cdef readonly int current    # which of the two is accepted
+    cdef readonly list arrays    # [2][entities] (rows, state)
+    cdef EntityStates* entities
+    cdef Py_ssize_t _count
+    cdef Py_ssize_t _size        # scalars of a step
+    cdef object _layout          # of the entities
+    cdef object _keep            # what the pointers point into
+    cdef object _still           # zeros: the step of who does not move
+    cdef Raised _raised
+
+    # The other states become the accepted ones moved by `step`.
+    cdef void move(self, const void* step) noexcept nogil
+    # The other states become the accepted ones.
+    cdef void accept(self) noexcept nogil
+    # Accepted states of one entity.
+    cdef void* at(self, Py_ssize_t entity) noexcept nogil
+    # Euclidean norm of the stored scalars of all entities that are solved for.
+    cdef double norm(self) noexcept nogil
+
+    cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil
+    cdef _interpret(self, Py_ssize_t e, int source, int target, const void* step)

@@ -1,0 +1,28 @@
+"""The states of all entities twice over: as accepted, and as a step would have them."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import NDArray
+
+from arael.runtime.layout import Entity
+from arael.runtime.raised import Raised
+from arael.runtime.system import System
+
+class StatePair:
+    """What the parameters are and what they are tried to be."""
+
+    single: bool
+    current: int
+    arrays: list[list[NDArray[Any]]]
+
+    def __init__(
+        self,
+        entities: Sequence[Entity],
+        system: System,
+        stored: Sequence[NDArray[Any]],
+        single: bool,
+        kernels: Any,
+        raised: Raised,
+    ) -> None: ...
+    def start_at(self, e: int, stored: NDArray[Any]) -> None: ...
