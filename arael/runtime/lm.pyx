@@ -237,9 +237,11 @@ cdef class Minimiser:
         self._mark = seconds()
         if self.evaluation.single:
             vectors.damp(self._n, <float*>self._diagonal, self.damping, <float*>self._damped)
+            vectors.negate(self._n, <float*>self._gradient, <float*>self._step)
         else:
             vectors.damp(self._n, <double*>self._diagonal, self.damping, <double*>self._damped)
-        failed = self.solver.factor(self._values, self._damped)
+            vectors.negate(self._n, <double*>self._gradient, <double*>self._step)
+        failed = self.solver.factor_with(self._values, self._damped, self._step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
         return failed == 0
@@ -249,11 +251,7 @@ cdef class Minimiser:
         cdef double slope, added, length
         cdef bint cut
         self._mark = seconds()
-        if self.evaluation.single:
-            vectors.negate(self._n, <float*>self._gradient, <float*>self._step)
-        else:
-            vectors.negate(self._n, <double*>self._gradient, <double*>self._step)
-        self.solver.solve(self._step)
+        self.solver.finish(self._step)
         cut = self._box.count > 0 and self._box.clamp(self._step)
         if self.evaluation.single:
             slope = vectors.dot(self._n, <float*>self._gradient, <float*>self._step)

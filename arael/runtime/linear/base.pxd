@@ -18,3 +18,10 @@ cdef class LinearSolver:
 
     # Overwrite b (n scalars, original order) by the solution; needs a successful factor().
     cdef void solve(self, void* b) noexcept nogil
+
+    # Both, where the right-hand side is there before the factor: a solver may take b along while
+    # it factorises. After a successful factor_with(), and nothing else in between, finish()
+    # overwrites b, the same and unchanged, by the solution.
+    cdef Py_ssize_t factor_with(
+        self, const void* values, const void* diagonal, const void* b) noexcept nogil
+    cdef void finish(self, void* b) noexcept nogil

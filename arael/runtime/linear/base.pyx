@@ -28,6 +28,14 @@ cdef class LinearSolver:
     cdef void solve(self, void* b) noexcept nogil:
         pass
 
+    cdef Py_ssize_t factor_with(
+        self, const void* values, const void* diagonal, const void* b
+    ) noexcept nogil:
+        return self.factor(values, diagonal)
+
+    cdef void finish(self, void* b) noexcept nogil:
+        self.solve(b)
+
     def restart(self):
         """Forget what the systems of an earlier solve taught; what the pattern taught stays."""
 
@@ -56,6 +64,41 @@ cdef class LinearSolver:
         diagonal : (n,) array
             Damped diagonal that stands in for the one in `values`.
         """
+        v, d = self._system(values, diagonal)
+        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data
+        cdef Py_ssize_t status
+        with nogil:
+            status = self.factor(<const void*>pv, <const void*>pd)
+        return status
+
+    def step(self, values, diagonal, b):
+        """Factorise and solve in one go, as Levenberg-Marquardt does.
+
+        Parameters
+        ----------
+        values, diagonal : as for `factorise`
+        b : (n,) array
+
+        Returns
+        -------
+        status : int
+            As of `factorise`.
+        x : (n,) array, or None
+            The solution, where the status is 0.
+        """
+        v, d = self._system(values, diagonal)
+        x = np.array(b, dtype=self.dtype, ndmin=1)
+        if x.shape != (self.n,):
+            raise ValueError(f"expected a right-hand side of {self.n} rows, found shape {x.shape}")
+        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data, px = x.ctypes.data
+        cdef Py_ssize_t status
+        with nogil:
+            status = self.factor_with(<const void*>pv, <const void*>pd, <const void*>px)
+            if status == 0:
+                self.finish(<void*>px)
+        return status, x if status == 0 else None
+
+    def _system(self, values, diagonal):
         v = np.ascontiguousarray(values, dtype=self.dtype)
         d = np.ascontiguousarray(diagonal, dtype=self.dtype)
         if v.shape != (self.pattern.value_count,) or d.shape != (self.n,):
@@ -63,11 +106,7 @@ cdef class LinearSolver:
                 f"expected {self.pattern.value_count} values and {self.n} diagonal entries, "
                 f"found shapes {v.shape} and {d.shape}"
             )
-        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data
-        cdef Py_ssize_t status
-        with nogil:
-            status = self.factor(<const void*>pv, <const void*>pd)
-        return status
+        return v, d
 
     def solved(self, b):
         """Solution of the factorised system for the right-hand side `b`, shape (n,) or (n, k)."""

@@ -25,7 +25,7 @@ cdef Py_ssize_t GRAIN = 2_000_000
 # What threads work on: rows of x to be divided, or of u from which products of x are taken.
 cdef struct Rows:
     bint single, minus
-    Py_ssize_t r, k, ld, ldx, piece, pieces
+    Py_ssize_t r, n, k, ld, ldx, piece, pieces
     const void* l
     const void* inverse
     void* x
@@ -51,7 +51,7 @@ cdef Py_ssize_t factor_triangle(
             return 0
         keep_rows(columns, rest, corner + columns, ld, kept, False)
         divide_rows(threads, rest, columns, corner, ld, inverse + begin, corner + columns, ld)
-        take_products(threads, rest, columns, corner + columns, ld,
+        take_products(threads, rest, rest, columns, corner + columns, ld,
                       corner + columns * (ld + 1), ld, True)
         begin += columns
 
@@ -96,19 +96,20 @@ cdef void divide_piece(void* job, Py_ssize_t item) noexcept nogil:
 
 
 cdef void outer_product(
-    int threads, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu
+    int threads, Py_ssize_t r, Py_ssize_t n, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
+    Py_ssize_t ldu
 ) noexcept nogil:
-    take_products(threads, r, k, x, ldx, u, ldu, False)
+    take_products(threads, r, n, k, x, ldx, u, ldu, False)
 
 
 cdef void take_products(
-    int threads, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u, Py_ssize_t ldu,
-    bint minus
+    int threads, Py_ssize_t r, Py_ssize_t n, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
+    Py_ssize_t ldu, bint minus
 ) noexcept nogil:
-    """Lower triangle of u = -x x', or of u = u - x x' if `minus`."""
+    """Columns to n of the lower triangle of u = -x x', or of u = u - x x' if `minus`."""
     cdef Rows job
     job.single, job.minus = sizeof(real) == sizeof(float), minus
-    job.r, job.k, job.ld, job.ldx = r, k, ldx, ldu
+    job.r, job.n, job.k, job.ld, job.ldx = r, n, k, ldx, ldu
     job.l, job.x = x, u
     cut(&job, r * k)
     if threads <= 1:
@@ -133,7 +134,7 @@ cdef void products(
     if rows.minus:
         tiles.lessen(first, end, rows.k, x, rows.ld, u, rows.ldx)
     else:
-        tiles.syrk(first, end, rows.k, x, rows.ld, u, rows.ldx)
+        tiles.syrk(first, end, min(end, rows.n), rows.k, x, rows.ld, u, rows.ldx)
 
 
 cdef void cut(Rows* job, Py_ssize_t flops) noexcept nogil:

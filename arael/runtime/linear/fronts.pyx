@@ -18,7 +18,8 @@ cdef class Fronts:
     first : (ns,) int64
         First column, in the order of elimination.
     triangle, panel : (ns,) int64
-        Where the (k, k) triangle and the (r, k) panel of the factor begin in its storage.
+        Where the (k, k) triangle and the (r, k) panel of the factor begin in its storage. Under the
+        panel is a row for the right-hand side.
     storage : int
         Scalars of the factor's storage.
     update : (ns,) int64
@@ -74,7 +75,7 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     f.columns = np.diff(offset[begin])
     weight_of_rows = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
     f.below = np.diff(weight_of_rows[row_start])
-    tall, low = leading(f.columns, pad), leading(f.below, pad)
+    tall, low = leading(f.columns, pad), leading(f.below + 1, pad)
     # Triangle and panel of a front lie side by side; a vector may overshoot each by `pad`.
     size = f.columns * (tall + low) + 2 * pad
     place = np.concatenate(([0], np.cumsum(size)))

@@ -53,7 +53,7 @@ def place_blocks(
     width = pattern.sizes[supernodes.order]
     before = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
     row_below = before[at] - before[supernodes.row_start[front]]
-    apart = leading(np.where(inside, fronts.columns[front], fronts.below[front]), pad)
+    apart = leading(np.where(inside, fronts.columns[front], fronts.below[front] + 1), pad)
     row = np.where(inside, offset[high] - fronts.first[front], row_below)
     place = np.where(inside, fronts.triangle[front], fronts.panel[front]) + row + column * apart
     how = np.where(low == high, 2, (position[pattern.rows] < position[columns]).astype(np.int64))

@@ -56,25 +56,50 @@ cdef class SchurSolver(LinearSolver):
         self.inner.use_threads(threads)
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
-        cdef Py_ssize_t status
-        if self.single:
-            status = self._reduce(<const float*>values, <const float*>diagonal)
-        else:
-            status = self._reduce(<const double*>values, <const double*>diagonal)
+        cdef Py_ssize_t status = self._reduced_system(values, diagonal)
+        if status == 0:
+            status = self._named(self.inner.factor(self._sums._values, self._sums._damped))
+        return status
+
+    cdef Py_ssize_t factor_with(
+        self, const void* values, const void* diagonal, const void* b
+    ) noexcept nogil:
+        cdef Py_ssize_t status = self._reduced_system(values, diagonal)
         if status:
             return status
-        status = self.inner.factor(self._sums._values, self._sums._damped)
-        return 1 + self._elimination._scalar[status - 1] if status else 0
+        self._descend(b)
+        return self._named(
+            self.inner.factor_with(self._sums._values, self._sums._damped, self._reduced))
 
     cdef void solve(self, void* b) noexcept nogil:
+        self._descend(b)
+        self.inner.solve(self._reduced)
+        self._ascend(b)
+
+    cdef void finish(self, void* b) noexcept nogil:
+        self.inner.finish(self._reduced)
+        self._ascend(b)
+
+    cdef Py_ssize_t _named(self, Py_ssize_t status) noexcept nogil:
+        """Status of the inner solver in scalars of the whole system."""
+        return 1 + self._elimination._scalar[status - 1] if status else 0
+
+    cdef void _descend(self, const void* b) noexcept nogil:
         if self.single:
-            self._elimination.descend(<float*>b, <float*>self._reduced)
-            self.inner.solve(self._reduced)
-            self._elimination.ascend(<float*>self._reduced, <float*>b)
+            self._elimination.descend(<const float*>b, <float*>self._reduced)
         else:
-            self._elimination.descend(<double*>b, <double*>self._reduced)
-            self.inner.solve(self._reduced)
-            self._elimination.ascend(<double*>self._reduced, <double*>b)
+            self._elimination.descend(<const double*>b, <double*>self._reduced)
+
+    cdef void _ascend(self, void* b) noexcept nogil:
+        if self.single:
+            self._elimination.ascend(<const float*>self._reduced, <float*>b)
+        else:
+            self._elimination.ascend(<const double*>self._reduced, <double*>b)
+
+    cdef Py_ssize_t _reduced_system(self, const void* values, const void* diagonal) noexcept nogil:
+        if self.single:
+            return self._reduce(<const float*>values, <const float*>diagonal)
+        return self._reduce(<const double*>values, <const double*>diagonal)
 
     cdef Py_ssize_t _reduce(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Py_ssize_t status = self._elimination.eliminate(values, diagonal)

@@ -7,7 +7,13 @@ the front's own update matrix (`syrk`) and add the rest of the children's to it.
 dense kernel on columns of whole blocks; index work is by runs of blocks. After J. Liu, "The
 multifrontal method for sparse matrix solution", SIAM Review 34 (1992).
 
-Threads first take bundles of subtrees, then share the rows and columns of the wide fronts above.
+The right-hand side is a row below each front's panel and below its update matrix, so that the
+forward sweep is a few more rows of the same products while all is in the cache. `solve` with a
+factor that is already there leaves its forward sweep in the same rows; one backward sweep serves
+both.
+
+Threads first take bundles of subtrees, then share the rows and columns of the wide fronts above;
+backwards they share the bundles.
 """
 
 import numpy as np
@@ -20,6 +26,7 @@ from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address, put
 from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_product
+from arael.runtime.linear.tiles cimport PIECE
 from arael.runtime.pool cimport distribute
 
 from arael.runtime.linear.analysis import analyse
@@ -51,6 +58,13 @@ cdef struct Values:
     void* solver
     const void* values
     const void* diagonal
+    const void* b               # right-hand side, or NULL
+
+
+# ... or sweep over ...
+cdef struct Sweep:
+    void* solver
+    void* b
 
 
 # ... and columns of one front.
@@ -89,8 +103,9 @@ cdef class SparseSolver(LinearSolver):
     cdef const long long* _scalar       # original scalar at each place of the elimination
     cdef void* _factor_storage
     cdef void* _inverse                 # 1 / diagonal of the factor
-    cdef void* _work                    # n scalars, then the rows of the widest front
-    cdef Py_ssize_t _strip_room
+    cdef void* _x                       # solution in the order of elimination
+    cdef void* _work                    # a front's part of it, for each bundle and the top
+    cdef Py_ssize_t _room               # scalars of each
     cdef Py_ssize_t _large              # fronts with more columns go to BLAS
     cdef void* _stack[2]
     cdef Py_ssize_t _bundles
@@ -114,7 +129,7 @@ cdef class SparseSolver(LinearSolver):
         table = np.zeros((ns + 1, 14), dtype=np.int64)
         table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
         table[1:, 2] = leading(fronts.columns, pad)
-        table[1:, 3] = leading(fronts.below, pad)
+        table[1:, 3] = leading(fronts.below + 1, pad)
         table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
         table[1:, 7], table[1:, 8] = fronts.update, fronts.parity
         table[:, 9], table[:, 10] = block_start, fronts.child_start
@@ -127,8 +142,9 @@ cdef class SparseSolver(LinearSolver):
         scalar = np.ascontiguousarray(begin + local, dtype=np.int64)
         storage = aligned(fronts.storage, self.dtype)
         inverse = aligned(self.n, self.dtype)
-        self._strip_room = self.n
-        work = aligned(self.n + pad + int(table[:, 3].max(initial=0)), self.dtype)
+        x = aligned(self.n, self.dtype)
+        self._room = int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
+        work = aligned(self._room * (fronts.bundles + 1), self.dtype)
         stacks = [aligned(size, self.dtype) for size in fronts.stacks]
         children = np.append(fronts.children, 0).astype(np.int64)
         group = np.where(fronts.bundle >= 0, fronts.bundle, fronts.bundles)
@@ -137,7 +153,7 @@ cdef class SparseSolver(LinearSolver):
         bundle_start = bundle_start.astype(np.int64)
         failures = np.zeros((2, fronts.bundles + 1), dtype=np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
-                      work, stacks, bundled, bundle_start, failures)
+                      x, work, stacks, bundled, bundle_start, failures)
         self._bundles = fronts.bundles
         self._bundle_start = <const long long*>address(bundle_start)
         self._bundled = <const long long*>address(bundled)
@@ -152,7 +168,7 @@ cdef class SparseSolver(LinearSolver):
         self._scalar = <const long long*>address(scalar)
         self._factor_storage = address(storage)
         self._inverse = address(inverse)
-        self._work = address(work)
+        self._x, self._work = address(x), address(work)
         self._stack[0], self._stack[1] = address(stacks[0]), address(stacks[1])
         self.plan = {
             "solver": "sparse",
@@ -165,15 +181,27 @@ cdef class SparseSolver(LinearSolver):
         }
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
+        return self.factor_with(values, diagonal, NULL)
+
+    cdef Py_ssize_t factor_with(
+        self, const void* values, const void* diagonal, const void* b
+    ) noexcept nogil:
         if self.single:
-            return self._factor(<const float*>values, <const float*>diagonal)
-        return self._factor(<const double*>values, <const double*>diagonal)
+            return self._factor(<const float*>values, <const float*>diagonal, <const float*>b)
+        return self._factor(<const double*>values, <const double*>diagonal, <const double*>b)
 
     cdef void solve(self, void* b) noexcept nogil:
-        if self.single:
-            self._solve(<float*>b)
-        else:
-            self._solve(<double*>b)
+        cdef Sweep work
+        work.solver, work.b = <void*>self, b
+        distribute(self.threads, self._bundles, descend_bundle, &work)
+        descend_bundle(&work, self._bundles)
+        self.finish(b)
+
+    cdef void finish(self, void* b) noexcept nogil:
+        cdef Sweep work
+        work.solver, work.b = <void*>self, b
+        ascend_bundle(&work, self._bundles)
+        distribute(self.threads, self._bundles, ascend_bundle, &work)
 
     def parts(self):
         """The factor as it lies in memory, for what is done with it outside of a solve.
@@ -188,10 +216,12 @@ cdef class SparseSolver(LinearSolver):
         table, _, _, runs, strips, scalar, storage = self._keep[:7]
         return table, storage, runs, strips, scalar
 
-    cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
+    cdef Py_ssize_t _factor(
+        self, const real* values, const real* diagonal, const real* rhs
+    ) noexcept nogil:
         cdef Py_ssize_t i, b, first = 0, status
         cdef Values work
-        work.solver, work.values, work.diagonal = <void*>self, values, diagonal
+        work.solver, work.values, work.diagonal, work.b = <void*>self, values, diagonal, rhs
         distribute(self.threads, self._bundles, factor_bundle, &work)
         for b in range(self._bundles):
             if self._failed[b] and (first == 0 or self._failed[b] < self._failed[first - 1]):
@@ -199,30 +229,31 @@ cdef class SparseSolver(LinearSolver):
         if first:
             return self._pivot[first - 1]
         for i in range(self._bundle_start[self._bundles], self._bundle_start[self._bundles + 1]):
-            status = self._front(self._bundled[i], self.threads, values, diagonal)
+            status = self._front(self._bundled[i], self.threads, values, diagonal, rhs)
             if status:
                 return status
         return 0
 
     cdef void _factor_bundle(
-        self, Py_ssize_t b, const real* values, const real* diagonal
+        self, Py_ssize_t b, const real* values, const real* diagonal, const real* rhs
     ) noexcept nogil:
         cdef Py_ssize_t i
         self._failed[b] = 0
         for i in range(self._bundle_start[b], self._bundle_start[b + 1]):
-            self._pivot[b] = self._front(self._bundled[i], 1, values, diagonal)
+            self._pivot[b] = self._front(self._bundled[i], 1, values, diagonal, rhs)
             if self._pivot[b]:
                 self._failed[b] = self._bundled[i]
                 return
 
     cdef Py_ssize_t _front(
-        self, Py_ssize_t s, int threads, const real* values, const real* diagonal
+        self, Py_ssize_t s, int threads, const real* values, const real* diagonal, const real* rhs
     ) noexcept nogil:
         """Assemble and factor a front whose children are done; 0 or 1 + the failing scalar."""
         cdef Py_ssize_t i, status
         cdef const Front* f = self._fronts + s
         cdef real* storage = <real*>self._factor_storage
         cdef real* triangle = storage + f.triangle
+        cdef real* side = storage + f.panel + f.below
         cdef Columns columns
         columns.solver, columns.front, columns.update = <void*>self, s, False
         memset(triangle, 0, f.columns * f.tall * sizeof(real))
@@ -230,6 +261,9 @@ cdef class SparseSolver(LinearSolver):
         put(self._blocks, (f - 1).blocks, f.blocks, values, storage)
         for i in range(f.columns):
             triangle[i * (f.tall + 1)] = diagonal[self._scalar[f.first + i]]
+        if rhs != NULL:
+            for i in range(f.columns):
+                side[i * f.low] = rhs[self._scalar[f.first + i]]
         if threads > 1 and f.columns * (f.columns + f.below) > WIDE:
             distribute(threads, PIECES, extend_piece, &columns)
         else:
@@ -260,7 +294,7 @@ cdef class SparseSolver(LinearSolver):
             tiles.extend_columns(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
                 f.columns, <const real*>self._update(c, storage), c.low, storage + f.triangle,
-                f.tall, storage + f.panel, f.low, begin, end)
+                f.tall, storage + f.panel, f.low, begin, end, c.below, f.below)
 
     cdef void _extend_update(
         self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* storage
@@ -274,64 +308,97 @@ cdef class SparseSolver(LinearSolver):
             tiles.extend_update(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
                 f.columns, <const real*>self._update(c, storage), c.low, self._update(f, storage),
-                f.low, begin, end)
+                f.low, begin, end, c.below, f.below)
 
-    cdef void _solve(self, real* b) noexcept nogil:
-        cdef Py_ssize_t s, i, j, n = self.n
-        cdef const Front* f
-        cdef const real* storage = <const real*>self._factor_storage
-        cdef const real* inverse = <const real*>self._inverse
-        cdef real* x = <real*>self._work
-        cdef real* y = x + self._strip_room
-        cdef real* part
-        cdef const int* strip
+    cdef void _descend(self, Py_ssize_t s, const real* b) noexcept nogil:
+        """The forward sweep over a front whose children are done.
+
+        What a front has for the rows below it stands where its update matrix was.
+        """
+        cdef Py_ssize_t i, j, k, to
+        cdef const Front* f = self._fronts + s
+        cdef const Front* c
+        cdef const int* run
         cdef const real* from_
-        for i in range(n):
-            x[i] = b[self._scalar[i]]
-        for s in range(1, self._count + 1):
-            f = self._fronts + s
-            tiles.forward(f.columns, f.columns, storage + f.triangle, f.tall, inverse + f.first,
-                          x + f.first)
-            if f.below == 0:
-                continue
-            tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x + f.first, y)
-            from_ = y
-            strip = self._strips + 2 * (f - 1).strips
-            for _ in range(f.strips - (f - 1).strips):
-                part = x + strip[0]
-                for j in range(strip[1]):
-                    part[j] += from_[j]
-                from_ += strip[1]
-                strip += 2
-        for s in range(self._count, 0, -1):
-            f = self._fronts + s
-            if f.below > 0:
-                part = y
-                strip = self._strips + 2 * (f - 1).strips
-                for _ in range(f.strips - (f - 1).strips):
-                    from_ = x + strip[0]
-                    for j in range(strip[1]):
-                        part[j] = from_[j]
-                    part += strip[1]
-                    strip += 2
-                # The panel's rows are padded with zeros, so whole vectors may be taken.
-                for j in range(f.below, f.low):
-                    y[j] = 0
-                tiles.transposed(f.low, f.columns, storage + f.panel, f.low, y, x + f.first)
-            tiles.backward(f.columns, f.columns, storage + f.triangle, f.tall, inverse + f.first,
-                           x + f.first)
-        for i in range(n):
+        cdef real* storage = <real*>self._factor_storage
+        cdef real* side = storage + f.panel + f.below
+        cdef real* x = <real*>self._x + f.first
+        cdef real* update = self._update(f, storage)
+        for i in range(f.columns):
+            x[i] = b[self._scalar[f.first + i]]
+        for k in range((f - 1).children, f.children):
+            c = self._fronts + self._children[k] + 1
+            from_ = self._update(c, storage)
+            for j in range((c - 1).runs, c.inside):
+                run = self._runs + 3 * j
+                to = run[2]
+                for i in range(run[1]):
+                    x[to + i] += from_[run[0] + i]
+        tiles.forward(f.columns, f.columns, storage + f.triangle, f.tall,
+                      <const real*>self._inverse + f.first, x)
+        for i in range(f.columns):
+            side[i * f.low] = x[i]
+        if f.below == 0:
+            return
+        tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x, update)
+        for k in range((f - 1).children, f.children):
+            c = self._fronts + self._children[k] + 1
+            from_ = self._update(c, storage)
+            for j in range(c.inside, c.runs):
+                run = self._runs + 3 * j
+                to = run[2] - f.columns
+                for i in range(run[1]):
+                    update[to + i] += from_[run[0] + i]
+
+    cdef void _ascend(self, Py_ssize_t s, real* b, real* work) noexcept nogil:
+        """The backward sweep over a front whose parent is done."""
+        cdef Py_ssize_t i
+        cdef const Front* f = self._fronts + s
+        cdef const real* storage = <const real*>self._factor_storage
+        cdef real* x = <real*>self._x
+        tiles.ascend(
+            self._strips + 2 * (f - 1).strips, f.strips - (f - 1).strips, f.below, f.columns,
+            storage + f.triangle, f.tall, storage + f.panel, f.low,
+            <const real*>self._inverse + f.first, x, x + f.first, work)
+        for i in range(f.first, f.first + f.columns):
             b[self._scalar[i]] = x[i]
+
+    cdef void _descend_bundle(self, Py_ssize_t k, const real* b) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(self._bundle_start[k], self._bundle_start[k + 1]):
+            self._descend(self._bundled[i], b)
+
+    cdef void _ascend_bundle(self, Py_ssize_t k, real* b) noexcept nogil:
+        cdef Py_ssize_t i
+        cdef real* work = <real*>self._work + k * self._room
+        for i in range(self._bundle_start[k + 1] - 1, self._bundle_start[k] - 1, -1):
+            self._ascend(self._bundled[i], b, work)
 
 
 cdef void factor_bundle(void* work, Py_ssize_t b) noexcept nogil:
     cdef Values* v = <Values*>work
     if (<SparseSolver>v.solver).single:
         (<SparseSolver>v.solver)._factor_bundle(b, <const float*>v.values,
-                                                <const float*>v.diagonal)
+                                                <const float*>v.diagonal, <const float*>v.b)
     else:
         (<SparseSolver>v.solver)._factor_bundle(b, <const double*>v.values,
-                                                <const double*>v.diagonal)
+                                                <const double*>v.diagonal, <const double*>v.b)
+
+
+cdef void descend_bundle(void* work, Py_ssize_t k) noexcept nogil:
+    cdef Sweep* w = <Sweep*>work
+    if (<SparseSolver>w.solver).single:
+        (<SparseSolver>w.solver)._descend_bundle(k, <const float*>w.b)
+    else:
+        (<SparseSolver>w.solver)._descend_bundle(k, <const double*>w.b)
+
+
+cdef void ascend_bundle(void* work, Py_ssize_t k) noexcept nogil:
+    cdef Sweep* w = <Sweep*>work
+    if (<SparseSolver>w.solver).single:
+        (<SparseSolver>w.solver)._ascend_bundle(k, <float*>w.b)
+    else:
+        (<SparseSolver>w.solver)._ascend_bundle(k, <double*>w.b)
 
 
 cdef void extend_piece(void* work, Py_ssize_t item) noexcept nogil:
@@ -364,9 +431,10 @@ cdef Py_ssize_t eliminate(
     cdef Py_ssize_t k = f.columns, r = f.below, i, status
     if k <= large:
         status = factor_triangle(threads, k, triangle, f.tall, inverse)
-        if status == 0 and r > 0:
-            divide_rows(threads, r, k, triangle, f.tall, inverse, panel, f.low)
-            outer_product(threads, r, k, panel, f.low, update, f.low)
+        if status == 0:
+            divide_rows(threads, r + 1, k, triangle, f.tall, inverse, panel, f.low)
+            if r > 0:
+                outer_product(threads, r + 1, r, k, panel, f.low, update, f.low)
         return status
     status = blas.potrf(<int>k, triangle, <int>f.tall)
     # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
@@ -374,7 +442,10 @@ cdef Py_ssize_t eliminate(
         if not isfinite(<double>triangle[i * (f.tall + 1)]):
             return i + 1
         inverse[i] = 1 / triangle[i * (f.tall + 1)]
-    if status == 0 and r > 0:
-        blas.trsm(<int>r, <int>k, triangle, <int>f.tall, panel, <int>f.low)
-        blas.syrk(<int>r, <int>k, panel, <int>f.low, <real>0, update, <int>f.low)
+    if status == 0:
+        blas.trsm(<int>(r + 1), <int>k, triangle, <int>f.tall, panel, <int>f.low)
+        if r > 0:
+            blas.syrk(<int>r, <int>k, panel, <int>f.low, <real>0, update, <int>f.low)
+            # The last row, with those before it from where work may be cut.
+            tiles.syrk(r // PIECE * PIECE, r + 1, r, k, panel, f.low, update, f.low)
     return status

@@ -23,6 +23,10 @@ typedef T F(vec);
 #define W ((ptrdiff_t)1)
 #endif
 #define V F(vec)
+#if VB
+/* Whole numbers as wide as scalars: masks, and where the lanes of a shuffle come from. */
+typedef INTEGER F(lanes) __attribute__((vector_size(VB), aligned(sizeof(T)), may_alias));
+#endif
 #if VB >= 64
 typedef T F(half) __attribute__((vector_size(32), aligned(sizeof(T)), may_alias));
 #endif
@@ -274,20 +278,20 @@ static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T 
     }
 }
 
-/* Rows `begin`, a multiple of TILE_PIECE, to r of the lower triangle of u = -x x', x of shape (r, k);
- * what lies above the diagonal is spoilt. */
-static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, T *u,
-                    ptrdiff_t ldu) {
+/* Rows `begin`, a multiple of TILE_PIECE, to r of the n first columns of the lower triangle of
+ * u = -x x', x of shape (r, k); what lies above the diagonal is spoilt. */
+static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t n, ptrdiff_t k, const T *x,
+                    ptrdiff_t ldx, T *u, ptrdiff_t ldu) {
     const ptrdiff_t near = k < TILE_DEPTH + TILE_DEPTH / 2 ? k : TILE_DEPTH;
     ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
-    for (jb = 0; jb < r; jb += TILE_BLOCK) {
+    for (jb = 0; jb < n; jb += TILE_BLOCK) {
         for (i0 = jb > begin ? jb : begin; i0 < r; i0 += tile * W) {
             tile = F(vectors)(r - i0);
-            end = r - jb < TILE_BLOCK ? r : jb + TILE_BLOCK;
+            end = n - jb < TILE_BLOCK ? n : jb + TILE_BLOCK;
             if (end > i0 + tile * W) end = i0 + tile * W;
             for (j0 = jb; j0 < end; j0 += NC) {
-                nc = r - j0 < NC ? (int)(r - j0) : NC;
+                nc = n - j0 < NC ? (int)(n - j0) : NC;
                 i = j0 > i0 ? i0 + (j0 - i0) / W * W : i0;
                 rv = tile - (int)((i - i0) / W);
                 TILE_SIZES(F(negative), near, x + i, ldx, x + j0, ldx, u + i + j0 * ldu, ldu)
@@ -296,7 +300,7 @@ static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t k, const T *x, ptrdi
     }
     for (i = near; i < k; i += TILE_DEPTH) {
         const ptrdiff_t depth = k - i < TILE_DEPTH ? k - i : TILE_DEPTH;
-        F(lessen)(begin, r, r, depth, x + i * ldx, ldx, x + i * ldx, ldx, u, ldu, 1);
+        F(lessen)(begin, r, n, depth, x + i * ldx, ldx, x + i * ldx, ldx, u, ldu, 1);
     }
 }
 
@@ -352,12 +356,18 @@ static void F(add_block)(ptrdiff_t h, ptrdiff_t w, const T *from, ptrdiff_t ldf,
         for (; w > 0; w--, from += ldf, to += ldt) F(add)(h, from, to);
 }
 
+/* to += from for a row of w scalars */
+TILE_INLINE void F(add_row)(ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to, ptrdiff_t ldt) {
+    for (; w > 0; w--, from += ldf, to += ldt) *to += *from;
+}
+
 /* Add to columns `begin` to `end` of a front the update matrix u of its child. Rows of the child
  * move in runs (row, count, row in the parent); the runs up to `inside` are columns of the parent,
- * its k first rows. */
+ * its k first rows. The right-hand side is row `side` of u and row `own` of the parent's panel. */
 static void F(extend_columns)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
                               const T *u, ptrdiff_t ldu, T *triangle, ptrdiff_t ldt, T *panel,
-                              ptrdiff_t ldp, ptrdiff_t begin, ptrdiff_t end) {
+                              ptrdiff_t ldp, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t side,
+                              ptrdiff_t own) {
     ptrdiff_t a, b, q;
     for (a = 0; a < inside; a++) {
         const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2];
@@ -373,13 +383,14 @@ static void F(extend_columns)(const int *runs, ptrdiff_t inside, ptrdiff_t count
         for (; b < count; b++)
             F(add_block)(runs[3 * b + 1], last - first, from + runs[3 * b], ldu,
                          panel + runs[3 * b + 2] - k + (to + first) * ldp, ldp);
+        F(add_row)(last - first, from + side, ldu, panel + own + (to + first) * ldp, ldp);
     }
 }
 
 /* The same for the columns of the parent's own update matrix. */
 static void F(extend_update)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
                              const T *u, ptrdiff_t ldu, T *update, ptrdiff_t ldp, ptrdiff_t begin,
-                             ptrdiff_t end) {
+                             ptrdiff_t end, ptrdiff_t side, ptrdiff_t own) {
     ptrdiff_t a, b, q;
     for (a = inside; a < count; a++) {
         const ptrdiff_t row = runs[3 * a], w = runs[3 * a + 1], to = runs[3 * a + 2] - k;
@@ -392,118 +403,11 @@ static void F(extend_update)(const int *runs, ptrdiff_t inside, ptrdiff_t count,
         for (b = a + 1; b < count; b++)
             F(add_block)(runs[3 * b + 1], last - first, from + runs[3 * b], ldu,
                          update + runs[3 * b + 2] - k + (to + first) * ldp, ldp);
+        F(add_row)(last - first, from + side, ldu, update + own + (to + first) * ldp, ldp);
     }
 }
 
-/* y = -x b, x of shape (r, k); y is padded like the rows of x */
-static void F(multiply)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, const T *b, T *y) {
-    ptrdiff_t i;
-    int rv;
-    const int nc = 1;
-    for (i = 0; i < r; i += rv * W) {
-        rv = F(vectors)(r - i);
-        if (rv == RV) F(negative)(RV, nc, k, x + i, ldx, b, 1, y + i, 0);
-        else if (rv == 2) F(negative)(2, nc, k, x + i, ldx, b, 1, y + i, 0);
-        else F(negative)(1, nc, k, x + i, ldx, b, 1, y + i, 0);
-    }
-}
-
-/* sums[j] = column j of x times y over r rows, for nc columns, vector by vector */
-TILE_INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
-                         T *sums) {
-    V acc[NC];
-    ptrdiff_t i = 0, w, end;
-    int j;
-    TILE_UNROLL
-    for (j = 0; j < nc; j++) acc[j] = (V){0};
-    for (; i + W <= r; i += W) {
-        V t = *(const V *)(y + i);
-        TILE_UNROLL
-        for (j = 0; j < nc; j++) acc[j] += *(const V *)(x + i + j * ldx) * t;
-    }
-    end = i;
-    TILE_UNROLL
-    for (j = 0; j < nc; j++) {
-        T s = 0, lanes[W];
-        *(V *)lanes = acc[j];
-        /* Pairwise, which is a short chain of additions. */
-        for (w = W / 2; w > 0; w /= 2)
-            for (i = 0; i < w; i++) lanes[i] += lanes[i + w];
-        for (w = end; w < r; w++) s += x[w + j * ldx] * y[w];
-        sums[j] = lanes[0] + s;
-    }
-}
-
-/* b = b - c x for n rows of six columns */
-TILE_INLINE void F(six)(ptrdiff_t n, const T *c, ptrdiff_t ld, const T *x, T *b) {
-    const T x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3], x4 = x[4], x5 = x[5];
-    ptrdiff_t i = 0;
-#define SIX(K)                                                                                   \
-    *(K *)(b + i) -= (*(const K *)(c + i) * x0 + *(const K *)(c + i + ld) * x1)                  \
-                     + (*(const K *)(c + i + 2 * ld) * x2 + *(const K *)(c + i + 3 * ld) * x3)   \
-                     + (*(const K *)(c + i + 4 * ld) * x4 + *(const K *)(c + i + 5 * ld) * x5)
-    for (; i + W <= n; i += W) SIX(V);
-#if VB >= 64
-    if (n - i >= W / 2) { SIX(F(half)); i += W / 2; }
-#endif
-#if VB >= 32
-    if (n - i >= (ptrdiff_t)(16 / sizeof(T))) { SIX(F(quarter)); i += 16 / sizeof(T); }
-#endif
-    for (; i < n; i++) SIX(T);
-#undef SIX
-}
-
-/* b = b - x' y, x of shape (r, k) */
-static void F(transposed)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, const T *y, T *b) {
-    ptrdiff_t j0;
-    int j, nc;
-    T s[NC];
-    for (j0 = 0; j0 < k; j0 += NC) {
-        nc = k - j0 < NC ? (int)(k - j0) : NC;
-        switch (nc) {
-        case 6: F(dots)(6, r, x + j0 * ldx, ldx, y, s); break;
-        case 5: F(dots)(5, r, x + j0 * ldx, ldx, y, s); break;
-        case 4: F(dots)(4, r, x + j0 * ldx, ldx, y, s); break;
-        case 3: F(dots)(3, r, x + j0 * ldx, ldx, y, s); break;
-        case 2: F(dots)(2, r, x + j0 * ldx, ldx, y, s); break;
-        default: F(dots)(1, r, x + j0 * ldx, ldx, y, s);
-        }
-        for (j = 0; j < nc; j++) b[j0 + j] -= s[j];
-    }
-}
-
-/* b = l^-1 b with the factor of `potrf` */
-static void F(forward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld, const T *inverse,
-                       T *b) {
-    ptrdiff_t j0, j, i, end;
-    for (j0 = 0; j0 < n; j0 += NC) {
-        const ptrdiff_t stop = n - j0 < NC ? n : j0 + NC;
-        for (j = j0; j < stop; j++) {
-            b[j] *= inverse[j];
-            for (i = j + 1; i < stop; i++) b[i] -= l[i + j * ld] * b[j];
-        }
-        end = stop - 1 + height < n ? stop - 1 + height : n;
-        if (stop - j0 == NC && end > stop)
-            F(six)(end - stop, l + stop + j0 * ld, ld, b + j0, b + stop);
-    }
-}
-
-/* b = l^-T b with the factor of `potrf` */
-static void F(backward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld, const T *inverse,
-                        T *b) {
-    ptrdiff_t j0, j, i, end;
-    if (n <= 0) return;
-    for (j0 = (n - 1) / NC * NC; j0 >= 0; j0 -= NC) {
-        const ptrdiff_t stop = n - j0 < NC ? n : j0 + NC;
-        end = stop - 1 + height < n ? stop - 1 + height : n;
-        if (end > stop)
-            F(transposed)(end - stop, stop - j0, l + stop + j0 * ld, ld, b + stop, b + j0);
-        for (j = stop - 1; j >= j0; j--) {
-            for (i = j + 1; i < stop; i++) b[j] -= l[i + j * ld] * b[i];
-            b[j] *= inverse[j];
-        }
-    }
-}
+#include "sweeps.h"
 
 #undef V
 #undef W

@@ -18,14 +18,14 @@ ctypedef void (*trsm64_t)(Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, con
                           Py_ssize_t) noexcept nogil
 ctypedef void (*trsm32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*, float*,
                           Py_ssize_t) noexcept nogil
-ctypedef void (*syrk64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t,
-                          double*, Py_ssize_t) noexcept nogil
+ctypedef void (*syrk64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*,
+                          Py_ssize_t, double*, Py_ssize_t) noexcept nogil
 ctypedef void (*lessen64_t)(
     Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
     Py_ssize_t, double*, Py_ssize_t, int
 ) noexcept nogil
-ctypedef void (*syrk32_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t,
-                          float*, Py_ssize_t) noexcept nogil
+ctypedef void (*syrk32_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*,
+                          Py_ssize_t, float*, Py_ssize_t) noexcept nogil
 ctypedef void (*lessen32_t)(
     Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
     Py_ssize_t, float*, Py_ssize_t, int
@@ -40,11 +40,15 @@ ctypedef void (*sweep32_t)(Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, con
                            float*) noexcept nogil
 ctypedef void (*columns64_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t,
-    double*, Py_ssize_t, Py_ssize_t, Py_ssize_t
+    double*, Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 ctypedef void (*update64_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, double*, Py_ssize_t,
-    Py_ssize_t, Py_ssize_t
+    Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t
+) noexcept nogil
+ctypedef void (*ascend64_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const double*, Py_ssize_t, const double*,
+    Py_ssize_t, const double*, const double*, double*, double*
 ) noexcept nogil
 
 ctypedef struct Tiles64:
@@ -58,13 +62,18 @@ ctypedef struct Tiles64:
     columns64_t extend_columns
     update64_t extend_update
     lessen64_t lessen
+    ascend64_t ascend
 ctypedef void (*columns32_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t,
-    float*, Py_ssize_t, Py_ssize_t, Py_ssize_t
+    float*, Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t
 ) noexcept nogil
 ctypedef void (*update32_t)(
     const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, float*, Py_ssize_t,
-    Py_ssize_t, Py_ssize_t
+    Py_ssize_t, Py_ssize_t, Py_ssize_t, Py_ssize_t
+) noexcept nogil
+ctypedef void (*ascend32_t)(
+    const int*, Py_ssize_t, Py_ssize_t, Py_ssize_t, const float*, Py_ssize_t, const float*,
+    Py_ssize_t, const float*, const float*, float*, float*
 ) noexcept nogil
 
 ctypedef struct Tiles32:
@@ -78,6 +87,7 @@ ctypedef struct Tiles32:
     columns32_t extend_columns
     update32_t extend_update
     lessen32_t lessen
+    ascend32_t ascend
 
 cdef Tiles64 f64
 cdef Tiles32 f32
@@ -112,14 +122,17 @@ cdef inline void trsm(
 
 
 cdef inline void syrk(
-    Py_ssize_t begin, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
-    Py_ssize_t ldu
+    Py_ssize_t begin, Py_ssize_t r, Py_ssize_t n, Py_ssize_t k, const real* x, Py_ssize_t ldx,
+    real* u, Py_ssize_t ldu
 ) noexcept nogil:
-    """Rows `begin` to r of the lower triangle of u = -x x', x (r, k); what lies above is spoilt."""
+    """Rows `begin` to r, n columns, of the lower triangle of u = -x x', x of shape (r, k).
+
+    What lies above the triangle is spoilt.
+    """
     if real is double:
-        f64.syrk(begin, r, k, x, ldx, u, ldu)
+        f64.syrk(begin, r, n, k, x, ldx, u, ldu)
     else:
-        f32.syrk(begin, r, k, x, ldx, u, ldu)
+        f32.syrk(begin, r, n, k, x, ldx, u, ldu)
 
 
 cdef inline void lessen(
@@ -176,21 +189,43 @@ cdef inline void backward(
 cdef inline void extend_columns(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
     Py_ssize_t ldu, real* triangle, Py_ssize_t ldt, real* panel, Py_ssize_t ldp, Py_ssize_t begin,
-    Py_ssize_t end
+    Py_ssize_t end, Py_ssize_t side, Py_ssize_t own
 ) noexcept nogil:
-    """Add a child's update matrix to columns `begin` to `end` of its parent, which has k."""
+    """Add a child's update matrix to columns `begin` to `end` of its parent, which has k.
+
+    The right-hand side is row `side` of the update and goes to row `own` of the panel.
+    """
     if real is double:
-        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end)
+        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end,
+                           side, own)
     else:
-        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end)
+        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end,
+                           side, own)
 
 
 cdef inline void extend_update(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
-    Py_ssize_t ldu, real* update, Py_ssize_t ldp, Py_ssize_t begin, Py_ssize_t end
+    Py_ssize_t ldu, real* update, Py_ssize_t ldp, Py_ssize_t begin, Py_ssize_t end,
+    Py_ssize_t side, Py_ssize_t own
 ) noexcept nogil:
     """Add a child's update matrix to columns `begin` to `end` of its parent's update matrix."""
     if real is double:
-        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end)
+        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
     else:
-        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end)
+        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
+
+
+cdef inline void ascend(
+    const int* strips, Py_ssize_t count, Py_ssize_t r, Py_ssize_t k, const real* triangle,
+    Py_ssize_t ldt, const real* panel, Py_ssize_t ldp, const real* inverse, const real* x,
+    real* own, real* work
+) noexcept nogil:
+    """own = l^-T (t - p' x) for a front of k columns, l its triangle, p its panel of r rows.
+
+    Row r of the panel holds t = l^-1 b. Strips (first, count) tell where in x the rows are. `work`
+    has room for the leading dimensions of both.
+    """
+    if real is double:
+        f64.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)
+    else:
+        f32.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)

@@ -1,6 +1,6 @@
 # cython: language_level=3
 # distutils: include_dirs = arael/runtime/linear
-# distutils: depends = arael/runtime/linear/tiles.h
+# distutils: depends = arael/runtime/linear/tiles.h arael/runtime/linear/sweeps.h
 """Choice of the dense kernels in tiles.h for the processor at hand.
 
 The header is compiled for several instruction sets; the best one that this processor has is taken
@@ -41,6 +41,8 @@ cdef extern from *:
 
     /* f64 */
     #define T double
+    #define INTEGER long long
+    #define BYTES 8
     #define SQRT sqrt
     #define LARGEST DBL_MAX
     #define VB BASE_BYTES
@@ -86,11 +88,15 @@ cdef extern from *:
     #endif
     #endif
     #undef T
+    #undef INTEGER
+    #undef BYTES
     #undef SQRT
     #undef LARGEST
 
     /* f32 */
     #define T float
+    #define INTEGER int
+    #define BYTES 4
     #define SQRT sqrtf
     #define LARGEST FLT_MAX
     #define VB BASE_BYTES
@@ -136,13 +142,15 @@ cdef extern from *:
     #endif
     #endif
     #undef T
+    #undef INTEGER
+    #undef BYTES
 
     #define TILE_TABLE(p, set) {(void *)potrf_##p##_##set, (void *)trsm_##p##_##set, \\
         (void *)syrk_##p##_##set, (void *)multiply_##p##_##set, (void *)transposed_##p##_##set, \\
         (void *)forward_##p##_##set, (void *)backward_##p##_##set, \\
         (void *)extend_columns_##p##_##set, (void *)extend_update_##p##_##set, \\
-        (void *)lessen_##p##_##set}
-    static void *tile_tables[2][3][10] = {
+        (void *)lessen_##p##_##set, (void *)ascend_##p##_##set}
+    static void *tile_tables[2][3][11] = {
     #if TILE_X86
         {TILE_TABLE(f32, base), TILE_TABLE(f32, avx2), TILE_TABLE(f32, avx512)},
         {TILE_TABLE(f64, base), TILE_TABLE(f64, avx2), TILE_TABLE(f64, avx512)},
@@ -164,7 +172,7 @@ cdef extern from *:
     #endif
     }
     """
-    void* tile_tables[2][3][10]
+    void* tile_tables[2][3][11]
     int tile_sets() nogil
     Py_ssize_t PY_SSIZE_T_MAX
 
@@ -184,14 +192,14 @@ cdef void _take(int which):
     f32.forward, f32.backward = <sweep32_t>t[5], <sweep32_t>t[6]
     f32.extend_columns = <columns32_t>t[7]
     f32.extend_update = <update32_t>t[8]
-    f32.lessen = <lessen32_t>t[9]
+    f32.lessen, f32.ascend = <lessen32_t>t[9], <ascend32_t>t[10]
     t = tile_tables[1][which]
     f64.potrf, f64.trsm, f64.syrk = <potrf64_t>t[0], <trsm64_t>t[1], <syrk64_t>t[2]
     f64.multiply, f64.transposed = <multiply64_t>t[3], <multiply64_t>t[4]
     f64.forward, f64.backward = <sweep64_t>t[5], <sweep64_t>t[6]
     f64.extend_columns = <columns64_t>t[7]
     f64.extend_update = <update64_t>t[8]
-    f64.lessen = <lessen64_t>t[9]
+    f64.lessen, f64.ascend = <lessen64_t>t[9], <ascend64_t>t[10]
 
 
 def available():

@@ -178,6 +178,56 @@ class TestEverySolver:
             assert name == "schur_pcg"
             assert np.isnan(solver.solved(np.ones(pattern.size))).all()
 
+    @pytest.mark.parametrize("pattern", sorted(PATTERNS))
+    def test_step(self, pattern: str, name: str, single: bool) -> None:
+        blocks = PATTERNS[pattern]()
+        values, diagonal = positive(blocks, 8, np.float32 if single else np.float64)
+        solver = make_solver(name, blocks, single)
+        rng = np.random.default_rng(8)
+        tolerance = 1e-4 if single else 1e-11
+        for damping in (0.0, 0.1):
+            damped = diagonal * (1 + damping)
+            b, other = rng.standard_normal((2, blocks.size))
+            matrix = dense(blocks, values, damped)
+            status, x = solver.step(values, damped, b)
+            assert status == 0
+            assert np.abs(matrix @ x - b).max() < tolerance
+            # The factor is there for right-hand sides that come later.
+            assert np.abs(matrix @ solver.solved(other) - other).max() < tolerance
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf])
+    def test_bad_right_hand_side_leaves_nothing(self, bad: float, name: str, single: bool) -> None:
+        pattern = slam(10, 30)
+        values, diagonal = positive(pattern, 9, np.float32 if single else np.float64)
+        solver = make_solver(name, pattern, single)
+        b = np.ones(pattern.size)
+        spoilt = b.copy()
+        spoilt[[0, 31, -1]] = bad
+        status, x = solver.step(values, diagonal, spoilt)
+        assert status == 0
+        assert not np.isfinite(x).all()
+        solver.restart()
+        tolerance = 1e-4 if single else 1e-11
+        matrix = dense(pattern, values, diagonal)
+        assert np.abs(matrix @ solver.solved(b) - b).max() < tolerance
+        assert np.abs(matrix @ solver.step(values, diagonal, b)[1] - b).max() < tolerance
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
+    def test_step_fails_as_factorise_does(self, bad: float, name: str, single: bool) -> None:
+        pattern = grid(6, 6, 3)
+        values, diagonal = positive(pattern, 4)
+        spoilt = diagonal.copy()
+        spoilt[[17, 50]] = bad
+        solver = make_solver(name, pattern, single)
+        expected = make_solver(name, pattern, single).factorise(values, spoilt)
+        assert expected > 0
+        b = np.ones(pattern.size)
+        assert solver.step(values, spoilt, b) == (expected, None)
+        status, x = solver.step(values, diagonal, b)
+        assert status == 0
+        residual = dense(pattern, values, diagonal) @ x - b
+        assert np.abs(residual).max() < (1e-4 if single else 1e-11)
+
     def test_wrong_lengths(self, name: str) -> None:
         pattern = chain(4, 2)
         solver = make_solver(name, pattern)
@@ -185,6 +235,11 @@ class TestEverySolver:
             solver.factorise(np.zeros(3), np.ones(pattern.size))
         with pytest.raises(ValueError, match="right-hand side"):
             solver.solved(np.ones(3))
+        values, diagonal = positive(pattern, 0)
+        with pytest.raises(ValueError, match="right-hand side"):
+            solver.step(values, diagonal, np.ones(3))
+        with pytest.raises(ValueError, match="expected"):
+            solver.step(values[1:], diagonal, diagonal)
 
 
 @pytest.mark.parametrize("pattern", ["slam", "grid_spatial", "mixed"])
