@@ -120,7 +120,7 @@ cdef class Groups:
         kept = np.ascontiguousarray(step, dtype=self.dtype)
         if kept.shape != (self.size,):
             raise ValueError(f"expected a step of shape ({self.size},), found {kept.shape}")
-        self.states.move(address(kept))
+        self.states.move(address(kept), 1)
         self.raise_failure()
         self.states.accept()
 

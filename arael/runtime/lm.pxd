@@ -5,6 +5,7 @@ from libc.stdint cimport int32_t, int64_t
 from arael.runtime.box cimport Box
 from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.vectors cimport Vectors
 
 
 cdef enum:
@@ -84,7 +85,7 @@ cdef class Minimiser:
     cdef readonly Py_ssize_t attempts
     cdef readonly Py_ssize_t accepted
     cdef readonly double damping          # lambda of the next attempt
-    cdef readonly object gradient_array, value_array, diagonal_array, damped_array, step_array
+    cdef readonly Vectors vectors
 
     cdef Settings _settings
     cdef int _status
@@ -100,13 +101,6 @@ cdef class Minimiser:
     cdef double _epsilon
     cdef double _growth                   # Nielsen's nu
     cdef Py_ssize_t _small_steps
-
-    cdef Py_ssize_t _n
-    cdef void* _gradient
-    cdef void* _values
-    cdef void* _diagonal
-    cdef void* _damped
-    cdef void* _step
 
     cdef Box _box
 

@@ -9,6 +9,7 @@ from arael.config import LmConfig
 from arael.runtime.box import Box
 from arael.runtime.evaluation import Evaluation
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.vectors import Vectors
 
 STATUSES: tuple[str, ...]
 RECORD: np.dtype[Any]
@@ -23,11 +24,7 @@ class Minimiser:
     attempts: int
     accepted: int
     damping: float
-    gradient_array: NDArray[Any]
-    value_array: NDArray[Any]
-    diagonal_array: NDArray[Any]
-    damped_array: NDArray[Any]
-    step_array: NDArray[Any]
+    vectors: Vectors
 
     def __init__(
         self,

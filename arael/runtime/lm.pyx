@@ -13,11 +13,11 @@ from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport INFINITY, NAN, isfinite, sqrt
 from libc.stdint cimport uintptr_t
 
-from arael.runtime cimport lm_vectors as vectors
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
 from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.vectors cimport Sums, Vectors
 
 STATUSES = (
     "running",
@@ -85,19 +85,9 @@ cdef class Minimiser:
             raise ValueError("the linear solver and the problem differ in precision")
         self.evaluation, self.solver, self._box = evaluation, solver, box
         self._watcher = watcher
-        self._n = evaluation.size
         self._epsilon = float(np.finfo(evaluation.dtype).eps)
         self._read(config, watched)
-        n, dtype = evaluation.size, evaluation.dtype
-        self.gradient_array, self.value_array = evaluation.room()
-        self.diagonal_array = np.zeros(max(n, 1), dtype=dtype)
-        self.damped_array = np.zeros(max(n, 1), dtype=dtype)
-        self.step_array = np.zeros(max(n, 1), dtype=dtype)
-        self._gradient = address(self.gradient_array)
-        self._values = address(self.value_array)
-        self._diagonal = address(self.diagonal_array)
-        self._damped = address(self.damped_array)
-        self._step = address(self.step_array)
+        self.vectors = Vectors(evaluation.size, evaluation.totals, evaluation.threads)
         self._grow_history(min(self._settings.max_iters, 1024) + 1)
 
     def _read(self, config, bint watched):
@@ -180,21 +170,12 @@ cdef class Minimiser:
         cdef Settings* s = &self._settings
         cdef double cost
         self._mark = seconds()
-        cost = self.evaluation.linearise(self._gradient, self._values)
+        cost = self.evaluation.linearise(self.vectors.gradient, self.vectors.values)
         if self.evaluation.guarded:
             self.current_cost = cost  # other instances may act than those the step was judged by
         if self._box.count:
-            self._box.hold(self._gradient, self._values)
-        if self.evaluation.single:
-            vectors.take_diagonal(
-                self._n, <float*>self._values, self.evaluation.totals.diagonal_at, s.min_diagonal,
-                <float*>self._diagonal)
-            self._now.gradient = 2 * vectors.largest(self._n, <float*>self._gradient)
-        else:
-            vectors.take_diagonal(
-                self._n, <double*>self._values, self.evaluation.totals.diagonal_at, s.min_diagonal,
-                <double*>self._diagonal)
-            self._now.gradient = 2 * vectors.largest(self._n, <double*>self._gradient)
+            self._box.hold(self.vectors.gradient, self.vectors.values)
+        self._now.gradient = 2 * self.vectors.take_diagonal(s.min_diagonal)
         self._now.iteration += 1
         self._now.retry = 0
         self._lap(LINEARISE)
@@ -235,44 +216,30 @@ cdef class Minimiser:
     cdef bint _factor(self) noexcept nogil:
         cdef Py_ssize_t failed
         self._mark = seconds()
-        if self.evaluation.single:
-            vectors.damp(self._n, <float*>self._diagonal, self.damping, <float*>self._damped)
-            vectors.negate(self._n, <float*>self._gradient, <float*>self._step)
-        else:
-            vectors.damp(self._n, <double*>self._diagonal, self.damping, <double*>self._damped)
-            vectors.negate(self._n, <double*>self._gradient, <double*>self._step)
-        failed = self.solver.factor_with(self._values, self._damped, self._step)
+        self.vectors.prepare(self.damping)
+        failed = self.solver.factor_with(
+            self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
         return failed == 0
 
     cdef void _propose(self) noexcept nogil:
         """The step, what it promises, and what it brings."""
-        cdef double slope, added, length
+        cdef Sums sums
         cdef bint cut
         self._mark = seconds()
-        self.solver.finish(self._step)
-        cut = self._box.count > 0 and self._box.clamp(self._step)
-        if self.evaluation.single:
-            slope = vectors.dot(self._n, <float*>self._gradient, <float*>self._step)
-            length = vectors.dot(self._n, <float*>self._step, <float*>self._step)
-            added = vectors.added_curvature(
-                self._n, <float*>self._values, self.evaluation.totals.diagonal_at,
-                <float*>self._damped, <float*>self._step)
-        else:
-            slope = vectors.dot(self._n, <double*>self._gradient, <double*>self._step)
-            length = vectors.dot(self._n, <double*>self._step, <double*>self._step)
-            added = vectors.added_curvature(
-                self._n, <double*>self._values, self.evaluation.totals.diagonal_at,
-                <double*>self._damped, <double*>self._step)
-        self._now.step_norm = sqrt(length)
+        self.solver.finish(self.vectors.step)
+        cut = self._box.count > 0 and self._box.clamp(self.vectors.step)
+        sums = self.vectors.products()
+        self._now.step_norm = sqrt(sums.length)
         # Of the exact solution, step' H step = -slope - added.
         if cut:
-            self._now.predicted = -2 * slope - self._box.curvature(self._values, self._step)
+            self._now.predicted = -2 * sums.slope - self._box.curvature(
+                self.vectors.values, self.vectors.step)
         else:
-            self._now.predicted = -slope + added
+            self._now.predicted = -sums.slope + sums.added
         self._lap(SOLVE)
-        self.evaluation.states.move(self._step)
+        self.evaluation.states.move(self.vectors.step, self.vectors.threads)
         self._lap(REFRESH)
         self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.states.current)
         self._lap(COST)
@@ -386,13 +353,8 @@ cdef class Minimiser:
         The gradient must be small in a measure that damping does not touch, or a solve that is
         stuck with a huge lambda would pass for converged.
         """
-        cdef double noise = 1024 * self._epsilon * self._now.cost, left
-        if self.evaluation.single:
-            left = vectors.scaled_gradient(
-                self._n, <float*>self._gradient, <float*>self._diagonal)
-        else:
-            left = vectors.scaled_gradient(
-                self._n, <double*>self._gradient, <double*>self._diagonal)
+        cdef double noise = 1024 * self._epsilon * self._now.cost
+        cdef double left = self.vectors.scaled_gradient()
         return (
             self._now.trial_cost - self._now.cost <= noise
             and self._now.predicted <= noise

@@ -1,7 +1,6 @@
 # The states of all entities twice over: as accepted, and as a step would have them.
 
-from cython cimport floating
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, int64_t
 
 from arael.runtime.kernel cimport refresh_function
 from arael.runtime.raised cimport Raised
@@ -18,6 +17,12 @@ cdef struct EntityStates:
     refresh_function refresh     # NULL: the interpreter does it
 
 
+# What the threads of one move work on.
+cdef struct Move:
+    void* states
+    const void* step
+
+
 cdef class StatePair:
     cdef readonly bint single    # f32 if true, else f64
     cdef readonly int current    # which of the two is accepted
@@ -29,9 +34,12 @@ cdef class StatePair:
     cdef object _keep            # what the pointers point into
     cdef object _still           # zeros: the step of who does not move
     cdef Raised _raised
+    cdef Py_ssize_t _pieces      # of what moves without the interpreter
+    cdef const int64_t* _piece   # [pieces][3] entity, first row, end
+    cdef bint _large             # whether they are worth sharing among threads
 
     # The other states become the accepted ones moved by `step`.
-    cdef void move(self, const void* step) noexcept nogil
+    cdef void move(self, const void* step, int threads) noexcept nogil
     # The other states become the accepted ones.
     cdef void accept(self) noexcept nogil
     # Accepted states of one entity.
@@ -39,5 +47,10 @@ cdef class StatePair:
     # Euclidean norm of the stored scalars of all entities that are solved for.
     cdef double norm(self) noexcept nogil
 
+    cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil
+    cdef void _refresh_rows(
+        self, Py_ssize_t e, Py_ssize_t begin, Py_ssize_t end, int source, int target,
+        const void* step) noexcept nogil
+    cdef void _move_piece(self, Py_ssize_t piece, const void* step) noexcept nogil
     cdef _interpret(self, Py_ssize_t e, int source, int target, const void* step)

@@ -4,16 +4,18 @@
 import numpy as np
 
 from libc.math cimport sqrt
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, int64_t
 from libc.stdlib cimport calloc, free
 
 from cython cimport floating
 
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport KernelTable, table_of
+from arael.runtime.pool cimport distribute
 from arael.runtime.raised cimport Raised
 
 from arael.runtime.interpreter import refresh
+from arael.runtime.vectors import count_parts
 
 
 cdef double squares(
@@ -92,9 +94,24 @@ cdef class StatePair:
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             if table != NULL and e < table.entity_count:
                 one.refresh = table.refresh[<Py_ssize_t>e]
+        pieces = np.array(self._cut(), dtype=np.int64).reshape(-1, 3)
+        self._keep.append(pieces)
+        self._pieces, self._piece = len(pieces), <const int64_t*>address(pieces)
         for e in range(self._count):
             self._settle(e)
         raised.again()
+
+    def _cut(self):
+        """Entity, first row and end of each piece of what moves without the interpreter."""
+        # Cut by the problem alone, as all that threads share.
+        found = []
+        for e in range(self._count):
+            rows = 0 if self._interpreted(e) else self.entities[e].moving
+            parts = count_parts(rows * self.entities[e].stride)
+            self._large |= parts > 1
+            ends = [rows * k // parts for k in range(parts + 1)]
+            found += [(e, *piece) for piece in zip(ends, ends[1:]) if piece[0] < piece[1]]
+        return found
 
     def __dealloc__(self):
         free(self.entities)
@@ -116,11 +133,18 @@ cdef class StatePair:
             self._refresh(e, 0, 0, address(self._still))
             self._refresh(e, 0, 1, address(self._still))
 
-    cdef void move(self, const void* step) noexcept nogil:
+    cdef void move(self, const void* step, int threads) noexcept nogil:
         cdef Py_ssize_t e
+        cdef Move job
+        job.states, job.step = <void*>self, step
+        distribute(threads if self._large else 1, self._pieces, move_piece, &job)
         for e in range(self._count):
-            if self.entities[e].moving:
+            if self.entities[e].moving and self._interpreted(e):
                 self._refresh(e, self.current, 1 - self.current, step)
+
+    cdef void _move_piece(self, Py_ssize_t piece, const void* step) noexcept nogil:
+        cdef const int64_t* at = self._piece + 3 * piece
+        self._refresh_rows(at[0], at[1], at[2], self.current, 1 - self.current, step)
 
     cdef void accept(self) noexcept nogil:
         self.current = 1 - self.current
@@ -140,24 +164,37 @@ cdef class StatePair:
                 total += squares(<const double*>self.at(e), one.moving, one.stride, one.stored)
         return sqrt(total)
 
+    cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil:
+        return not self.entities[e].plain and self.entities[e].refresh == NULL
+
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil:
+        if not self._interpreted(e):
+            self._refresh_rows(e, 0, self.entities[e].rows, source, target, step)
+            return
+        with gil:
+            try:
+                self._interpret(e, source, target, step)
+            except BaseException as error:
+                self._raised.keep(error)
+
+    cdef void _refresh_rows(
+        self, Py_ssize_t e, Py_ssize_t begin, Py_ssize_t end, int source, int target,
+        const void* step
+    ) noexcept nogil:
+        """New states of some rows, by addition or by the kernel."""
         cdef EntityStates* one = &self.entities[e]
-        cdef void* state = one.state[source]
-        cdef void* moved = one.state[target]
-        if one.plain and self.single:
-            add_step(one.rows, one.stride, <const float*>state, <const float*>step, one.delta_at,
+        cdef Py_ssize_t offset = begin * one.stride * (4 if self.single else 8)
+        cdef const int32_t* delta_at = one.delta_at + begin
+        cdef const void* state = <char*>one.state[source] + offset
+        cdef void* moved = <char*>one.state[target] + offset
+        if not one.plain:
+            one.refresh(end - begin, state, step, delta_at, moved)
+        elif self.single:
+            add_step(end - begin, one.stride, <const float*>state, <const float*>step, delta_at,
                      <float*>moved)
-        elif one.plain:
-            add_step(one.rows, one.stride, <const double*>state, <const double*>step, one.delta_at,
-                     <double*>moved)
-        elif one.refresh != NULL:
-            one.refresh(one.rows, state, step, one.delta_at, moved)
         else:
-            with gil:
-                try:
-                    self._interpret(e, source, target, step)
-                except BaseException as error:
-                    self._raised.keep(error)
+            add_step(end - begin, one.stride, <const double*>state, <const double*>step, delta_at,
+                     <double*>moved)
 
     cdef _interpret(self, Py_ssize_t e, int source, int target, const void* step):
         cdef Py_ssize_t rows = self.entities[e].rows
@@ -173,3 +210,7 @@ cdef class StatePair:
                 delta = np.asarray(<double[:self._size]><double*>step)
             steps[moves] = delta[first[moves, None] + np.arange(entity.tangent)]
         refresh(entity, state, steps, moved)
+
+
+cdef void move_piece(void* job, Py_ssize_t piece) noexcept nogil:
+    (<StatePair>(<Move*>job).states)._move_piece(piece, (<Move*>job).step)

@@ -10,6 +10,7 @@ cdef class Totals:
     cdef readonly Py_ssize_t value_room     # the same of the values of J'J
     cdef const int64_t* diagonal_at         # [size] offsets of the diagonal in the values
     cdef object _keep                       # arrays that the pointers point into
+    cdef object _arrays                     # of the solves, once one was there
     cdef const int64_t* _gradient_sums      # (m, 3), see `Shares`
     cdef const int64_t* _value_sums
     cdef const int64_t* _gradient_ends      # [shares + 1] rows of the sums that one thread takes

@@ -101,6 +101,13 @@ cdef class Totals:
             return np.asarray(<float[:n]><float*>gradient), np.asarray(<float[:m]><float*>values)
         return np.asarray(<double[:n]><double*>gradient), np.asarray(<double[:m]><double*>values)
 
+    def kept(self):
+        """Arrays like those of `zeros`, the same for all solves; what is in them is left over."""
+        # The first touch of fresh memory takes as long as a linearisation.
+        if self._arrays is None:
+            self._arrays = self.zeros()
+        return self._arrays
+
     def zeros(self):
         """Room for J'r and for the values of J'J, with what lies behind them."""
         dtype = np.float32 if self.single else np.float64

@@ -41,10 +41,10 @@ class Watcher:
 
     def started(self, minimiser: Any) -> None:
         """Check the first linearisation; raises SolveError."""
-        diagonal = minimiser.value_array[self._problem.diagonal_at]
+        diagonal = minimiser.vectors.value_array[self._problem.diagonal_at]
         if self._lenient:
             diagonal = np.where(diagonal == 0, 1, diagonal)
-        gradient = minimiser.gradient_array[: self._problem.size]
+        gradient = minimiser.vectors.gradient_array[: self._problem.size]
         check_linearisation(self._problem, minimiser.start_cost, gradient, diagonal)
 
     def stepped(self, minimiser: Any, record: Any) -> bool:
@@ -63,9 +63,9 @@ class Watcher:
                 f"{shown_cost(record['cost'] - record['trial_cost'])}, "
                 f"lambda={shown_lambda(record['damping'])} (step={step})"
             )
-        gradient = minimiser.gradient_array[: self._problem.size]
-        diagonal = minimiser.diagonal_array[: self._problem.size]
-        values = minimiser.value_array[: self._problem.structure.pattern.value_count]
+        gradient = minimiser.vectors.gradient_array[: self._problem.size]
+        diagonal = minimiser.vectors.diagonal_array[: self._problem.size]
+        values = minimiser.vectors.value_array[: self._problem.structure.pattern.value_count]
         counts = [
             sum(int(np.count_nonzero(~np.isfinite(a))) for a in arrays)
             for arrays in ([gradient], [diagonal], [self._problem.x], [values])

@@ -12,7 +12,7 @@ import pytest
 
 import arael
 from arael.config import LmConfig
-from arael.runtime import pool, shares
+from arael.runtime import pool, shares, vectors
 from arael.runtime.linear import parts, subtrees
 from arael.runtime.linear.auto import SOLVERS, make_solver
 from arael.runtime.linear.pattern import BlockPattern
@@ -34,6 +34,7 @@ def finely(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts, "GRAIN", 100.0)
     monkeypatch.setattr(parts, "_ROOM", 100.0)
     monkeypatch.setattr(subtrees, "GRAIN", 100.0)
+    monkeypatch.setattr(vectors, "GRAIN", 20)
 
 
 class TestPool:
@@ -212,6 +213,22 @@ class TestLinearSolvers:
             assert (same | (bundle[above[stays]] == -1)).all()
             top = np.flatnonzero((bundle == -1) & (parent >= 0))
             assert (bundle[parent[top]] == -1).all()
+
+
+class TestVectors:
+    """How vectors are cut, and where they are."""
+
+    @pytest.mark.parametrize(
+        ("scalars", "parts"), [(0, 1), (32767, 1), (32768, 4), (100_000, 12), (10**7, 16)]
+    )
+    def test_parts(self, scalars: int, parts: int) -> None:
+        assert vectors.count_parts(scalars) == parts
+
+    def test_solves_keep_their_arrays(self) -> None:
+        totals = problem_of(scene()).evaluation.totals
+        first, second = (vectors.Vectors(7, totals, 1) for _ in range(2))
+        assert first.value_array is second.value_array
+        assert first.step_array is not second.step_array
 
 
 @pytest.mark.usefixtures("finely")
