@@ -29,7 +29,9 @@ def main() -> None:
         "--peer-python", default=sys.executable, help="an interpreter that has the peers' wheels"
     )
     parser.add_argument(
-        "--threads", default="1", help="numbers of threads: 1, or 1,2 to repeat the largest cases"
+        "--threads",
+        default="1,2",
+        help="numbers of threads; from the second on for the largest cases only (default: 1,2)",
     )
     parser.add_argument(
         "--quick", action="store_true", help="small problems, few runs: does everything work?"
@@ -49,7 +51,7 @@ def main() -> None:
 
     began = time.perf_counter()
     if any(name in chapters.BESIDE for name in names):
-        prepare(peers)
+        prepare(plan)
     report = chapters.Report(chosen.output)
     for name in names:
         sys.stderr.write(f"{name} ... [{(time.perf_counter() - began) / 60:.1f} min]\n")

@@ -24,12 +24,12 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
             "Milliseconds per iteration at one thread, each run in a process of its own. The cost "
             "is that of the answer by the f64 reference.",
         ]
-        poses = 60 if plan.quick else 500
-        case = _scene(folder, "localization", poses)
-        lines += ["", *_pair(plan, folder, [case], {"band": "band"}, {"dense": "dense"})]
-        poses = 30 if plan.quick else 200
-        case = _scene(folder, "slam", poses)
-        lines += ["", *_pair(plan, folder, [case], {"sparse": "sparse"}, {"dense": "dense"})]
+        sizes = (30, 60) if plan.quick else (60, 200, 500)
+        sweep = [_scene(folder, "localization", poses) for poses in sizes]
+        lines += ["", *_pair(plan, folder, sweep, {"band": "band"}, {"dense": "dense"})]
+        sizes = (15, 30) if plan.quick else (60, 100, 200)
+        sweep = [_scene(folder, "slam", poses) for poses in sizes]
+        lines += ["", *_pair(plan, folder, sweep, {"sparse": "sparse"}, {"dense": "dense"})]
         every = list(_every(folder, plan.quick))
         lines += ["", *_pair(plan, folder, every, {"sparse": "sparse"}, {"cholmod": "cholmod"})]
         poses = 60 if plan.quick else 300

@@ -7,7 +7,17 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import backends, cold, fit, kernels, pictures, scale, schur, threads
+from benchmarks import (
+    backends,
+    cold,
+    fit,
+    kernels,
+    pictures,
+    runtime_residuals,
+    scale,
+    schur,
+    threads,
+)
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
 from benchmarks.systems import SUITES as BESIDE
@@ -20,7 +30,8 @@ OWN: dict[str, Chapter] = {
     "fit": fit.run,
     "backends": backends.run,
     "kernels": lambda plan, picture: kernels.run(),
-    "schur": lambda plan, picture: schur.run(),
+    "schur": lambda plan, picture: schur.run(plan),
+    "residuals": runtime_residuals.run,
     "threads": threads.run,
     "scale": scale.run,
     "cold": cold.run,

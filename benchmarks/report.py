@@ -75,8 +75,7 @@ def _rows(
 ) -> list[list[str]]:
     rows = []
     for m in measured:
-        label = m.case.name if m.threads == 1 else f"{m.case.name}, {m.threads} threads"
-        rows.append([label, *(show(o, m) for o in m.found.values())])
+        rows.append([_label(m), *(show(o, m) for o in m.found.values())])
     return rows
 
 
@@ -92,12 +91,20 @@ def _systems(measured: Sequence[Measured]) -> list[str]:
 
 
 def _reasons(measured: Sequence[Measured]) -> list[str]:
-    found: dict[tuple[str, str], list[str]] = {}
+    """Who did not solve what, and why; systems and problems with the same reasons together."""
+    cases: dict[tuple[str, str], list[str]] = {}
     for m in measured:
         for name, outcome in m.found.items():
             if not outcome.slopes:
-                found.setdefault((name, outcome.reason), []).append(m.case.name)
-    return [f"- {name}, {', '.join(cases)}: {why}" for (name, why), cases in found.items()]
+                cases.setdefault((name, outcome.reason), []).append(_label(m))
+    names: dict[tuple[str, str], list[str]] = {}
+    for (name, why), shown in cases.items():
+        names.setdefault((", ".join(shown), why), []).append(name)
+    return [f"- {', '.join(n)}: {shown}: {why}" for (shown, why), n in names.items()]
+
+
+def _label(m: Measured) -> str:
+    return m.case.name if m.threads == 1 else f"{m.case.name}, {m.threads} threads"
 
 
 def _number(value: float, digits: int) -> str:

@@ -40,8 +40,8 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
                     f"{1e3 * outcome.median:.2f}" if outcome.slopes else outcome.reason,
                     f"{per:.2f}" if outcome.slopes else "-",
                     f"{outcome.memory:.0f}" if outcome.slopes else "-",
-                    _bytes(outcome, points[0][2], seen),
-                    outcome.settings,
+                    *bytes_per_observation(outcome, points[0][2], seen),
+                    outcome.settings.removeprefix("solver "),
                 )
             )
         good = [(seen, 1e3 * o.median) for _, seen, o in points if o.slopes and o.median > 0]
@@ -55,15 +55,17 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
         "## scale",
         "",
         "SLAM scenes of four landmarks a pose, one thread, f64. Memory of the process is that at "
-        "its peak, data files and interpreter included; bytes per observation are what it has over "
-        "the smallest scene of the shape.",
+        "its peak, interpreter and data file included. Bytes per observation: `peak` is what the "
+        "process has at its peak over that of the smallest scene of the shape; `data` are the "
+        "columns of the model, `factor` the nonzeros of the factor; the ratio is that of `peak` to "
+        "the two together.",
         "",
         "Exponent of the time of an iteration in the number of observations, "
         f"from {LEAST} poses on: {', '.join(exponents)}.",
         "",
         *table(
             ("shape", "poses", "observations", "ms per iteration", "us per observation",
-             "peak MB", "bytes per observation", "solver"),
+             "peak MB", "peak [B]", "data [B]", "factor [B]", "peak / (data + factor)", "solver"),
             rows,
         ),
         *(["", f"![scale]({picture.name})"] if drawn and picture else []),
@@ -90,7 +92,13 @@ def _measure(plan: Plan, trajectory: str, poses: int) -> tuple[int, Outcome]:
         return seen, run_system("arael", case, None, plan, 1, folder)
 
 
-def _bytes(outcome: Outcome, first: Outcome, seen: int) -> str:
-    if outcome is first or not (outcome.slopes and first.slopes):
-        return "-"
-    return f"{(outcome.memory - first.memory) * 2**20 / seen:.0f}"
+def bytes_per_observation(outcome: Outcome, first: Outcome, seen: int) -> tuple[str, str, str, str]:
+    """Bytes per observation: of the process over the `first`, of the data, of the factor; ratio."""
+    if not outcome.slopes:
+        return "-", "-", "-", "-"
+    data, factor = (outcome.facts.get(name, math.nan) / seen for name in ("data", "factor"))
+    parts = f"{data:.0f}", f"{factor:.0f}"
+    if outcome is first or not first.slopes:
+        return "-", *parts, "-"
+    peak = (outcome.memory - first.memory) * 2**20 / seen
+    return f"{peak:.0f}", *parts, f"{peak / (data + factor):.1f}"

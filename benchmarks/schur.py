@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import sys
 import time
 from collections.abc import Callable
 
@@ -18,7 +20,8 @@ from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduced import plan_reduced
 from arael.runtime.linear.reduction import reduce
 from arael.runtime.linear.sparse import SparseSolver
-from benchmarks.measure import table, timed
+from benchmarks.measure import child, table, timed
+from benchmarks.systems import Plan
 
 Array = NDArray[np.float64]
 
@@ -26,58 +29,71 @@ RUNS = 7
 FAR_TOO_MANY = 10_000  # entities
 SOLVERS = ("sparse", "cholmod", "schur", "schur_pcg")
 
+Row = list[str]
 
-def run() -> list[str]:
-    """Measure and return the report's lines."""
-    rows: list[tuple[object, ...]] = []
-    for name, make in STRUCTURES.items():
-        pattern = make()
-        for single in (False, True):
-            rows += _measure(name, pattern, single)
+
+def run(plan: Plan) -> list[str]:
+    """Measure each structure in a process of its own; return the report's lines."""
+    rows: list[Row] = []
+    for name in list(STRUCTURES)[: 1 if plan.quick else None]:
+        for threads in plan.threads:
+            rows += child("schur", name, threads, threads=threads, timeout=600)
     return [
         "## schur",
         "",
-        "One factorisation with new damping and one solve in milliseconds, BLAS on one thread, "
-        f"fastest of {RUNS} (median in parentheses), all solvers of a structure in one process in "
-        "turn. Values are random, the diagonal dominates. `analysis` is done once a structure. "
+        "One factorisation with new damping and one solve in milliseconds, fastest of "
+        f"{RUNS} (median in parentheses), all solvers of a structure in one process in turn. "
+        "Values are random, the diagonal dominates. `analysis` is done once a structure. "
         "`schur_pcg` iterates to 0.1 of the right-hand side.",
         "",
         *table(
-            ("structure", "solver", "factor", "solve", "analysis", "predicted factor", "auto"), rows
+            ("structure", "threads", "solver", "factor", "solve", "analysis", "predicted factor",
+             "auto"),
+            rows,
         ),
+    ]  # fmt: skip
+
+
+def measure(name: str, threads: int) -> list[Row]:
+    """Rows of all solvers on a structure, f64 and f32."""
+    pattern = STRUCTURES[name]()
+    return [
+        [f"{name}, {'f32' if single else 'f64'}", str(threads), *row]
+        for single in (False, True)
+        for row in _measure(pattern, single, threads)
     ]
 
 
-def _measure(name: str, pattern: BlockPattern, single: bool) -> list[tuple[object, ...]]:
+def _measure(pattern: BlockPattern, single: bool, threads: int) -> list[Row]:
     dtype = np.float32 if single else np.float64
     values, diagonal = (part.astype(dtype) for part in values_on(pattern))
     b = np.random.default_rng(0).standard_normal(pattern.size).astype(dtype)
     taken = make_solver("auto", pattern, single).plan["solver"]
-    rows: list[tuple[object, ...]] = []
+    rows: list[Row] = []
     for solver in SOLVERS:
-        if solver == "cholmod" and single:
+        if solver == "cholmod" and (single or threads > 1):
             continue
         began = time.perf_counter()
         try:
             made = _made(solver, pattern, single)
         except AraelError:
-            rows.append((name, solver, "not installed", "", "", "", ""))
+            rows.append([solver, "not installed", "", "", "", ""])
             continue
         analysis = time.perf_counter() - began
+        made.use_threads(threads)
         if made.factorise(values, diagonal):
-            raise SystemExit(f"{solver} failed on {name}")
+            raise SystemExit(f"{solver} failed")
         factor = timed(lambda made=made: made.factorise(values, diagonal), RUNS, 1)
         solve = timed(lambda made=made: made.solved(b), RUNS, 1)
         rows.append(
-            (
-                f"{name}, {'f32' if single else 'f64'}",
+            [
                 f"{solver} ({made.plan['reduced_solver']})" if solver == "schur" else solver,
                 f"{1e3 * min(factor.runs):.2f} ({1e3 * factor.median:.2f})",
                 f"{1e3 * min(solve.runs):.2f} ({1e3 * solve.median:.2f})",
                 f"{1e3 * analysis:.0f}",
                 f"{made.plan['predicted_ms']:.2f}",
                 "taken" if solver == taken else "",
-            )
+            ]
         )
     return rows
 
@@ -146,3 +162,6 @@ STRUCTURES: dict[str, Callable[[], BlockPattern]] = {
     "bundle, 49 cameras, 7776 points": lambda: bundle_structure(49, 7_776, 31_843),
     "bundle, 300 cameras, 50 000 points": lambda: bundle_structure(300, 50_000, 300_000),
 }
+
+if __name__ == "__main__":
+    print(json.dumps(measure(sys.argv[1], int(sys.argv[2]))))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import re
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +19,7 @@ import numpy as np
 
 from benchmarks.cases import SUITES, Case, cases
 from benchmarks.measure import environment, pinned
+from benchmarks.peers.runner import LEFT, AbsentError, missing
 from benchmarks.problems import Reference
 
 PEERS = ("rust", "gtsam", "ceres", "g2o")
@@ -23,11 +27,11 @@ PROGRAMS = {
     "arael": ("arael_peer",),
     "rust": ("rust_peer",),
     "gtsam": ("gtsam_peer",),
-    # What the wheel has no compiled cost functions for, a program against the library has.
+    # What the wheel has no compiled cost functions or edges for, a program of ours has.
     "ceres": ("ceres_program", "ceres_peer"),
-    "g2o": ("g2o_peer",),
+    "g2o": ("g2o_program", "g2o_peer"),
 }
-OURS = ("arael_peer", "rust_peer", "ceres_program")
+OURS = ("arael_peer", "rust_peer", "ceres_program", "g2o_program")
 """Programs that run in this interpreter; the others in the one that has the peers' wheels."""
 TIMEOUT = 300
 RUNS, QUICK_RUNS = 7, 3
@@ -44,6 +48,7 @@ class Outcome:
     version: str = ""
     settings: str = ""
     reason: str = ""
+    facts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def median(self) -> float:
@@ -93,6 +98,10 @@ def measure_suite(suite: str, plan: Plan) -> list[Measured]:
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for case in cases(suite, Path(folder), plan.quick):
+            if not case.path.exists():
+                absent = Outcome(reason="the file is not there (ARAEL_DATA names its folder)")
+                found.append(Measured(case, 1, dict.fromkeys(plan.systems, absent)))
+                continue
             reference = Reference(suite, str(case.path))
             for count in plan.threads:
                 if count > 1 and not (case.large or plan.quick):
@@ -125,7 +134,8 @@ def run_system(
             break
         reasons.append(outcome.reason)
     else:
-        outcome = Outcome(reason="; ".join(reasons), cost=outcome.cost)
+        own = [reason for reason in reasons if not reason.startswith(LEFT)]
+        outcome = Outcome(reason="; ".join(own), cost=outcome.cost)
     said = f"{1e3 * outcome.median:.2f} ms"
     if math.isfinite(outcome.cost):
         said += f", cost {outcome.cost:.6g}"
@@ -153,6 +163,7 @@ def _run(
     command += [*(str(n) for n in numbers), str(out)]
     root = str(Path(__file__).parents[1])
     env = environment(threads, PYTHONPATH=root, ARAEL_BENCH_COLUMNS=str(folder), **changes)
+    env["ARAEL_BENCH_PEER_PYTHON"] = plan.python
     try:
         done = subprocess.run(
             command,
@@ -175,8 +186,7 @@ def _run(
     except subprocess.TimeoutExpired:
         return Outcome(reason=f"not done in {TIMEOUT} s")
     except (subprocess.SubprocessError, OSError, ValueError, IndexError, KeyError) as error:
-        words = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
-        return Outcome(reason=" ".join(words) or type(error).__name__)
+        return Outcome(reason=_reason(error))
     return Outcome(
         tuple(said["slopes"]),
         said["memory"],
@@ -184,16 +194,25 @@ def _run(
         said["iterations"],
         said["version"],
         said["settings"],
+        facts=said.get("facts", {}),
     )
 
 
-def prepare(peers: tuple[str, ...]) -> None:
-    """Build the programs of peers before anything is timed; a failed build shows again later."""
-    from benchmarks.peers import ceres_program, rust_peer
-    from benchmarks.peers.runner import AbsentError
+def _reason(error: Exception) -> str:
+    """Why a program failed: the last line it said; what to install where a wheel is missing."""
+    words = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
+    said = " ".join(words) or type(error).__name__
+    found = re.fullmatch(r"ModuleNotFoundError: No module named '(\w+)'", said)
+    return missing(found.group(1)) if found else said
 
-    for name, module in (("rust", rust_peer), ("ceres", ceres_program)):
-        if name in peers:
+
+def prepare(plan: Plan) -> None:
+    """Build the programs of peers before anything is timed; a failed build shows again later."""
+    from benchmarks.peers import ceres_program, g2o_program, rust_peer
+
+    os.environ["ARAEL_BENCH_PEER_PYTHON"] = plan.python
+    for name, module in (("rust", rust_peer), ("ceres", ceres_program), ("g2o", g2o_program)):
+        if name in plan.peers:
             sys.stderr.write(f"building the program for {name} ...\n")
             try:
                 module.program()

@@ -23,6 +23,7 @@ class Arael:
         self.instance, self.kind, self.threads = instance, kind, threads
         self.first = kind.state(instance)
         self.settings = f"{SOLVER}, {PRECISION}"
+        self.facts: dict[str, float] = {}
 
     def start(self) -> None:
         self.kind.put(self.instance, self.first)
@@ -37,7 +38,15 @@ class Arael:
             **stop,
         )
         self.settings = f"solver {result.plan['solver']}, {PRECISION}"
+        self._weigh(result.plan)
         return int(result.iterations)
+
+    def _weigh(self, plan: Any) -> None:
+        """Note the bytes of the model's data and those of the factor's nonzeros."""
+        tables = self.instance._store.tables.values()
+        data = sum(t.column(c.path).nbytes for t in tables for c in t.layout.columns)
+        scalar = 4 if PRECISION == "f32" else 8
+        self.facts = {"data": data, "factor": scalar * plan.get("nnz_l", 0)}
 
     def answer(self) -> dict[str, np.ndarray]:
         return self.kind.state(self.instance)

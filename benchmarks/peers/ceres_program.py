@@ -7,36 +7,24 @@ derivatives. Needs a C++ compiler and Ceres's headers (Debian: libceres-dev).
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 from benchmarks import problems
 from benchmarks.peers import native
-from benchmarks.peers.runner import AbsentError, request, show
-
-SOURCES = native.HERE / "ceres"
+from benchmarks.peers.runner import LEFT, AbsentError, request, show
 
 
 def program() -> Path:
     """Compile the program where that is not yet done."""
-    compiler = shutil.which("g++") or shutil.which("c++")
-    if compiler is None:
-        raise AbsentError("no C++ compiler")
-    built = native.BUILD / "ceres"
-    newest = max(source.stat().st_mtime for source in SOURCES.iterdir())
-    if not built.exists() or built.stat().st_mtime < newest:
-        # The library was built without AVX: its alignment of Eigen's types holds for all.
-        flags = "-O3 -march=native -DEIGEN_MAX_ALIGN_BYTES=16 -std=c++17 -I/usr/include/eigen3"
-        command = [compiler, *flags.split(), str(SOURCES / "peer.cc"), "-o", str(built)]
-        native.build([*command, "-lceres", "-lglog"], native.BUILD / "ceres.log")
-    return built
+    needs = {"ceres/": "Ceres's headers (Debian: libceres-dev)"}
+    return native.compiled("ceres", [], ["-lceres", "-lglog"], needs)
 
 
 def absence(suite: str, path: str) -> str | None:
     """Why there is no such problem here, if so."""
     spatial = suite == "pose_graph" and problems.pose_graph_model(path) == "pose_graph_3d"
     if suite not in ("pose_graph", "bundle", "plane") or spatial:
-        return "left to pyceres"
+        return f"{LEFT}pyceres"
     return None
 
 
@@ -46,6 +34,6 @@ if __name__ == "__main__":
     try:
         if reason:
             raise AbsentError(reason)
-        native.run(program(), asked, "Ceres of the system", "")
+        native.run(program(), asked)
     except AbsentError as error:
         show({"absent": str(error)})

@@ -3,14 +3,15 @@
 g2o weighs rotations by the vector part of the quaternion, half of the model's: the information of
 an edge is scaled so that the residual is the model's own. Scenes have g2o's depth projection with
 depth of no weight in the place of the angular residuals, priors on whole poses, loose but for what
-was measured, for GPS and tilt, and no damping towards the start. The wheel has neither planes nor
-a camera with a focal length of its own.
+was measured, for GPS and tilt, and no damping towards the start. Bundles and planes,
+for which the wheel has no edges with the model's residuals, are left to `g2o_program`.
 """
 
 from __future__ import annotations
 
 import tempfile
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
 import g2opy as g2o
@@ -182,7 +183,7 @@ def _quaternions(matrices: np.ndarray) -> np.ndarray:
 
 if __name__ == "__main__":
     main(
-        "g2o (g2opy) " + getattr(g2o, "__version__", ""),
+        f"g2o {version('g2opy')}",
         {
             "pose_graph": PoseGraph,
             "slam": Slam,

@@ -3,10 +3,10 @@
     python -m benchmarks.peers.NAME SUITE PROBLEM SHORT LONG RUNS THREADS LIMIT OUT.npz
 
 prints one JSON object: ``slopes`` (seconds per iteration, from runs of SHORT and LONG iterations,
-so that set-up is told apart), ``memory`` (peak resident MB), ``version``, ``settings``; or
-``absent``, the reason why this system has no such problem. The answer after at most LIMIT
-iterations goes to OUT.npz in the terms of `benchmarks.problems`. Needs nothing of arael: a system
-may live in another Python.
+so that set-up is told apart), ``memory`` (peak resident MB), ``version``, ``settings``, ``facts``
+(what else a system knows of its size); or ``absent``, the reason why it has no such problem. The
+answer after at most LIMIT iterations goes to OUT.npz in the terms of `benchmarks.problems`. Needs
+nothing of arael: a system may live in another Python.
 """
 
 from __future__ import annotations
@@ -70,6 +70,21 @@ class AbsentError(Exception):
     """A problem that a system does not have; the words say why."""
 
 
+LEFT = "left to "
+"""How a program begins its words about what another program of the same system does."""
+
+WHEELS = {"pyceres": "pyceres==2.6 pycolmap==3.13.0", "pycolmap": "pyceres==2.6 pycolmap==3.13.0"}
+"""What to install for a module, where it is not the module's own name."""
+
+
+def missing(module: str) -> str:
+    """Say that a wheel is missing, and what to do about it."""
+    return (
+        f"{module} is not installed: `pip install {WHEELS.get(module, module)}`, or name the "
+        "interpreter that has it with --peer-python"
+    )
+
+
 def request() -> Request:
     """Read the command line."""
     suite, problem, *numbers, out = sys.argv[1:9]
@@ -104,6 +119,7 @@ def main(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> None
             "memory": memory,
             "version": version,
             "settings": peer.settings,
+            "facts": getattr(peer, "facts", {}),
         }
     )
 

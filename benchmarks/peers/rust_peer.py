@@ -52,4 +52,4 @@ if __name__ == "__main__":
         except AbsentError as reason:
             show({"absent": str(reason)})
         else:
-            native.run(built, asked, version(), "")
+            native.run(built, asked, version())

@@ -10,7 +10,7 @@ from benchmarks import pictures
 from benchmarks.cases import Case
 from benchmarks.chapters import Report
 from benchmarks.report import suite_report, summary
-from benchmarks.scale import exponent
+from benchmarks.scale import bytes_per_observation, exponent
 from benchmarks.systems import Measured, Outcome, Plan
 
 OURS = Outcome((0.001, 0.002, 0.003), 80.0, 100.0, 7, "arael 1", "solver band")
@@ -32,7 +32,7 @@ def test_a_suite_shows_times_ratios_costs_and_reasons(measured: list[Measured]) 
     assert "| 60 poses | 1.0 | 10.5 | 2.0 | - |" in text
     assert "| 60 poses | 100 (7) | 100.05 (9) | 100.2 ! (9) | - |" in text
     assert "| 60 poses, 2 threads | 80 | 50 | 50 | - |" in text
-    assert "- rust, 60 poses, 60 poses: cargo is not installed" in text
+    assert "- rust: 60 poses, 60 poses, 2 threads: cargo is not installed" in text
     assert "- Peer 2: LM" in text
     assert "![slam](r-slam.png)" in text
 
@@ -67,3 +67,12 @@ def test_pictures_are_drawn_of_what_there_is(tmp_path: Path, measured: list[Meas
 
 def test_the_exponent_of_a_power_law() -> None:
     assert exponent([(n, 3 * n**1.25) for n in (10, 100, 1000)]) == pytest.approx(1.25)
+
+
+def test_memory_stands_beside_data_and_factor() -> None:
+    first = Outcome((0.001,), 70.0, facts={"data": 5_000, "factor": 6_000})
+    large = Outcome((0.1,), 70.0 + 50, facts={"data": 1e6, "factor": 3e6})
+    shown = bytes_per_observation(large, first, 10_000)
+    assert shown == ("5243", "100", "300", "13.1")
+    assert bytes_per_observation(first, first, 100) == ("-", "50", "60", "-")
+    assert bytes_per_observation(ABSENT, first, 100) == ("-",) * 4

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "problem.h"
-#include "rotations.h"
+#include "../cpp/rotations.h"
 
 struct PlaneSeen {
   const double* n;

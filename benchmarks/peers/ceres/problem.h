@@ -3,29 +3,27 @@
 
 #include <ceres/ceres.h>
 
-#include "columns.h"
+#include "../cpp/harness.h"
 
-class Problem {
+class Problem : public System {
  public:
-  virtual ~Problem() = default;
+  int threads = 1;
 
-  void restart() { *state_ = start_; }
+  void restart() override { *state_ = start_; }
 
-  ceres::Solver::Summary solve(int iterations, bool to_end, int threads) {
+  int iterate(int count, bool to_end) override {
     ceres::Solver::Options options;
     configure(options);
-    options.max_num_iterations = iterations;
+    options.max_num_iterations = count;
     options.num_threads = threads;
     options.logging_type = ceres::SILENT;
     options.function_tolerance = to_end ? 1e-9 : 0.0;
     if (!to_end) options.gradient_tolerance = options.parameter_tolerance = 0.0;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
-    return summary;
+    // The first entry is the start.
+    return summary.num_successful_steps + summary.num_unsuccessful_steps - 1;
   }
-
-  virtual void answer(Answer& out) const = 0;
-  virtual const char* settings() const = 0;
 
  protected:
   virtual void configure(ceres::Solver::Options& options) const = 0;
