@@ -24,7 +24,10 @@ ENDING = frozenset({"aborted", "time_limit", "observer_terminated", "driver_term
 
 
 class Plan(dict[str, Any]):
-    """What the linear solver chose and why; reads as one line."""
+    """What the linear solver chose, why, and what came of it; reads as one line.
+
+    ``predicted_ms`` is what a factorisation was predicted to take, ``measured_ms`` what it took.
+    """
 
     def __str__(self) -> str:
         name = self.get("solver", self.get("name", "?"))
@@ -33,7 +36,9 @@ class Plan(dict[str, Any]):
             if key in self:
                 facts.append(f"{text} {_short(self[key])}")
         line = f"{name} ({', '.join(facts)})" if facts else str(name)
-        return f"{line}: {self['why']}" if self.get("why") else line
+        if self.get("why"):
+            line += f": {self['why']}"
+        return f"{line}; it took {self['measured_ms']:.3g} ms" if "measured_ms" in self else line
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,7 +57,7 @@ class Result:
     accepted_iterations : steps taken
     x : (k,) stored scalars of every entity that was solved for, in order of the system
     final_lambda : damping at the end, a good start for a warm re-solve
-    plan : what the linear solver chose and why
+    plan : what the linear solver chose and why, what that was predicted to take and what it took
     timing : seconds per phase; ``first_factor`` is the first factorisation apart
     history : one record an attempt, a structured array
         Fields: ``iteration`` (from 1), ``retry``, ``accepted``, ``factored``, ``pivot`` (scalar at

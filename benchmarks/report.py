@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from benchmarks.measure import table
 from benchmarks.systems import Measured, Outcome
 
+OTHER = "~"
+"""Mark of a ratio to a system that minimises something else than the model."""
 CLOSE = 1e-3
 """Answers whose cost is more than this above the best, relatively, are marked."""
 
@@ -30,6 +32,7 @@ def suite_report(suite: str, measured: Sequence[Measured], picture: str | None) 
         "Time per iteration relative to arael's:",
         "",
         *table(heads, _rows(measured, _ratio)),
+        *_others(o for m in measured for o in m.found.values()),
         "",
         "Cost of the answer by the reference, and iterations to it; `!` more than 0.1 % above the "
         "best:",
@@ -67,6 +70,7 @@ def summary(measured: dict[str, list[Measured]]) -> list[str]:
         "Time per iteration at one thread, f64: arael in ms, and how many times that a peer takes.",
         "",
         *table(["problem", "arael [ms]", *names], rows),
+        *_others(o for m in all_cases for o in m.found.values()),
     ]
 
 
@@ -85,9 +89,20 @@ def _systems(measured: Sequence[Measured]) -> list[str]:
         for outcome in m.found.values():
             if outcome.version:
                 known = found.setdefault(outcome.version, [])
-                if outcome.settings not in known:
-                    known.append(outcome.settings)
+                for words in (outcome.settings, outcome.residuals):
+                    if words not in known:
+                        known.append(words)
     return [f"- {version}: {'; '.join(s for s in said if s)}" for version, said in found.items()]
+
+
+def _others(outcomes: Iterable[Outcome]) -> list[str]:
+    """What the mark at a ratio means, where there is one."""
+    if not any(outcome.slopes and outcome.residuals for outcome in outcomes):
+        return []
+    return [
+        "",
+        f"`{OTHER}`: with residuals of its own, near the model's (see the list of systems)",
+    ]
 
 
 def _reasons(measured: Sequence[Measured]) -> list[str]:
@@ -120,7 +135,10 @@ def _time(outcome: Outcome) -> str:
 
 def _ratio(outcome: Outcome, among: Measured) -> str:
     ours = among.found["arael"].median
-    return _number(outcome.median / ours, 1) if ours > 0 else "-"
+    if not (ours > 0 and outcome.slopes):
+        return "-"
+    mark = f" {OTHER}" if outcome.residuals else ""
+    return _number(outcome.median / ours, 1) + mark
 
 
 def _cost(outcome: Outcome, among: Measured) -> str:

@@ -39,7 +39,10 @@ RUNS, QUICK_RUNS = 7, 3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one system made of one problem; without slopes, `reason` says why there are none."""
+    """What one system made of one problem; without slopes, `reason` says why there are none.
+
+    `residuals` says what it minimises instead of the model, if it does.
+    """
 
     slopes: tuple[float, ...] = ()
     memory: float = math.nan
@@ -49,6 +52,7 @@ class Outcome:
     settings: str = ""
     reason: str = ""
     facts: Mapping[str, float] = field(default_factory=dict)
+    residuals: str = ""
 
     @property
     def median(self) -> float:
@@ -195,6 +199,7 @@ def _run(
         said["version"],
         said["settings"],
         facts=said.get("facts", {}),
+        residuals=said.get("residuals", ""),
     )
 
 

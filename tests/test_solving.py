@@ -369,3 +369,18 @@ def test_covariance_of_what_is_fixed_is_refused():
     with pytest.raises(AraelError, match=r"`poses\[0\]` is not solved for") as caught:
         found.marginal(("poses", 0))
     assert code_of(caught) == "E1009"
+
+
+def test_the_plan_says_what_was_predicted_and_what_it_took():
+    model = model_of(toys.chain(), toys.chain_store(toys.chain()))
+    result = solve(model, solver="sparse")
+    plan = result.plan
+    again = result.timing["factor"] / (result.iterations - 1)
+    assert plan["measured_ms"] == pytest.approx(1e3 * again)
+    assert plan["predicted_ms"] > 0
+    assert f"it took {plan['measured_ms']:.3g} ms" in str(result)
+    result = solve(model, solver="sparse", max_iters=1)
+    assert result.plan["measured_ms"] == pytest.approx(1e3 * result.timing["first_factor"])
+    result = solve(model, solver="schur_pcg")
+    each = result.timing["solve"] / result.iterations
+    assert result.plan["measured_ms"] > 1e3 * each

@@ -2,7 +2,7 @@
 
 Pose graphs in space: the relative pose cost; bundles: the reprojection error with two radial
 coefficients, principal point held, by Schur elimination of the points; scenes: the reprojection
-error of a camera rig.
+error of a camera rig, in pixels where the model compares angles, without damping towards the start.
 """
 
 from __future__ import annotations
@@ -188,6 +188,7 @@ class Slam(Ceres):
     """
 
     settings = "LM, SPARSE_SCHUR (landmarks eliminated)"
+    residuals = "of scenes: pixels instead of angles"
     linear_solver = pyceres.LinearSolverType.SPARSE_SCHUR
 
     def __init__(self, path: str, threads: int, known: bool = False) -> None:

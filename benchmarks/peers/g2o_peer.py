@@ -77,6 +77,8 @@ class PoseGraph(G2o):
 class Slam(G2o):
     """A scene, by way of a file in g2o's format: the wheel cannot set a camera's calibration."""
 
+    residuals = "of scenes: pixels instead of angles"
+
     def __init__(self, path: str, threads: int, known: bool = False) -> None:
         data = dict(np.load(path))
         self.poses, self.known = len(data["pos"]), known

@@ -129,7 +129,11 @@ class Bundle(Gtsam):
 class Slam(Gtsam):
     """A scene; `known` landmarks make it a localisation."""
 
+    residuals = "of scenes: pixels instead of angles"
+
     def __init__(self, path: str, threads: int, known: bool = False) -> None:
+        if known:
+            self.residuals += "; known landmarks are variables held by priors"
         data = dict(np.load(path))
         self.poses, self.landmarks, self.known = len(data["pos"]), len(data["landmarks"]), known
         graph, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
@@ -196,6 +200,8 @@ class Slam(Gtsam):
 
 class Plane(Gtsam):
     """A map of planes."""
+
+    residuals = "of planes: normals compared in the tangent plane"
 
     def __init__(self, path: str, threads: int) -> None:
         data = dict(np.load(path))

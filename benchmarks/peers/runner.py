@@ -4,7 +4,8 @@
 
 prints one JSON object: ``slopes`` (seconds per iteration, from runs of SHORT and LONG iterations,
 so that set-up is told apart), ``memory`` (peak resident MB), ``version``, ``settings``, ``facts``
-(what else a system knows of its size); or ``absent``, the reason why it has no such problem. The
+(what else a system knows of its size), ``residuals`` (what it minimises where that is not the
+model); or ``absent``, the reason why it has no such problem. The
 answer after at most LIMIT iterations goes to OUT.npz in the terms of `benchmarks.problems`. Needs
 nothing of arael: a system may live in another Python.
 """
@@ -120,6 +121,7 @@ def main(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> None
             "version": version,
             "settings": peer.settings,
             "facts": getattr(peer, "facts", {}),
+            "residuals": getattr(peer, "residuals", ""),
         }
     )
 

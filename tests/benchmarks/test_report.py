@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,19 @@ def test_a_suite_shows_times_ratios_costs_and_reasons(measured: list[Measured]) 
     assert "- rust: 60 poses, 60 poses, 2 threads: cargo is not installed" in text
     assert "- Peer 2: LM" in text
     assert "![slam](r-slam.png)" in text
+
+
+def test_residuals_of_ones_own_are_marked(measured: list[Measured]) -> None:
+    own = replace(SLOW, residuals="of scenes: pixels instead of angles")
+    own = replace(measured[0], found={**measured[0].found, "gtsam": own})
+    for lines in (suite_report("slam", [own], None), summary({"slam": [own]})):
+        text = "\n".join(lines)
+        assert "| 10.5 ~ | 2.0 | - |" in text
+        assert "`~`: with residuals of its own" in text
+    assert "- Peer 2: LM; of scenes: pixels instead of angles" in "\n".join(
+        suite_report("slam", [own], None)
+    )
+    assert "~" not in "\n".join(summary({"slam": measured}))
 
 
 def test_the_summary_is_of_one_thread(measured: list[Measured]) -> None:
