@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -165,15 +166,17 @@ def cost(model: Solvable) -> float:
 def blas_threads(count: int) -> Iterator[None]:
     """Limit the threads of BLAS, if a solver has loaded it; 0: as many as it likes."""
     # Not imported for this alone: most problems are solved without BLAS, and it loads slowly.
-    if count == 0 or not blas.is_loaded():
+    loaded = blas.is_loaded(), "sksparse.cholmod" in sys.modules
+    if count == 0 or not any(loaded):
         yield
         return
-    with _threadpools().limit(limits=count, user_api="blas"):
+    with _threadpools(*loaded).limit(limits=count, user_api="blas"):
         yield
 
 
-@lru_cache(maxsize=1)
-def _threadpools() -> Any:
+@lru_cache(maxsize=3)
+def _threadpools(scipy: bool, suitesparse: bool) -> Any:
+    """The thread pools of this process, listed anew when another library has brought its own."""
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()

@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -87,6 +88,14 @@ def scene(precision: str | None = None, model: str = "slam", poses: int = 20):
     return instance
 
 
+TRIMMED = """
+struct Reading { x: real
+    constraint near when abs(root.a - x) < root.reach { root.a - x }
+}
+root Mean { param a: real; reach: real = 1.5; readings: list of Reading }
+"""
+
+
 @pytest.mark.usefixtures("finely")
 class TestEvaluation:
     """Cost, gradient and blocks of a problem that is split."""
@@ -112,6 +121,36 @@ class TestEvaluation:
         tolerance = 1e-4 if precision == "f32" else 1e-12
         for a, b in zip(first, (*whole.linearised(), whole.total_cost()), strict=True):
             np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance * np.abs(b).max())
+
+    @pytest.mark.parametrize("way", ["guarded", "machine", "compiled"])
+    def test_other_constraints(
+        self, way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Guards over parameters; residuals of run time, on the machine and on kernels."""
+        x = np.random.default_rng(0).normal(size=500)
+        if way == "guarded":
+            (tmp_path / "trimmed.arael").write_text(TRIMMED)
+            instance = arael.load(tmp_path / "trimmed.arael")(a=0.1)
+            instance.readings.extend(x=x)
+        else:
+            start = {"a": 0.1, "b": 0.5}
+            fit = arael.runtime_residual("a - exp(b * x)", parameters=start, data={"x": x})
+            instance = arael.runtime_model(fit)
+            if way == "compiled":
+                instance.residuals.compile()
+        parts = [problem_of(instance).evaluation]
+        monkeypatch.setattr(shares, "GRAIN", 1e30)
+        parts.append(problem_of(instance).evaluation)
+        assert parts[0].shares > 1 == parts[1].shares
+        found = []
+        for threads in COUNTS:
+            parts[0].threads = threads
+            found.append((*parts[0].linearised(), parts[0].total_cost()))
+            if way == "guarded":
+                np.testing.assert_array_equal(parts[0].acting(0), np.abs(x - 0.1) < 1.5)
+        for a, b, c in zip(found[0], found[-1], (*parts[1].linearised(), parts[1].total_cost())):
+            np.testing.assert_array_equal(a, b)
+            np.testing.assert_allclose(a, c, rtol=1e-12)
 
     def test_group_by_group(self) -> None:
         instance = scene()

@@ -10,12 +10,14 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address
 
 from arael.runtime.linear.cholmod_api import new_factor
+from arael.runtime.linear.openmp import OpenMP
 
 
 cdef class CholmodSolver(LinearSolver):
     """Sparse Cholesky by SuiteSparse; works in f64 whatever the precision of the problem.
 
-    Takes the GIL inside `factor` and `solve`.
+    Takes the GIL inside `factor` and `solve`. Loops of its own stay on the calling thread; its BLAS
+    has as many threads as BLAS is given.
 
     Parameters
     ----------
@@ -37,6 +39,7 @@ cdef class CholmodSolver(LinearSolver):
     cdef readonly object failure
     cdef object _matrix             # lower triangle in CSC format, its data in _data
     cdef object _factor
+    cdef object _openmp
     cdef object _keep
     cdef object _b
     cdef Py_ssize_t _count
@@ -62,6 +65,7 @@ cdef class CholmodSolver(LinearSolver):
         self._row = <const int*>address(self._matrix.indices)
         self._right = <double*>address(self._b)
         self._factor = new_factor(self._matrix) if self.n else None
+        self._openmp = OpenMP()     # CHOLMOD is loaded by now
         self.plan = {"solver": "cholmod", "n": self.n}
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -77,7 +81,8 @@ cdef class CholmodSolver(LinearSolver):
         with gil:
             try:
                 self.failure = None
-                return 1 + <Py_ssize_t>self._factor.factorise(self._matrix)
+                with self._openmp.on_one_thread():
+                    return 1 + <Py_ssize_t>self._factor.factorise(self._matrix)
             except Exception as failure:
                 self.failure = failure
                 return 1
