@@ -148,9 +148,11 @@ class TestEvaluation:
             found.append((*parts[0].linearised(), parts[0].total_cost()))
             if way == "guarded":
                 np.testing.assert_array_equal(parts[0].acting(0), np.abs(x - 0.1) < 1.5)
-        for a, b, c in zip(found[0], found[-1], (*parts[1].linearised(), parts[1].total_cost())):
-            np.testing.assert_array_equal(a, b)
-            np.testing.assert_allclose(a, c, rtol=1e-12)
+        whole = (*parts[1].linearised(), parts[1].total_cost())
+        for one in found:
+            for a, b, c in zip(one, found[0], whole, strict=True):
+                np.testing.assert_array_equal(a, b)
+                np.testing.assert_allclose(a, c, rtol=1e-12)
 
     def test_group_by_group(self) -> None:
         instance = scene()

@@ -15,7 +15,7 @@ class OpenMP:
     """The OpenMP runtimes in this process when the object is made."""
 
     def __init__(self) -> None:
-        from threadpoolctl import threadpool_info
+        from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
         found = [one["filepath"] for one in threadpool_info() if one["user_api"] == "openmp"]
         libraries = [ctypes.CDLL(path) for path in found]
