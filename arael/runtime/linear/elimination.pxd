@@ -8,6 +8,7 @@ cdef struct Pass:
     void* of                            # Elimination or Sums
     const void* values                  # or the vector that is read
     const void* diagonal
+    const void* b                       # right-hand side, where it is taken along
     void* out
 
 
@@ -30,6 +31,7 @@ cdef class Elimination:
     cdef readonly bint single           # f32 if true, else f64
     cdef public int threads
     cdef Py_ssize_t _parts, _sweeps     # parts of the entities; of sweeps, with an output each
+    cdef bint _together                 # whether a sweep may be taken along with the elimination
     cdef const long long* _part_ends    # [parts + 1] entities
     cdef const long long* _sweep_ends
     cdef long long* _failed             # [parts]
@@ -38,6 +40,12 @@ cdef class Elimination:
 
     # Factor the eliminated diagonal blocks; 0 or 1 + the scalar of the whole system that failed.
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil
+
+    # Both this and `descend`, for a right-hand side that is there already: what was just written is
+    # read again while it is in the caches.
+    cdef Py_ssize_t eliminate_with(
+        self, const real* values, const real* diagonal, const real* b, real* reduced
+    ) noexcept nogil
 
     # Right-hand side of the reduced system; `b` of the whole one is kept for `ascend`.
     cdef void descend(self, const real* b, real* reduced) noexcept nogil
@@ -54,6 +62,12 @@ cdef class Elimination:
     cdef void _add_outputs(self, real* y) noexcept nogil
     cdef void _eliminate_part(
         self, Py_ssize_t k, const real* values, const real* diagonal) noexcept nogil
+    cdef void _eliminate_with_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal, const real* b
+    ) noexcept nogil
+    cdef Py_ssize_t _first_failure(self, Py_ssize_t count) noexcept nogil
+    cdef void _put_kept(self, const real* b) noexcept nogil
+    cdef void _take_kept(self, real* reduced) noexcept nogil
     cdef void _descend_part(self, Py_ssize_t k, const real* b) noexcept nogil
     cdef void _ascend_part(self, Py_ssize_t k, real* x) noexcept nogil
     cdef void _apply_part(self, Py_ssize_t k, const real* _) noexcept nogil
@@ -71,6 +85,7 @@ cdef class Sums:
     cdef void* _values
     cdef void* _damped                  # (n,) diagonal
     cdef Py_ssize_t _parts
+    cdef bint _together                 # whether a sweep may be taken along with the elimination
     cdef const long long* _part_ends    # [parts + 1][3] blocks, scalars and tasks
 
     # Sum the blocks of the reduced system into `_values` and its diagonal into `_damped`.

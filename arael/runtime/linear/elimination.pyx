@@ -22,6 +22,10 @@ from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import SLACK
 from arael.runtime.linear.memory import aligned
 
+# Entities that are swept as soon as they are eliminated: a fraction of a second-level cache.
+cdef enum:
+    TOGETHER = 128
+
 
 cdef class Elimination:
     """Storage of the eliminated entities, and the passes over them.
@@ -57,6 +61,8 @@ cdef class Elimination:
         self.threads = 1
         self.single = np.dtype(dtype) == np.float32
         self._parts, self._sweeps = len(part_ends) - 1, len(sweep_ends) - 1
+        # Fewer sweeps than threads would hold the elimination up.
+        self._together = self._sweeps >= min(self._parts, parts.SWEEPS)
         self._part_ends = <const long long*>address(part_ends)
         self._sweep_ends = <const long long*>address(sweep_ends)
         self._failed, self._outputs = <long long*>address(failed), address(outputs)
@@ -72,22 +78,53 @@ cdef class Elimination:
 
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Pass job
-        cdef Py_ssize_t k
         job.of, job.values, job.diagonal = <void*>self, values, diagonal
         distribute(self.threads, self._parts, eliminate_part, &job)
-        for k in range(self._parts):
+        return self._first_failure(self._parts)
+
+    cdef Py_ssize_t eliminate_with(
+        self, const real* values, const real* diagonal, const real* b, real* reduced
+    ) noexcept nogil:
+        cdef Pass job
+        cdef Py_ssize_t failed
+        if not self._together:
+            failed = self.eliminate(values, diagonal)
+            if failed == 0:
+                self.descend(b, reduced)
+            return failed
+        self._put_kept(b)
+        job.of, job.values, job.diagonal, job.b = <void*>self, values, diagonal, b
+        distribute(self.threads, self._sweeps, eliminate_with_part, &job)
+        failed = self._first_failure(self._sweeps)
+        if failed == 0:
+            self._take_kept(reduced)
+        return failed
+
+    cdef void descend(self, const real* b, real* reduced) noexcept nogil:
+        cdef Pass job
+        self._put_kept(b)
+        job.of, job.values = <void*>self, b
+        distribute(self.threads, self._sweeps, descend_part, &job)
+        self._take_kept(reduced)
+
+    cdef Py_ssize_t _first_failure(self, Py_ssize_t count) noexcept nogil:
+        cdef Py_ssize_t k
+        for k in range(count):
             if self._failed[k]:
                 return self._failed[k]
         return 0
 
-    cdef void descend(self, const real* b, real* reduced) noexcept nogil:
-        cdef Pass job
+    cdef void _put_kept(self, const real* b) noexcept nogil:
+        """Begin a sweep with what `b` has for the kept entities."""
         cdef Py_ssize_t i
         cdef real* y = <real*>self._output
         for i in range(self.n):
             y[self._padded[i]] = b[self._scalar[i]]
-        job.of, job.values = <void*>self, b
-        distribute(self.threads, self._sweeps, descend_part, &job)
+
+    cdef void _take_kept(self, real* reduced) noexcept nogil:
+        """What all parts of a sweep came to."""
+        cdef Py_ssize_t i
+        cdef real* y = <real*>self._output
         self._add_outputs(y)
         for i in range(self.n):
             reduced[i] = y[self._padded[i]]
@@ -138,6 +175,23 @@ cdef class Elimination:
             end - begin, self._entities + begin, self._couplings, values, diagonal,
             <real*>self._factors, <real*>self._stored)
 
+    cdef void _eliminate_with_part(
+        self, Py_ssize_t k, const real* values, const real* diagonal, const real* b
+    ) noexcept nogil:
+        cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1], count
+        cdef real* output = self._output_of(k, b)
+        self._failed[k] = 0
+        while begin < end and self._failed[k] == 0:
+            count = min(TOGETHER, end - begin)
+            self._failed[k] = kernels.eliminate(
+                count, self._entities + begin, self._couplings, values, diagonal,
+                <real*>self._factors, <real*>self._stored)
+            if self._failed[k] == 0:
+                kernels.descend(
+                    count, self._entities + begin, self._couplings, <const real*>self._factors,
+                    <const real*>self._stored, b, <real*>self._eliminated, output)
+            begin += count
+
     cdef void _descend_part(self, Py_ssize_t k, const real* b) noexcept nogil:
         cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1]
         kernels.descend(end - begin, self._entities + begin, self._couplings,
@@ -172,6 +226,16 @@ cdef void eliminate_part(void* job, Py_ssize_t k) noexcept nogil:
         (<Elimination>p.of)._eliminate_part(k, <const float*>p.values, <const float*>p.diagonal)
     else:
         (<Elimination>p.of)._eliminate_part(k, <const double*>p.values, <const double*>p.diagonal)
+
+
+cdef void eliminate_with_part(void* job, Py_ssize_t k) noexcept nogil:
+    cdef Pass* p = <Pass*>job
+    if (<Elimination>p.of).single:
+        (<Elimination>p.of)._eliminate_with_part(
+            k, <const float*>p.values, <const float*>p.diagonal, <const float*>p.b)
+    else:
+        (<Elimination>p.of)._eliminate_with_part(
+            k, <const double*>p.values, <const double*>p.diagonal, <const double*>p.b)
 
 
 cdef void descend_part(void* job, Py_ssize_t k) noexcept nogil:

@@ -21,9 +21,11 @@ GRAIN = 100_000.0
 # A pass of fewer grains stays whole.
 _SHORT = 10
 
+#: Most parts of a sweep.
+SWEEPS = 8
+
 # Parts of a sweep have a vector each, which together may be this fraction of what is swept.
 _ROOM = 0.25
-_SWEEPS = 8
 
 
 def count(nanoseconds: float) -> int:
@@ -35,7 +37,7 @@ def count(nanoseconds: float) -> int:
 def sweeps(reduction: Reduction, nanoseconds: float) -> int:
     """Number of parts of a sweep, each with a padded vector of its own."""
     fit = 1 + int(_ROOM * reduction.stored_size) // max(1, reduction.padded_size)
-    return min(_SWEEPS, fit, count(nanoseconds / 2))
+    return min(SWEEPS, fit, count(nanoseconds / 2))
 
 
 def entity_costs(reduction: Reduction) -> Floats:

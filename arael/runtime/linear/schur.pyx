@@ -56,7 +56,11 @@ cdef class SchurSolver(LinearSolver):
         self.inner.use_threads(threads)
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
-        cdef Py_ssize_t status = self._reduced_system(values, diagonal)
+        cdef Py_ssize_t status
+        if self.single:
+            status = self._reduce(<const float*>values, <const float*>diagonal, NULL)
+        else:
+            status = self._reduce(<const double*>values, <const double*>diagonal, NULL)
         if status == 0:
             status = self._named(self.inner.factor(self._sums._values, self._sums._damped))
         return status
@@ -64,10 +68,13 @@ cdef class SchurSolver(LinearSolver):
     cdef Py_ssize_t factor_with(
         self, const void* values, const void* diagonal, const void* b
     ) noexcept nogil:
-        cdef Py_ssize_t status = self._reduced_system(values, diagonal)
+        cdef Py_ssize_t status
+        if self.single:
+            status = self._reduce(<const float*>values, <const float*>diagonal, b)
+        else:
+            status = self._reduce(<const double*>values, <const double*>diagonal, b)
         if status:
             return status
-        self._descend(b)
         return self._named(
             self.inner.factor_with(self._sums._values, self._sums._damped, self._reduced))
 
@@ -96,13 +103,16 @@ cdef class SchurSolver(LinearSolver):
         else:
             self._elimination.ascend(<const double*>self._reduced, <double*>b)
 
-    cdef Py_ssize_t _reduced_system(self, const void* values, const void* diagonal) noexcept nogil:
-        if self.single:
-            return self._reduce(<const float*>values, <const float*>diagonal)
-        return self._reduce(<const double*>values, <const double*>diagonal)
-
-    cdef Py_ssize_t _reduce(self, const real* values, const real* diagonal) noexcept nogil:
-        cdef Py_ssize_t status = self._elimination.eliminate(values, diagonal)
+    cdef Py_ssize_t _reduce(
+        self, const real* values, const real* diagonal, const void* b
+    ) noexcept nogil:
+        """The reduced system, with its right-hand side if `b` is one."""
+        cdef Py_ssize_t status
+        if b == NULL:
+            status = self._elimination.eliminate(values, diagonal)
+        else:
+            status = self._elimination.eliminate_with(
+                values, diagonal, <const real*>b, <real*>self._reduced)
         if status == 0:
             self._sums.form(values, diagonal)
         return status
