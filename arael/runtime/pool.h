@@ -185,6 +185,17 @@ static void pool_share(int threads, ptrdiff_t items, PoolTask task, void *job) {
     __atomic_store_n(&pool.taken, 0, __ATOMIC_RELEASE);
 }
 
+/* A place of `count` that nobody else is at; the threads of a job are never more than its places. */
+static int pool_claim(int *busy, int count) {
+    int i;
+    for (i = 0; __atomic_exchange_n(busy + i, 1, __ATOMIC_ACQUIRE); i = (i + 1) % count) {}
+    return i;
+}
+
+static void pool_release(int *busy, int place) {
+    __atomic_store_n(busy + place, 0, __ATOMIC_RELEASE);
+}
+
 static int pool_helpers(void) {
     int found;
     pthread_mutex_lock(&pool.lock);
@@ -200,6 +211,17 @@ static void pool_share(int threads, ptrdiff_t items, PoolTask task, void *job) {
     ptrdiff_t item;
     (void)threads;
     for (item = 0; item < items; item++) task(job, item);
+}
+
+static int pool_claim(int *busy, int count) {
+    (void)busy;
+    (void)count;
+    return 0;
+}
+
+static void pool_release(int *busy, int place) {
+    (void)busy;
+    (void)place;
 }
 
 static int pool_helpers(void) { return 0; }

@@ -12,11 +12,21 @@ cdef extern from "pool.h":
         POOL_THREADS
         POOL_MOST
     void pool_share(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil
+    int pool_claim(int* busy, int count) noexcept nogil
+    void pool_release(int* busy, int place) noexcept nogil
     int pool_helpers() noexcept nogil
 
 
 cdef void distribute(int threads, Py_ssize_t items, Task task, void* job) noexcept nogil:
     pool_share(threads, items, task, job)
+
+
+cdef int claim(int* busy, int count) noexcept nogil:
+    return pool_claim(busy, count)
+
+
+cdef void release(int* busy, int place) noexcept nogil:
+    pool_release(busy, place)
 
 
 def supported():

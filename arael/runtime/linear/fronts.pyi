@@ -14,7 +14,7 @@ class Fronts:
     triangle: Ints
     panel: Ints
     update: Ints
-    parity: NDArray[Any]
+    shared: NDArray[Any]
     child_start: Ints
     children: Ints
     run_start: Ints
@@ -22,7 +22,8 @@ class Fronts:
     runs: NDArray[Any]
     strip_start: Ints
     strips: NDArray[Any]
-    stacks: tuple[int, int]
+    room: int
+    shared_room: int
     storage: int
     bundle: Ints
     bundles: int

@@ -23,11 +23,12 @@ cdef class Fronts:
     storage : int
         Scalars of the factor's storage.
     update : (ns,) int64
-        Where the front's (r, r) update matrix begins in the stack of its parity.
-    parity : (ns,) int8
-        Which of the two stacks.
-    stacks : tuple of int
-        Scalars of each stack.
+        Where the front's (r, r) update matrix begins: in the room that whoever works on a bundle
+        has, or, where the parent is not in the bundle, in the room that all share.
+    shared : (ns,) bool
+        Which of the two.
+    room, shared_room : int
+        Scalars of both.
     bundle : (ns,) int64
         Bundle of subtrees that a front belongs to, -1 for the fronts above all of them.
     bundles : int
@@ -44,9 +45,9 @@ cdef class Fronts:
         Consecutive rows of a front in the whole vector: first scalar, count.
     """
 
-    cdef readonly object columns, below, first, triangle, panel, update, parity
+    cdef readonly object columns, below, first, triangle, panel, update, shared
     cdef readonly object child_start, children, run_start, run_inside, runs, strip_start, strips
-    cdef readonly object stacks, storage, bundle, bundles
+    cdef readonly object room, shared_room, storage, bundle, bundles
 
 
 def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
@@ -102,38 +103,44 @@ cdef _stack(Fronts f, parents, sizes, Py_ssize_t pad):
     """Place the update matrices on two stacks, one for even and one for odd depths of the tree.
 
     When a front is worked on, the updates of its children are the top of one stack and its own
-    goes onto the other; so nothing has to be moved when the children are taken away. Each bundle
-    of subtrees has stacks of its own, on which the updates of its subtrees' roots stay.
+    goes onto the other; so nothing has to be moved when the children are taken away. Bundles, and
+    the fronts above them, find the stacks empty, one behind the other in the same room; the
+    updates of roots of bundles wait elsewhere.
     """
     cdef Py_ssize_t ns = len(parents), s, c, i
     cdef long long[::1] parent = parents
     cdef long long[::1] size = np.ascontiguousarray(np.where(f.below > 0, sizes, 0), dtype=np.int64)
     cdef long long[::1] child_start = f.child_start, children = f.children
     parities = np.zeros(ns, dtype=np.int8)
-    updates = np.zeros(ns, dtype=np.int64)
+    updates, apart = np.zeros(ns, dtype=np.int64), np.zeros(ns, dtype=np.bool_)
     cdef signed char[::1] parity = parities
     cdef long long[::1] update = updates
+    cdef unsigned char[::1] shared = apart.view(np.uint8)
     cdef long long[::1] bundle = f.bundle
     # By stack, the last pair for the fronts above all bundles.
-    cdef Py_ssize_t nb = f.bundles, own
+    cdef Py_ssize_t nb = f.bundles, own, waiting = 0
     tops, peaks = np.zeros((nb + 1, 2), dtype=np.int64), np.zeros((nb + 1, 2), dtype=np.int64)
     cdef long long[:, ::1] top = tops, peak = peaks
     for s in range(ns - 1, -1, -1):
         parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
     for s in range(ns):
         own = bundle[s] if bundle[s] >= 0 else nb
-        update[s] = top[own, parity[s]]
-        top[own, parity[s]] += size[s]
-        peak[own, parity[s]] = max(peak[own, parity[s]], top[own, parity[s]])
+        if parent[s] >= 0 and bundle[parent[s]] != bundle[s]:
+            shared[s] = True
+            update[s] = waiting
+            waiting += size[s]
+        else:
+            update[s] = top[own, parity[s]]
+            top[own, parity[s]] += size[s]
+            peak[own, parity[s]] = max(peak[own, parity[s]], top[own, parity[s]])
         for i in range(child_start[s], child_start[s + 1]):
             c = children[i]
-            if bundle[c] == bundle[s]:
+            if not shared[c]:
                 top[own, parity[c]] -= size[c]
     peaks = -(-peaks // pad) * pad
-    first = np.cumsum(peaks, axis=0) - peaks
-    updates += first[np.where(f.bundle >= 0, f.bundle, nb), parities]
-    f.parity, f.update = parities, updates
-    f.stacks = (int(peaks[:, 0].sum()), int(peaks[:, 1].sum()))
+    updates += np.where(apart | (parities == 0), 0, peaks[f.bundle, 0])
+    f.shared, f.update = apart, updates
+    f.room, f.shared_room = int(peaks.sum(axis=1).max()), waiting
 
 
 cdef _moves(Fronts f, supernodes, offsets):

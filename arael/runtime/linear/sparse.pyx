@@ -27,7 +27,7 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport address, put
 from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_product
 from arael.runtime.linear.tiles cimport PIECE
-from arael.runtime.pool cimport distribute
+from arael.runtime.pool cimport claim, distribute, release
 
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
@@ -44,8 +44,8 @@ cdef struct Front:
     long long first             # first column in the order of elimination
     long long triangle          # places in the factor
     long long panel
-    long long update            # place in the stack of its parity
-    long long parity
+    long long update            # place in the room of a thread, or
+    long long shared            # in the room that all of them share
     long long blocks            # ends of its lists, begun by the front before
     long long children
     long long inside            # runs before this one go to columns of the parent
@@ -104,10 +104,14 @@ cdef class SparseSolver(LinearSolver):
     cdef void* _factor_storage
     cdef void* _inverse                 # 1 / diagonal of the factor
     cdef void* _x                       # solution in the order of elimination
-    cdef void* _work                    # a front's part of it, for each bundle and the top
-    cdef Py_ssize_t _room               # scalars of each
+    cdef void* _waiting                 # update matrices of roots of bundles
+    cdef object _places
+    cdef object _slots                  # rooms of threads: stacks, then a front's part of x
+    cdef void** _slot                   # where they are
+    cdef int* _busy
+    cdef int _rooms
+    cdef Py_ssize_t _stacks, _room      # scalars of the stacks, of a room
     cdef Py_ssize_t _large              # fronts with more columns go to BLAS
-    cdef void* _stack[2]
     cdef Py_ssize_t _bundles
     cdef const long long* _bundle_start  # [bundles + 2] ends of their lists; the last is the top
     cdef const long long* _bundled      # [count] fronts of each
@@ -131,7 +135,7 @@ cdef class SparseSolver(LinearSolver):
         table[1:, 2] = leading(fronts.columns, pad)
         table[1:, 3] = leading(fronts.below + 1, pad)
         table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
-        table[1:, 7], table[1:, 8] = fronts.update, fronts.parity
+        table[1:, 7], table[1:, 8] = fronts.update, fronts.shared
         table[:, 9], table[:, 10] = block_start, fronts.child_start
         table[1:, 11] = fronts.run_inside
         table[:, 12], table[:, 13] = fronts.run_start, fronts.strip_start
@@ -143,9 +147,9 @@ cdef class SparseSolver(LinearSolver):
         storage = aligned(fronts.storage, self.dtype)
         inverse = aligned(self.n, self.dtype)
         x = aligned(self.n, self.dtype)
-        self._room = int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
-        work = aligned(self._room * (fronts.bundles + 1), self.dtype)
-        stacks = [aligned(size, self.dtype) for size in fronts.stacks]
+        waiting = aligned(fronts.shared_room, self.dtype)
+        self._stacks = fronts.room
+        self._room = fronts.room + int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
         group = np.where(fronts.bundle >= 0, fronts.bundle, fronts.bundles)
         bundled = 1 + np.argsort(group, kind="stable").astype(np.int64)
@@ -153,7 +157,7 @@ cdef class SparseSolver(LinearSolver):
         bundle_start = bundle_start.astype(np.int64)
         failures = np.zeros((2, fronts.bundles + 1), dtype=np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
-                      x, work, stacks, bundled, bundle_start, failures)
+                      x, waiting, bundled, bundle_start, failures)
         self._bundles = fronts.bundles
         self._bundle_start = <const long long*>address(bundle_start)
         self._bundled = <const long long*>address(bundled)
@@ -168,8 +172,9 @@ cdef class SparseSolver(LinearSolver):
         self._scalar = <const long long*>address(scalar)
         self._factor_storage = address(storage)
         self._inverse = address(inverse)
-        self._x, self._work = address(x), address(work)
-        self._stack[0], self._stack[1] = address(stacks[0]), address(stacks[1])
+        self._x, self._waiting = address(x), address(waiting)
+        self._slots = []
+        self.use_threads(1)
         self.plan = {
             "solver": "sparse",
             "n": self.n,
@@ -179,6 +184,19 @@ cdef class SparseSolver(LinearSolver):
             "supernodes": ns,
             "bundles": fronts.bundles,
         }
+
+    def use_threads(self, int threads):
+        """Let `factor` and `solve` share their work among so many threads, with a room for each."""
+        self.threads = threads
+        cdef int count = max(1, min(threads, self._bundles))
+        if count == self._rooms:
+            return
+        rooms = self._slots[:count]
+        rooms += [aligned(self._room, self.dtype) for _ in range(count - len(rooms))]
+        places = np.array([room.ctypes.data for room in rooms], dtype=np.uintp)
+        busy = np.zeros(count, dtype=np.intc)
+        self._slots, self._places, self._rooms = rooms, (places, busy), count
+        self._slot, self._busy = <void**>address(places), <int*>address(busy)
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
         return self.factor_with(values, diagonal, NULL)
@@ -229,7 +247,8 @@ cdef class SparseSolver(LinearSolver):
         if first:
             return self._pivot[first - 1]
         for i in range(self._bundle_start[self._bundles], self._bundle_start[self._bundles + 1]):
-            status = self._front(self._bundled[i], self.threads, values, diagonal, rhs)
+            status = self._front(
+                self._bundled[i], self.threads, values, diagonal, rhs, <real*>self._slot[0])
             if status:
                 return status
         return 0
@@ -238,15 +257,19 @@ cdef class SparseSolver(LinearSolver):
         self, Py_ssize_t b, const real* values, const real* diagonal, const real* rhs
     ) noexcept nogil:
         cdef Py_ssize_t i
+        cdef int place = claim(self._busy, self._rooms)
         self._failed[b] = 0
         for i in range(self._bundle_start[b], self._bundle_start[b + 1]):
-            self._pivot[b] = self._front(self._bundled[i], 1, values, diagonal, rhs)
+            self._pivot[b] = self._front(
+                self._bundled[i], 1, values, diagonal, rhs, <real*>self._slot[place])
             if self._pivot[b]:
                 self._failed[b] = self._bundled[i]
-                return
+                break
+        release(self._busy, place)
 
     cdef Py_ssize_t _front(
-        self, Py_ssize_t s, int threads, const real* values, const real* diagonal, const real* rhs
+        self, Py_ssize_t s, int threads, const real* values, const real* diagonal, const real* rhs,
+        real* room
     ) noexcept nogil:
         """Assemble and factor a front whose children are done; 0 or 1 + the failing scalar."""
         cdef Py_ssize_t i, status
@@ -267,8 +290,8 @@ cdef class SparseSolver(LinearSolver):
         if threads > 1 and f.columns * (f.columns + f.below) > WIDE:
             distribute(threads, PIECES, extend_piece, &columns)
         else:
-            self._extend_columns(s, 0, f.columns, storage)
-        status = eliminate(f, threads, triangle, storage + f.panel, self._update(f, storage),
+            self._extend_columns(s, 0, f.columns, room)
+        status = eliminate(f, threads, triangle, storage + f.panel, self._update(f, room),
                            <real*>self._inverse + f.first, self._large)
         if status:
             return 1 + self._scalar[f.first + status - 1]
@@ -276,28 +299,30 @@ cdef class SparseSolver(LinearSolver):
         if threads > 1 and f.below * f.below > WIDE:
             distribute(threads, PIECES, extend_piece, &columns)
         elif f.below:
-            self._extend_update(s, 0, f.below, storage)
+            self._extend_update(s, 0, f.below, room)
         return 0
 
-    cdef real* _update(self, const Front* f, const real* _) noexcept nogil:
-        return <real*>self._stack[f.parity] + f.update
+    cdef real* _update(self, const Front* f, real* room) noexcept nogil:
+        """Where a front's update matrix is, for who works in `room`."""
+        return (<real*>self._waiting if f.shared else room) + f.update
 
     cdef void _extend_columns(
-        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* storage
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
     ) noexcept nogil:
         """Add what the children say about some of a front's columns."""
         cdef Py_ssize_t i
         cdef const Front* f = self._fronts + s
         cdef const Front* c
+        cdef real* storage = <real*>self._factor_storage
         for i in range((f - 1).children, f.children):
             c = self._fronts + self._children[i] + 1
             tiles.extend_columns(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                f.columns, <const real*>self._update(c, storage), c.low, storage + f.triangle,
+                f.columns, <const real*>self._update(c, room), c.low, storage + f.triangle,
                 f.tall, storage + f.panel, f.low, begin, end, c.below, f.below)
 
     cdef void _extend_update(
-        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* storage
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
     ) noexcept nogil:
         """Add what the children say about some columns of a front's own update matrix."""
         cdef Py_ssize_t i
@@ -307,10 +332,10 @@ cdef class SparseSolver(LinearSolver):
             c = self._fronts + self._children[i] + 1
             tiles.extend_update(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                f.columns, <const real*>self._update(c, storage), c.low, self._update(f, storage),
+                f.columns, <const real*>self._update(c, room), c.low, self._update(f, room),
                 f.low, begin, end, c.below, f.below)
 
-    cdef void _descend(self, Py_ssize_t s, const real* b) noexcept nogil:
+    cdef void _descend(self, Py_ssize_t s, const real* b, real* room) noexcept nogil:
         """The forward sweep over a front whose children are done.
 
         What a front has for the rows below it stands where its update matrix was.
@@ -323,12 +348,12 @@ cdef class SparseSolver(LinearSolver):
         cdef real* storage = <real*>self._factor_storage
         cdef real* side = storage + f.panel + f.below
         cdef real* x = <real*>self._x + f.first
-        cdef real* update = self._update(f, storage)
+        cdef real* update = self._update(f, room)
         for i in range(f.columns):
             x[i] = b[self._scalar[f.first + i]]
         for k in range((f - 1).children, f.children):
             c = self._fronts + self._children[k] + 1
-            from_ = self._update(c, storage)
+            from_ = self._update(c, room)
             for j in range((c - 1).runs, c.inside):
                 run = self._runs + 3 * j
                 to = run[2]
@@ -343,7 +368,7 @@ cdef class SparseSolver(LinearSolver):
         tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x, update)
         for k in range((f - 1).children, f.children):
             c = self._fronts + self._children[k] + 1
-            from_ = self._update(c, storage)
+            from_ = self._update(c, room)
             for j in range(c.inside, c.runs):
                 run = self._runs + 3 * j
                 to = run[2] - f.columns
@@ -365,14 +390,18 @@ cdef class SparseSolver(LinearSolver):
 
     cdef void _descend_bundle(self, Py_ssize_t k, const real* b) noexcept nogil:
         cdef Py_ssize_t i
+        cdef int place = claim(self._busy, self._rooms)
         for i in range(self._bundle_start[k], self._bundle_start[k + 1]):
-            self._descend(self._bundled[i], b)
+            self._descend(self._bundled[i], b, <real*>self._slot[place])
+        release(self._busy, place)
 
     cdef void _ascend_bundle(self, Py_ssize_t k, real* b) noexcept nogil:
         cdef Py_ssize_t i
-        cdef real* work = <real*>self._work + k * self._room
+        cdef int place = claim(self._busy, self._rooms)
+        cdef real* work = <real*>self._slot[place] + self._stacks
         for i in range(self._bundle_start[k + 1] - 1, self._bundle_start[k] - 1, -1):
             self._ascend(self._bundled[i], b, work)
+        release(self._busy, place)
 
 
 cdef void factor_bundle(void* work, Py_ssize_t b) noexcept nogil:
@@ -405,22 +434,22 @@ cdef void extend_piece(void* work, Py_ssize_t item) noexcept nogil:
     cdef Columns* c = <Columns*>work
     if (<SparseSolver>c.solver).single:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <float*>(<SparseSolver>c.solver)._factor_storage)
+                    <float*>(<SparseSolver>c.solver)._slot[0])
     else:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <double*>(<SparseSolver>c.solver)._factor_storage)
+                    <double*>(<SparseSolver>c.solver)._slot[0])
 
 
 cdef void extend_part(
-    SparseSolver solver, const Columns* c, Py_ssize_t item, real* storage
+    SparseSolver solver, const Columns* c, Py_ssize_t item, real* room
 ) noexcept nogil:
     cdef const Front* f = solver._fronts + c.front
     cdef Py_ssize_t n = f.below if c.update else f.columns
     cdef Py_ssize_t begin = n * item // PIECES, end = n * (item + 1) // PIECES
     if c.update:
-        solver._extend_update(c.front, begin, end, storage)
+        solver._extend_update(c.front, begin, end, room)
     else:
-        solver._extend_columns(c.front, begin, end, storage)
+        solver._extend_columns(c.front, begin, end, room)
 
 
 cdef Py_ssize_t eliminate(
