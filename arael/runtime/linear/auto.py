@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from arael.runtime.linear.analysis import Analysis, analyse, analyse_order
 from arael.runtime.linear.costs import Cost, predict
+from arael.runtime.linear.heap import give_back
 from arael.runtime.linear.iterative import iterative_solver, predict_iterative
 from arael.runtime.linear.options import SOLVERS, check_options
 from arael.runtime.linear.pattern import BlockPattern
@@ -28,6 +29,9 @@ _MARGIN = 4.0
 # With more entities, minimum degree on the whole system takes longer than the elimination of a kind
 # of entities that makes up half of it, and hardly ever finds a better order.
 _MANY = 2000
+
+# Scalars of the matrix from which giving memory back is worth its milliseconds.
+_HEAVY = 500_000
 
 
 def make_solver(
@@ -92,6 +96,9 @@ def make_solver(
         orderings=dict(analysis.tried),
         costs={candidate: cost.as_dict() for candidate, cost in costs.items()},
     )
+    del reduction, reduced, analysis
+    if pattern.value_count > _HEAVY:
+        give_back()
     return solver
 
 

@@ -3,6 +3,7 @@ from typing import Any
 from numpy import int64
 from numpy.typing import NDArray
 
+from arael.runtime.linear.stacks import Stacks
 from arael.runtime.linear.supernodes import Supernodes
 
 Ints = NDArray[int64]
@@ -13,8 +14,8 @@ class Fronts:
     first: Ints
     triangle: Ints
     panel: Ints
-    update: Ints
-    shared: NDArray[Any]
+    alone: Stacks
+    together: Stacks
     child_start: Ints
     children: Ints
     run_start: Ints
@@ -22,8 +23,6 @@ class Fronts:
     runs: NDArray[Any]
     strip_start: Ints
     strips: NDArray[Any]
-    room: int
-    shared_room: int
     storage: int
     bundle: Ints
     bundles: int

@@ -5,6 +5,7 @@ import numpy as np
 
 from arael.runtime.linear.front_time import time_of_front
 from arael.runtime.linear.memory import leading
+from arael.runtime.linear.stacks import place_updates
 from arael.runtime.linear.subtrees import bundle_subtrees
 
 
@@ -22,13 +23,9 @@ cdef class Fronts:
         panel is a row for the right-hand side.
     storage : int
         Scalars of the factor's storage.
-    update : (ns,) int64
-        Where the front's (r, r) update matrix begins: in the room that whoever works on a bundle
-        has, or, where the parent is not in the bundle, in the room that all share.
-    shared : (ns,) bool
-        Which of the two.
-    room, shared_room : int
-        Scalars of both.
+    alone, together : Stacks
+        Sequence of the fronts and places of their (r, r) update matrices, where one thread does
+        all, and where several do.
     bundle : (ns,) int64
         Bundle of subtrees that a front belongs to, -1 for the fronts above all of them.
     bundles : int
@@ -45,9 +42,9 @@ cdef class Fronts:
         Consecutive rows of a front in the whole vector: first scalar, count.
     """
 
-    cdef readonly object columns, below, first, triangle, panel, update, shared
+    cdef readonly object columns, below, first, triangle, panel, alone, together
     cdef readonly object child_start, children, run_start, run_inside, runs, strip_start, strips
-    cdef readonly object room, shared_room, storage, bundle, bundles
+    cdef readonly object storage, bundle, bundles
 
 
 def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
@@ -86,7 +83,12 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     _family(f, supernodes.parent)
     costs = time_of_front(f.columns, f.below)
     f.bundle, f.bundles = bundle_subtrees(supernodes.parent, costs, f.columns > large)
-    _stack(f, supernodes.parent, f.below * low + pad, pad)
+    sizes = np.where(f.below > 0, f.below * low + pad, 0)
+    whole = np.full(ns, -1, dtype=np.int64)
+    f.alone = place_updates(supernodes.parent, sizes, whole, 0, pad)
+    f.together = f.alone
+    if f.bundles:
+        f.together = place_updates(supernodes.parent, sizes, f.bundle, f.bundles, pad)
     _moves(f, supernodes, offset)
     return f
 
@@ -97,50 +99,6 @@ cdef _family(Fronts f, parent):
     inner = np.flatnonzero(parent >= 0)
     f.children = inner[np.argsort(parent[inner], kind="stable")].astype(np.int64)
     f.child_start = np.searchsorted(parent[f.children], np.arange(ns + 1)).astype(np.int64)
-
-
-cdef _stack(Fronts f, parents, sizes, Py_ssize_t pad):
-    """Place the update matrices on two stacks, one for even and one for odd depths of the tree.
-
-    When a front is worked on, the updates of its children are the top of one stack and its own
-    goes onto the other; so nothing has to be moved when the children are taken away. Bundles, and
-    the fronts above them, find the stacks empty, one behind the other in the same room; the
-    updates of roots of bundles wait elsewhere.
-    """
-    cdef Py_ssize_t ns = len(parents), s, c, i
-    cdef long long[::1] parent = parents
-    cdef long long[::1] size = np.ascontiguousarray(np.where(f.below > 0, sizes, 0), dtype=np.int64)
-    cdef long long[::1] child_start = f.child_start, children = f.children
-    parities = np.zeros(ns, dtype=np.int8)
-    updates, apart = np.zeros(ns, dtype=np.int64), np.zeros(ns, dtype=np.bool_)
-    cdef signed char[::1] parity = parities
-    cdef long long[::1] update = updates
-    cdef unsigned char[::1] shared = apart.view(np.uint8)
-    cdef long long[::1] bundle = f.bundle
-    # By stack, the last pair for the fronts above all bundles.
-    cdef Py_ssize_t nb = f.bundles, own, waiting = 0
-    tops, peaks = np.zeros((nb + 1, 2), dtype=np.int64), np.zeros((nb + 1, 2), dtype=np.int64)
-    cdef long long[:, ::1] top = tops, peak = peaks
-    for s in range(ns - 1, -1, -1):
-        parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
-    for s in range(ns):
-        own = bundle[s] if bundle[s] >= 0 else nb
-        if parent[s] >= 0 and bundle[parent[s]] != bundle[s]:
-            shared[s] = True
-            update[s] = waiting
-            waiting += size[s]
-        else:
-            update[s] = top[own, parity[s]]
-            top[own, parity[s]] += size[s]
-            peak[own, parity[s]] = max(peak[own, parity[s]], top[own, parity[s]])
-        for i in range(child_start[s], child_start[s + 1]):
-            c = children[i]
-            if not shared[c]:
-                top[own, parity[c]] -= size[c]
-    peaks = -(-peaks // pad) * pad
-    updates += np.where(apart | (parities == 0), 0, peaks[f.bundle, 0])
-    f.shared, f.update = apart, updates
-    f.room, f.shared_room = int(peaks.sum(axis=1).max()), waiting
 
 
 cdef _moves(Fronts f, supernodes, offsets):

@@ -36,7 +36,7 @@ class SelectedInverse:
         table, storage, runs, strips, scalar = solver.parts()
         self._place = np.empty_like(scalar)
         self._place[scalar] = np.arange(len(scalar))
-        ends = table[:, 13]
+        ends = table[:, 14]
         self._first = table[1:, 4]
         self._columns = table[1:, 0]
         self._rows = [_spread(strips[ends[s] : ends[s + 1]]) for s in range(len(table) - 1)]
@@ -95,7 +95,7 @@ def _backward(
     found: list[Floats] = [np.zeros((0, 0))] * count
     # Squares of the fronts on the way from the root: children take the square of their rows.
     whole: list[Floats | None] = [None] * count
-    waiting = np.diff(table[:, 10])
+    waiting = np.diff(table[:, 11])
     parent = _parents(table, rows)
     for s in range(count - 1, -1, -1):
         k, r, tall, low = (int(x) for x in table[s + 1, :4])
@@ -110,7 +110,7 @@ def _backward(
             above = whole[up]
             assert above is not None
             below = storage[panel : panel + k * low].reshape(k, low)[:, :r].T
-            local = _spread(runs[table[s, 12] : table[s + 1, 12], 1:][:, ::-1])
+            local = _spread(runs[table[s, 13] : table[s + 1, 13], 1:][:, ::-1])
             y = below @ inverse
             around = above[np.ix_(local, local)]
             columns[k:] = -around @ y

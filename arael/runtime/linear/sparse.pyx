@@ -45,7 +45,8 @@ cdef struct Front:
     long long triangle          # places in the factor
     long long panel
     long long update            # place in the room of a thread, or
-    long long shared            # in the room that all of them share
+    long long shared            # in the room that all of them share; see `Stacks`
+    long long bundled           # whether it may be in a bundle
     long long blocks            # ends of its lists, begun by the front before
     long long children
     long long inside            # runs before this one go to columns of the parent
@@ -104,17 +105,18 @@ cdef class SparseSolver(LinearSolver):
     cdef void* _factor_storage
     cdef void* _inverse                 # 1 / diagonal of the factor
     cdef void* _x                       # solution in the order of elimination
+    cdef Py_ssize_t _widest             # scalars of a front's part of it
+    cdef Py_ssize_t _large              # fronts with more columns go to BLAS
+    # What depends on the number of threads.
+    cdef object _alone, _together, _stacks, _hold
     cdef void* _waiting                 # update matrices of roots of bundles
-    cdef object _places
-    cdef object _slots                  # rooms of threads: stacks, then a front's part of x
-    cdef void** _slot                   # where they are
+    cdef void** _room                   # of each thread: stacks, then a front's part of x
     cdef int* _busy
     cdef int _rooms
-    cdef Py_ssize_t _stacks, _room      # scalars of the stacks, of a room
-    cdef Py_ssize_t _large              # fronts with more columns go to BLAS
+    cdef Py_ssize_t _behind             # scalars of the stacks
     cdef Py_ssize_t _bundles
-    cdef const long long* _bundle_start  # [bundles + 2] ends of their lists; the last is the top
-    cdef const long long* _bundled      # [count] fronts of each
+    cdef const long long* _ends         # [bundles + 2] of their lists; the last is the top
+    cdef const long long* _sequence     # [count] fronts of each
     cdef long long* _failed             # [bundles] front that failed, or 0
     cdef long long* _pivot              # its scalar + 1
 
@@ -130,15 +132,15 @@ cdef class SparseSolver(LinearSolver):
         if fronts.columns.max(initial=0) > self._large:
             load_blas()
         ns = len(nodes.parent)
-        table = np.zeros((ns + 1, 14), dtype=np.int64)
+        table = np.zeros((ns + 1, 15), dtype=np.int64)
         table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
         table[1:, 2] = leading(fronts.columns, pad)
         table[1:, 3] = leading(fronts.below + 1, pad)
         table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
-        table[1:, 7], table[1:, 8] = fronts.update, fronts.shared
-        table[:, 9], table[:, 10] = block_start, fronts.child_start
-        table[1:, 11] = fronts.run_inside
-        table[:, 12], table[:, 13] = fronts.run_start, fronts.strip_start
+        table[1:, 9] = fronts.bundle >= 0
+        table[:, 10], table[:, 11] = block_start, fronts.child_start
+        table[1:, 12] = fronts.run_inside
+        table[:, 13], table[:, 14] = fronts.run_start, fronts.strip_start
         offset = np.asarray(pattern.offsets)
         width = pattern.sizes[nodes.order]
         begin = np.repeat(offset[nodes.order], width)
@@ -147,22 +149,11 @@ cdef class SparseSolver(LinearSolver):
         storage = aligned(fronts.storage, self.dtype)
         inverse = aligned(self.n, self.dtype)
         x = aligned(self.n, self.dtype)
-        waiting = aligned(fronts.shared_room, self.dtype)
-        self._stacks = fronts.room
-        self._room = fronts.room + int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
+        self._alone, self._together = fronts.alone, fronts.together
+        self._widest = int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
-        group = np.where(fronts.bundle >= 0, fronts.bundle, fronts.bundles)
-        bundled = 1 + np.argsort(group, kind="stable").astype(np.int64)
-        bundle_start = np.searchsorted(np.sort(group), np.arange(fronts.bundles + 2))
-        bundle_start = bundle_start.astype(np.int64)
-        failures = np.zeros((2, fronts.bundles + 1), dtype=np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
-                      x, waiting, bundled, bundle_start, failures)
-        self._bundles = fronts.bundles
-        self._bundle_start = <const long long*>address(bundle_start)
-        self._bundled = <const long long*>address(bundled)
-        self._failed = <long long*>address(failures)
-        self._pivot = self._failed + self._bundles + 1
+                      x)
         self._count = ns
         self._fronts = <const Front*>address(table)
         self._blocks = <const long long*>address(blocks)
@@ -172,8 +163,7 @@ cdef class SparseSolver(LinearSolver):
         self._scalar = <const long long*>address(scalar)
         self._factor_storage = address(storage)
         self._inverse = address(inverse)
-        self._x, self._waiting = address(x), address(waiting)
-        self._slots = []
+        self._x = address(x)
         self.use_threads(1)
         self.plan = {
             "solver": "sparse",
@@ -188,15 +178,27 @@ cdef class SparseSolver(LinearSolver):
     def use_threads(self, int threads):
         """Let `factor` and `solve` share their work among so many threads, with a room for each."""
         self.threads = threads
-        cdef int count = max(1, min(threads, self._bundles))
-        if count == self._rooms:
+        stacks = self._together if threads > 1 else self._alone
+        cdef int count = max(1, min(threads, stacks.bundles))
+        if stacks is self._stacks and count == self._rooms:
             return
-        rooms = self._slots[:count]
-        rooms += [aligned(self._room, self.dtype) for _ in range(count - len(rooms))]
+        table = self._keep[0]
+        table[1:, 7], table[1:, 8] = stacks.update, stacks.shared
+        waiting = aligned(stacks.shared_room, self.dtype)
+        rooms = [aligned(stacks.room + self._widest, self.dtype) for _ in range(count)]
         places = np.array([room.ctypes.data for room in rooms], dtype=np.uintp)
         busy = np.zeros(count, dtype=np.intc)
-        self._slots, self._places, self._rooms = rooms, (places, busy), count
-        self._slot, self._busy = <void**>address(places), <int*>address(busy)
+        sequence = 1 + stacks.sequence
+        failures = np.zeros((2, stacks.bundles + 1), dtype=np.int64)
+        self._hold = (waiting, rooms, places, busy, sequence, failures, stacks.ends)
+        self._rooms, self._bundles, self._behind = count, stacks.bundles, stacks.room
+        self._waiting, self._room = address(waiting), <void**>address(places)
+        self._busy = <int*>address(busy)
+        self._ends = <const long long*>address(stacks.ends)
+        self._sequence = <const long long*>address(sequence)
+        self._failed = <long long*>address(failures)
+        self._pivot = self._failed + self._bundles + 1
+        self._stacks = stacks
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
         return self.factor_with(values, diagonal, NULL)
@@ -226,7 +228,7 @@ cdef class SparseSolver(LinearSolver):
 
         Returns
         -------
-        fronts : (ns + 1, 14) int64, see `Front`; the first row is zero
+        fronts : (ns + 1, 15) int64, see `Front`; the first row is zero
         storage : triangles and panels, column by column
         runs, strips : moves of each front's rows, see `Fronts`
         scalar : (n,) int64, original scalar at each place of the elimination
@@ -237,7 +239,7 @@ cdef class SparseSolver(LinearSolver):
     cdef Py_ssize_t _factor(
         self, const real* values, const real* diagonal, const real* rhs
     ) noexcept nogil:
-        cdef Py_ssize_t i, b, first = 0, status
+        cdef Py_ssize_t i, b, s, first = 0, found = 0, status
         cdef Values work
         work.solver, work.values, work.diagonal, work.b = <void*>self, values, diagonal, rhs
         distribute(self.threads, self._bundles, factor_bundle, &work)
@@ -246,12 +248,17 @@ cdef class SparseSolver(LinearSolver):
                 first = b + 1
         if first:
             return self._pivot[first - 1]
-        for i in range(self._bundle_start[self._bundles], self._bundle_start[self._bundles + 1]):
-            status = self._front(
-                self._bundled[i], self.threads, values, diagonal, rhs, <real*>self._slot[0])
-            if status:
+        # One thread meets the fronts in another order, but what fails within bundles comes first.
+        for i in range(self._ends[self._bundles], self._ends[self._bundles + 1]):
+            s = self._sequence[i]
+            if found and not self._fronts[s].bundled:
+                continue
+            status = self._front(s, self.threads, values, diagonal, rhs, <real*>self._room[0])
+            if status and self._fronts[s].bundled:
                 return status
-        return 0
+            if status:
+                found = status
+        return found
 
     cdef void _factor_bundle(
         self, Py_ssize_t b, const real* values, const real* diagonal, const real* rhs
@@ -259,11 +266,11 @@ cdef class SparseSolver(LinearSolver):
         cdef Py_ssize_t i
         cdef int place = claim(self._busy, self._rooms)
         self._failed[b] = 0
-        for i in range(self._bundle_start[b], self._bundle_start[b + 1]):
+        for i in range(self._ends[b], self._ends[b + 1]):
             self._pivot[b] = self._front(
-                self._bundled[i], 1, values, diagonal, rhs, <real*>self._slot[place])
+                self._sequence[i], 1, values, diagonal, rhs, <real*>self._room[place])
             if self._pivot[b]:
-                self._failed[b] = self._bundled[i]
+                self._failed[b] = self._sequence[i]
                 break
         release(self._busy, place)
 
@@ -391,16 +398,16 @@ cdef class SparseSolver(LinearSolver):
     cdef void _descend_bundle(self, Py_ssize_t k, const real* b) noexcept nogil:
         cdef Py_ssize_t i
         cdef int place = claim(self._busy, self._rooms)
-        for i in range(self._bundle_start[k], self._bundle_start[k + 1]):
-            self._descend(self._bundled[i], b, <real*>self._slot[place])
+        for i in range(self._ends[k], self._ends[k + 1]):
+            self._descend(self._sequence[i], b, <real*>self._room[place])
         release(self._busy, place)
 
     cdef void _ascend_bundle(self, Py_ssize_t k, real* b) noexcept nogil:
         cdef Py_ssize_t i
         cdef int place = claim(self._busy, self._rooms)
-        cdef real* work = <real*>self._slot[place] + self._stacks
-        for i in range(self._bundle_start[k + 1] - 1, self._bundle_start[k] - 1, -1):
-            self._ascend(self._bundled[i], b, work)
+        cdef real* work = <real*>self._room[place] + self._behind
+        for i in range(self._ends[k + 1] - 1, self._ends[k] - 1, -1):
+            self._ascend(self._sequence[i], b, work)
         release(self._busy, place)
 
 
@@ -434,10 +441,10 @@ cdef void extend_piece(void* work, Py_ssize_t item) noexcept nogil:
     cdef Columns* c = <Columns*>work
     if (<SparseSolver>c.solver).single:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <float*>(<SparseSolver>c.solver)._slot[0])
+                    <float*>(<SparseSolver>c.solver)._room[0])
     else:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <double*>(<SparseSolver>c.solver)._slot[0])
+                    <double*>(<SparseSolver>c.solver)._room[0])
 
 
 cdef void extend_part(
