@@ -8,6 +8,7 @@ have the same bits on any number of threads.
 import numpy as np
 
 from libc.math cimport fabs
+from libc.stdint cimport int64_t
 
 from arael.runtime.address cimport address
 from arael.runtime.pool cimport Task, distribute
@@ -88,15 +89,18 @@ cdef class Vectors:
         return self.n if part + 1 == self._parts else self.n * (part + 1) // self._parts // 16 * 16
 
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil:
-        cdef Py_ssize_t i
+        cdef Py_ssize_t i, begin = self._end(part - 1) if part else 0, end = self._end(part)
+        cdef const int64_t* at = self._at
         cdef real* own = <real*>self._own
         cdef real* diagonal = <real*>self._diagonal
         cdef const real* gradient = <const real*>self.gradient
-        cdef double largest = 0
-        for i in range(self._end(part - 1) if part else 0, self._end(part)):
-            own[i] = diagonal[i] = values[self._at[i]]
-            if diagonal[i] < self._floor:
-                diagonal[i] = <real>self._floor
+        cdef double floor = self._floor, largest = 0
+        # Alone in its loop, so that many of these wait for memory at a time.
+        for i in range(begin, end):
+            own[i] = values[at[i]]
+        for i in range(begin, end):
+            diagonal[i] = <real>floor if own[i] < floor else own[i]
+        for i in range(begin, end):
             largest = max(largest, fabs(<double>gradient[i]))
         self._largest[part] = largest
 
