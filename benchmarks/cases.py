@@ -49,14 +49,14 @@ def _slam(folder: Path, quick: bool) -> Iterator[Case]:
         name = f"{poses} poses" if path == "s-curve" else f"{poses} poses, {path}"
         file = folder / f"slam-{path}-{poses}.npz"
         problems.write_scene(make_scene(benchmark_config(poses, trajectory=path)), file)  # type: ignore[arg-type]
-        yield Case("slam", name, file, limit=60, large=poses == 900)
+        yield Case("slam", name, file, limit=60, large=quick or poses == 900)
 
 
 def _localization(folder: Path, quick: bool) -> Iterator[Case]:
     for poses in (60,) if quick else (60, 300, 500):
         file = folder / f"localization-{poses}.npz"
         problems.write_scene(make_scene(benchmark_config(poses)), file)
-        yield Case("localization", f"{poses} poses", file, limit=60, large=poses == 500)
+        yield Case("localization", f"{poses} poses", file, limit=60, large=quick or poses == 500)
 
 
 def _pose_graph(folder: Path, quick: bool) -> Iterator[Case]:
@@ -65,7 +65,8 @@ def _pose_graph(folder: Path, quick: bool) -> Iterator[Case]:
         names = ["2d/M3500", "2d/intel", "3d/sphere2500", "3d/parking-garage", "3d/sphere_slambook"]
     for name in names:
         file = DATA / f"pose_graph_{name}.g2o"
-        yield Case("pose_graph", file.stem, file, 1, 5, limit=60, large=name == "3d/sphere2500")
+        large = name in ("3d/sphere2500", "3d/smallGrid3D")
+        yield Case("pose_graph", file.stem, file, 1, 5, limit=60, large=large)
 
 
 def _bundle(folder: Path, quick: bool) -> Iterator[Case]:
@@ -78,14 +79,14 @@ def _bundle(folder: Path, quick: bool) -> Iterator[Case]:
         file = folder / f"bundle-{cameras}.txt"
         seen = write_bundle(file, cameras, points)
         name = f"{cameras} cameras, {points} points, {seen} observations"
-        yield Case("bundle", name, file, 1, 4, limit=20, large=cameras == 300)
+        yield Case("bundle", name, file, 1, 4, limit=20, large=cameras != 100)
 
 
 def _plane(folder: Path, quick: bool) -> Iterator[Case]:
     for poses in (60,) if quick else (60, 300, 900):
         file = folder / f"plane-{poses}.npz"
         problems.write_planes(make_plane_scene(PlaneConfig(poses)), file)
-        yield Case("plane", f"{poses} poses", file, limit=60, large=poses == 900)
+        yield Case("plane", f"{poses} poses", file, limit=60, large=quick or poses == 900)
 
 
 SUITES = {

@@ -9,7 +9,7 @@ import pytest
 
 from arael.scenes import PlaneConfig, benchmark_config, make_plane_scene, make_scene
 from benchmarks import problems, runtime_residuals, schur
-from benchmarks.cases import Case
+from benchmarks.cases import SUITES, Case, cases
 from benchmarks.fit import fit_arael, fit_scipy
 from benchmarks.peers import ceres_program, g2o_program, native, rust_peer
 from benchmarks.peers.runner import AbsentError
@@ -136,6 +136,14 @@ def test_data_that_is_not_there_is_reported(
     text = "\n".join(suite_report("pose_graph", found, None))
     assert "the file is not there (ARAEL_DATA names its folder)" in text
     assert text.count("- arael, gtsam: ") == 1
+
+
+@pytest.mark.parametrize("suite", sorted(SUITES))
+def test_something_of_every_suite_is_measured_on_more_threads_too(
+    tmp_path: Path, suite: str
+) -> None:
+    large = [case.name for case in cases(suite, tmp_path, quick=True) if case.large]
+    assert 1 <= len(large) <= 2
 
 
 def test_every_step_of_residuals_given_as_text_is_timed() -> None:
