@@ -34,6 +34,7 @@ cdef class Elimination:
     cdef bint _together                 # whether a sweep may be taken along with the elimination
     cdef const long long* _part_ends    # [parts + 1] entities
     cdef const long long* _sweep_ends
+    cdef const long long* _tails        # [sweeps] first entity that is swept when all are eliminated
     cdef long long* _failed             # [parts]
     cdef void* _outputs                 # [sweeps - 1] padded vectors
     cdef Py_ssize_t _work_stride
@@ -65,6 +66,8 @@ cdef class Elimination:
     cdef void _eliminate_with_part(
         self, Py_ssize_t k, const real* values, const real* diagonal, const real* b
     ) noexcept nogil
+    cdef void _sweep(
+        self, Py_ssize_t begin, Py_ssize_t end, const real* b, real* output) noexcept nogil
     cdef Py_ssize_t _first_failure(self, Py_ssize_t count) noexcept nogil
     cdef void _put_kept(self, const real* b) noexcept nogil
     cdef void _take_kept(self, real* reduced) noexcept nogil
@@ -72,6 +75,7 @@ cdef class Elimination:
     cdef void _ascend_part(self, Py_ssize_t k, real* x) noexcept nogil
     cdef void _apply_part(self, Py_ssize_t k, const real* _) noexcept nogil
     cdef real* _output_of(self, Py_ssize_t k, const real* _) noexcept nogil
+    cdef real* _place_of(self, Py_ssize_t k, const real* _) noexcept nogil
 
 
 cdef class Sums:

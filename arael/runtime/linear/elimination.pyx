@@ -21,6 +21,7 @@ from arael.runtime.pool cimport distribute
 from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import SLACK
 from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.reduction import PADDING
 
 # Entities that are swept as soon as they are eliminated: a fraction of a second-level cache.
 cdef enum:
@@ -46,6 +47,7 @@ cdef class Elimination:
         cost = parts.entity_costs(reduction)
         part_ends = parts.split(cost, parts.count(cost.sum()))
         sweep_ends = parts.split(cost, parts.sweeps(reduction, cost.sum()))
+        tails = _tails(reduction, sweep_ends)
         failed = np.zeros(len(part_ends), dtype=np.int64)
         outputs = aligned((len(sweep_ends) - 2) * reduction.padded_size, dtype)
         self._work_stride = -(-largest // 16) * 16
@@ -57,7 +59,7 @@ cdef class Elimination:
         couplings = np.append(reduction.couplings, ahead)
         scalars, padded = np.append(reduction.scalars, 0), np.append(reduction.padded, 0)
         self._keep = (factors, stored, eliminated, work, before, after, couplings, scalars, padded,
-                      part_ends, sweep_ends, failed, outputs)
+                      part_ends, sweep_ends, tails, failed, outputs)
         self.threads = 1
         self.single = np.dtype(dtype) == np.float32
         self._parts, self._sweeps = len(part_ends) - 1, len(sweep_ends) - 1
@@ -65,6 +67,7 @@ cdef class Elimination:
         self._together = self._sweeps >= min(self._parts, parts.SWEEPS)
         self._part_ends = <const long long*>address(part_ends)
         self._sweep_ends = <const long long*>address(sweep_ends)
+        self._tails = <const long long*>address(tails)
         self._failed, self._outputs = <long long*>address(failed), address(outputs)
         self._count = len(reduction.entities) - 1
         self._entities = <const Entity*>address(reduction.entities)
@@ -86,7 +89,7 @@ cdef class Elimination:
         self, const real* values, const real* diagonal, const real* b, real* reduced
     ) noexcept nogil:
         cdef Pass job
-        cdef Py_ssize_t failed
+        cdef Py_ssize_t failed, k
         if not self._together:
             failed = self.eliminate(values, diagonal)
             if failed == 0:
@@ -97,6 +100,8 @@ cdef class Elimination:
         distribute(self.threads, self._sweeps, eliminate_with_part, &job)
         failed = self._first_failure(self._sweeps)
         if failed == 0:
+            for k in range(self._sweeps):
+                self._sweep(self._tails[k], self._sweep_ends[k + 1], b, self._place_of(k, b))
             self._take_kept(reduced)
         return failed
 
@@ -179,6 +184,7 @@ cdef class Elimination:
         self, Py_ssize_t k, const real* values, const real* diagonal, const real* b
     ) noexcept nogil:
         cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1], count
+        cdef Py_ssize_t tail = self._tails[k]
         cdef real* output = self._output_of(k, b)
         self._failed[k] = 0
         while begin < end and self._failed[k] == 0:
@@ -187,16 +193,19 @@ cdef class Elimination:
                 count, self._entities + begin, self._couplings, values, diagonal,
                 <real*>self._factors, <real*>self._stored)
             if self._failed[k] == 0:
-                kernels.descend(
-                    count, self._entities + begin, self._couplings, <const real*>self._factors,
-                    <const real*>self._stored, b, <real*>self._eliminated, output)
+                self._sweep(begin, min(begin + count, tail), b, output)
             begin += count
 
     cdef void _descend_part(self, Py_ssize_t k, const real* b) noexcept nogil:
-        cdef Py_ssize_t begin = self._sweep_ends[k], end = self._sweep_ends[k + 1]
-        kernels.descend(end - begin, self._entities + begin, self._couplings,
-                        <const real*>self._factors, <const real*>self._stored, b,
-                        <real*>self._eliminated, self._output_of(k, b))
+        self._sweep(self._sweep_ends[k], self._sweep_ends[k + 1], b, self._output_of(k, b))
+
+    cdef void _sweep(
+        self, Py_ssize_t begin, Py_ssize_t end, const real* b, real* output
+    ) noexcept nogil:
+        if begin < end:
+            kernels.descend(end - begin, self._entities + begin, self._couplings,
+                            <const real*>self._factors, <const real*>self._stored, b,
+                            <real*>self._eliminated, output)
 
     cdef void _ascend_part(self, Py_ssize_t k, real* x) noexcept nogil:
         cdef Py_ssize_t begin = self._part_ends[k], end = self._part_ends[k + 1]
@@ -212,12 +221,26 @@ cdef class Elimination:
 
     cdef real* _output_of(self, Py_ssize_t k, const real* _) noexcept nogil:
         """Where part k of a sweep adds up: the first in the output itself, the others in zeros."""
-        cdef real* y
+        cdef real* y = self._place_of(k, _)
+        if k > 0:
+            memset(y, 0, self._padded_size * sizeof(real))
+        return y
+
+    cdef real* _place_of(self, Py_ssize_t k, const real* _) noexcept nogil:
         if k == 0:
             return <real*>self._output
-        y = <real*>self._outputs + (k - 1) * self._padded_size
-        memset(y, 0, self._padded_size * sizeof(real))
-        return y
+        return <real*>self._outputs + (k - 1) * self._padded_size
+
+
+def _tails(reduction, ends):
+    """First entity of each part whose sweep would read what the part behind it stores.
+
+    Kernels read whole vectors, though they use only what belongs to a row.
+    """
+    behind = np.append(reduction.couplings["place"], reduction.stored_size)
+    behind = behind[reduction.entities["couplings"][1:]]
+    first = np.searchsorted(behind, behind[ends[1:-1] - 1] - PADDING, side="right")
+    return np.append(np.clip(first, ends[:-2], ends[1:-1]), ends[-1]).astype(np.int64)
 
 
 cdef void eliminate_part(void* job, Py_ssize_t k) noexcept nogil:
