@@ -34,7 +34,7 @@ cdef class Elimination:
     cdef bint _together                 # whether a sweep may be taken along with the elimination
     cdef const long long* _part_ends    # [parts + 1] entities
     cdef const long long* _sweep_ends
-    cdef const long long* _tails        # [sweeps] first entity that is swept when all are eliminated
+    cdef const long long* _tails        # [sweeps] entities swept when all are eliminated
     cdef long long* _failed             # [parts]
     cdef void* _outputs                 # [sweeps - 1] padded vectors
     cdef Py_ssize_t _work_stride
