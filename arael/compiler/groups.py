@@ -14,6 +14,7 @@ from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.functions import Functions
+from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
@@ -239,6 +240,7 @@ def _assemble(
         states=tuple((use, offset) for use, offset in state_keys),
         tape=tape,
         jacobian=tuple(entries),
+        lead=() if rolled else _lead(site, states, uses.uses),
         places=tuple(scalariser.places),
         guard=guard,
         guard_raw=guard_raw,
@@ -361,6 +363,13 @@ def _guard(
     (node,) = Scalariser(graph, _Uses(site, states), functions).nodes(guard)
     keys = [key for key in graph.inputs if isinstance(key, RawInput)]
     return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
+
+
+def _lead(
+    site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use]
+) -> tuple[int, ...]:
+    entities = [state.entity for state in states]
+    return leading(uses, site.slots, [e.table for e in entities], [e.tangent for e in entities])
 
 
 def _triplet_pairs(

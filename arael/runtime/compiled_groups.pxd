@@ -14,6 +14,7 @@ cdef struct Compiled:
 cdef class CompiledGroups:
     cdef readonly list widths    # lanes of each group's data
     cdef readonly list free      # whether threads may run each group side by side
+    cdef readonly list stores    # whether each group heeds `Lanes.first`
     cdef object _keep            # whatever the pointers point into
     cdef Compiled* _groups
 

@@ -61,6 +61,7 @@ cdef class CompiledGroups:
             one.free = not self.missing(g) and not calls_natives(layout.groups[g])
         self.widths = [self._groups[g].width for g in range(len(programs))]
         self.free = [self.sharable(g) for g in range(len(programs))]
+        self.stores = [self._groups[g].kernel != NULL for g in range(len(programs))]
 
     def __dealloc__(self):
         free(self._groups)

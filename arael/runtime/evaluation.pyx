@@ -89,7 +89,8 @@ cdef class Evaluation(Groups):
                 total += costs[k]
         for g in range(self.count):
             if self._whole(g):
-                total += self.linearise_group(g, gradient, values)
+                total += self.linearise_group(
+                    g, self.lanes.whole(self.states.current, g), gradient, values)
         self.totals.hold(gradient, values)
         return total
 
@@ -137,9 +138,13 @@ cdef class Evaluation(Groups):
         self.raise_failure()
         return cost
 
-    def linearised(self):
-        """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state."""
-        gradient, values = self.room()
+    def linearised(self, room=None):
+        """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state.
+
+        They are made in `room`, as `room()` makes it, whatever it holds by now; in new room if
+        there is none.
+        """
+        gradient, values = self.room() if room is None else room
         cost = self.linearise(<void*>address(gradient), <void*>address(values))
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
@@ -158,9 +163,10 @@ cdef class Evaluation(Groups):
         """
         cdef void* first = <void*>address(gradient)
         cdef void* second = <void*>address(values)
+        cdef Lanes lanes = self.lanes.adding(self.states.current, g)
         cdef Py_ssize_t share
         self.guard()
-        cost = self.linearise_group(g, first, second)
+        cost = self.linearise_group(g, &lanes, first, second)
         for share in range(self.shares):
             self.totals.add(share, first, second)
         self.raise_failure()
@@ -178,7 +184,16 @@ cdef class Evaluation(Groups):
         if lanes.n:
             self.compiled.rows(g, lanes, <void*>address(residuals), <void*>address(entries))
             self.raised.natives.raise_failure()
-        return residuals, entries
+        return self._as_they_came(g, residuals), self._as_they_came(g, entries)
+
+    def _as_they_came(self, Py_ssize_t g, found):
+        """Rows by instance from rows in the order of the lanes."""
+        order = self.orders[g]
+        if order is None:
+            return found
+        rows = np.empty_like(found)
+        rows[order] = found
+        return rows
 
     def acting(self, Py_ssize_t g):
         """(n,) bool, which instances of one group act at the accepted state."""
@@ -188,4 +203,4 @@ cdef class Evaluation(Groups):
         if self.groups[g].moving_guard is None or not self.compiled.guards(g):
             return interpreter.acting
         flags = self.lanes.data[g][0][:, -1, :].ravel()
-        return flags[: len(interpreter.instances.rows)] != 0
+        return self._as_they_came(g, flags[: len(interpreter.instances.rows)] != 0)

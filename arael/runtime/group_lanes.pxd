@@ -1,5 +1,7 @@
 # Where the kernels of each group read, whole and share by share.
 
+from libc.stdint cimport uint8_t
+
 from arael.runtime.kernel cimport Lanes
 from arael.runtime.state_pair cimport StatePair
 
@@ -10,9 +12,12 @@ cdef enum:
 cdef class GroupLanes:
     cdef readonly list data      # per group, its data in lane order, and its uniforms
     cdef object _keep            # arrays of places
+    cdef object _adds            # zeros: no block of lanes is the first to write
+    cdef list _orders            # per group, the order of its instances, or None
     cdef object _bounds          # of the shares, per group, in blocks of lanes
     cdef list _widths            # per group, its lanes
     cdef list _uses              # per group, how many entities it uses
+    cdef const uint8_t* _none_first
     cdef Py_ssize_t _shares
     cdef Lanes* _whole[2]        # [groups], by which of the states they read
     cdef Lanes* _parts[2]        # [groups][shares], the same by shares
@@ -20,6 +25,8 @@ cdef class GroupLanes:
 
     # Of all instances of a group, reading one of the two states.
     cdef Lanes* whole(self, int which, Py_ssize_t g) noexcept nogil
+    # The same with none of them the first to write a block: all contributions are added.
+    cdef Lanes adding(self, int which, Py_ssize_t g) noexcept nogil
     # Of the instances in one share.
     cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil
 

@@ -11,7 +11,6 @@ from arael.runtime.kernel cimport Lanes
 from arael.runtime.natives cimport NativeTable
 from arael.runtime.state_pair cimport StatePair
 
-from arael.runtime.instances import in_lanes
 from arael.runtime.shares import SHARES
 
 assert SHARES <= MOST_SHARES
@@ -28,6 +27,8 @@ cdef class GroupLanes:
         Places in lane order, and where the shares begin.
     widths : list of int
         Lanes of each group's data.
+    orders : list of (n,) arrays or None
+        Instances of each group in the order of the places.
     states : StatePair
     natives : NativeTable
 
@@ -36,10 +37,15 @@ cdef class GroupLanes:
     data : list of (data in lane order, uniforms), one per group
     """
 
-    def __init__(self, groups, instances, plan, widths, StatePair states, NativeTable natives):
+    def __init__(
+        self, groups, instances, plan, widths, orders, StatePair states, NativeTable natives
+    ):
         cdef Py_ssize_t use = 0, which
         cdef Lanes* lanes
         self._bounds, self._widths, self._shares = plan.bounds, widths, plan.count
+        self._orders = orders
+        self._adds = bytes(max([1, *(placed[5].size for placed in plan.placed)]))
+        self._none_first = <const uint8_t*>address(self._adds)
         self._uses = [len(group.uses) for group in groups]
         self.data = [None] * len(groups)
         self._keep = (plan.placed, states, natives)
@@ -59,6 +65,8 @@ cdef class GroupLanes:
                 lanes.gradient_at = <const int32_t*>address(placed[1])
                 lanes.block_at = <const int64_t*>address(placed[2])
                 lanes.turn = <const uint8_t*>address(placed[3])
+                lanes.run = <const uint8_t*>address(placed[4])
+                lanes.first = <const uint8_t*>address(placed[5])
                 lanes.state = &self._pointers[use]
                 for one_use in group.uses:
                     self._pointers[use] = states.entities[<Py_ssize_t>one_use.entity].state[which]
@@ -75,6 +83,11 @@ cdef class GroupLanes:
     cdef Lanes* whole(self, int which, Py_ssize_t g) noexcept nogil:
         return &self._whole[which][g]
 
+    cdef Lanes adding(self, int which, Py_ssize_t g) noexcept nogil:
+        cdef Lanes lanes = self._whole[which][g]
+        lanes.first = self._none_first
+        return lanes
+
     cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil:
         return &self._parts[which][g * MOST_SHARES + share]
 
@@ -90,9 +103,7 @@ cdef class GroupLanes:
         cdef Py_ssize_t which
         cdef Lanes* lanes
         width = self._widths[g]
-        if width not in one.lanes:
-            one.lanes[width] = in_lanes(one.data, width)
-        self.data[g] = one.lanes[width], np.ascontiguousarray(one.uniform)
+        self.data[g] = one.in_lanes(width, self._orders[g]), np.ascontiguousarray(one.uniform)
         for which in range(2):
             lanes = self.whole(which, g)
             lanes.n = len(one.rows)
@@ -116,3 +127,5 @@ cdef class GroupLanes:
                 part.gradient_at += begin * uses * width
                 part.block_at += begin * pairs * width
                 part.turn += begin * pairs * width
+                part.run += begin
+                part.first += begin * pairs

@@ -19,11 +19,14 @@ cdef class Groups:
     cdef CompiledGroups compiled
     cdef GroupLanes lanes
     cdef object groups                    # of the layout
+    cdef list orders                      # per group, the order of its instances, or None
     cdef Py_ssize_t count                 # of them
 
     # Of one group: cost at one of the two states; NaN if the interpreter failed.
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil
     # Its guard over parameters is asked at the accepted state.
     cdef void guard_group(self, Py_ssize_t g) noexcept nogil
-    # Its J'r and blocks of J'J at the accepted state are added to the arrays.
-    cdef double linearise_group(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil
+    # Its J'r and blocks of J'J at the accepted state are added to the arrays, or stored as the
+    # lanes say.
+    cdef double linearise_group(
+        self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values) noexcept nogil

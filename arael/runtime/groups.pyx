@@ -47,13 +47,15 @@ cdef class Groups:
         self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
         self.states = StatePair(
             layout.entities, system, stored, self.single, kernels, self.raised)
-        widths, free = self.compiled.widths, self.compiled.free
-        key = tuple(widths), tuple(free)
+        widths, free, stores = self.compiled.widths, self.compiled.free, self.compiled.stores
+        key = tuple(widths), tuple(free), tuple(stores)
         if key not in structure.shares:
-            structure.shares[key] = plan_shares(structure, groups, widths, free)
+            structure.shares[key] = plan_shares(structure, layout, widths, free, stores)
         plan = structure.shares[key]
         self.shares = plan.count
-        self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
+        self.orders = [placement.order for placement in structure.placements]
+        self.lanes = GroupLanes(
+            groups, instances, plan, widths, self.orders, self.states, natives)
         self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
         self.interpreters = Interpreters(
             layout, instances, structure.placements, self.dtype, natives)
@@ -83,8 +85,9 @@ cdef class Groups:
             except BaseException as error:
                 self.raised.keep(error)
 
-    cdef double linearise_group(self, Py_ssize_t g, void* gradient, void* values) noexcept nogil:
-        cdef Lanes* lanes = self.lanes.whole(self.states.current, g)
+    cdef double linearise_group(
+        self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values
+    ) noexcept nogil:
         if lanes.n == 0:
             return 0
         if not self.compiled.missing(g):

@@ -21,13 +21,26 @@ class Instances:
     rows : (n,) rows of the group's table
     data : (n, data_count) what does not change within a solve
     uniform : (uniform_count,) what is the same for all instances
-    lanes : `data` in lane order by number of lanes, once it has been asked for
+    lanes : by number of lanes, the order and `data` in lane order that was last asked for
     """
 
     rows: Ints
     data: Array
     uniform: Array
-    lanes: dict[int, Array] = field(default_factory=dict, compare=False, repr=False)
+    lanes: dict[int, tuple[Any, Array]] = field(default_factory=dict, compare=False, repr=False)
+
+    def in_lanes(self, lanes: int, order: Array | None) -> Array:
+        """The data in lane order, of instances as `order` says; kept until another is wanted."""
+        kept = self.lanes.get(lanes)
+        if kept is None or not _same(kept[0], order):
+            kept = self.lanes[lanes] = order, in_lanes(self.data, lanes, order)
+        return kept[1]
+
+
+def _same(one: Array | None, other: Array | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one is other or np.array_equal(one, other)
 
 
 def gather_instances(
@@ -53,9 +66,11 @@ def gather_instances(
     return Instances(rows, data, uniform)
 
 
-def in_lanes(values: Array, lanes: int) -> Array:
+def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
     n, k = values.shape
+    if order is not None:
+        values = values[order]
     blocks = -(-n // lanes)
     if n == 0:
         return np.zeros((0, k, lanes), dtype=values.dtype)
@@ -66,3 +81,19 @@ def in_lanes(values: Array, lanes: int) -> Array:
         return only
     padded = np.concatenate((values, np.repeat(values[-1:], blocks * lanes - n, axis=0)))
     return np.ascontiguousarray(padded.reshape(blocks, lanes, k).transpose(0, 2, 1))
+
+
+def runs(rows: Array, n: int) -> Array:
+    """(blocks,) uint8, whether all lanes of a block are instances of the same rows.
+
+    Parameters
+    ----------
+    rows : (blocks, uses, lanes) rows of the uses that lead, none if there are no such uses
+    n : instances; a block that is padded does not count
+    """
+    blocks, uses, lanes = rows.shape
+    if uses == 0:
+        return np.zeros(blocks, dtype=np.uint8)
+    same: Array = (rows == rows[:, :, :1]).all(axis=(1, 2)).astype(np.uint8)
+    same[n // lanes :] = 0
+    return same

@@ -8,7 +8,7 @@ from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
-    KERNEL_ABI = 3
+    KERNEL_ABI = 4
 
 # A native function as it was bound, called with its arguments in f64. Numbered as in
 # Layout.natives; addresses come with a problem and are never part of generated code.
@@ -28,6 +28,9 @@ ctypedef struct Lanes:
     const int32_t* gradient_at  # [blocks][uses][W] first scalar of the entity in the gradient
     const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
     const uint8_t* turn         # [blocks][pairs][W] 0 as is, 1 transposed, 2 both on a diagonal
+    const uint8_t* run          # [blocks] whether all W lanes share the rows of the lead
+    const uint8_t* first        # [blocks][pairs] whether all W lanes store the pair's block: none
+                                # wrote it before, and it holds anything
     const Native* natives       # the native functions of the model
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as

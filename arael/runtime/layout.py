@@ -248,6 +248,9 @@ class Group(msgspec.Struct, frozen=True):
     `jacobian` as (residual, use, tangent index). Where the constraint has a loss, residuals are
     those whose squares sum to it, so whoever squares and differentiates need not know of it.
 
+    Kernels accumulate the blocks of the uses `lead` as long as instances share them; the runtime
+    hands them instances sorted by the first of these.
+
     `guard` chooses instances by their data. `moving_guard` reads parameters: it is a tape over the
     inputs of `tape`, evaluated at each linearisation into the last of the lane inputs, which the
     residuals are switched by.
@@ -270,6 +273,7 @@ class Group(msgspec.Struct, frozen=True):
     tape: Tape
     jacobian: tuple[tuple[int, int, int], ...]
     places: tuple[Place, ...]
+    lead: tuple[int, ...] = ()
     guard: Tape | None = None
     guard_raw: tuple[Raw, ...] = ()
     guard_text: str = ""

@@ -9,16 +9,16 @@ follows from the problem and never from the number of threads, so sums have the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.instances import in_lanes
-from arael.runtime.layout import Group
+from arael.runtime.firsts import plan_firsts
+from arael.runtime.instances import in_lanes, runs
+from arael.runtime.layout import Group, Layout
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.placement import Placement
 from arael.runtime.structure import Structure
 
 Ints = NDArray[np.int64]
@@ -35,6 +35,8 @@ _SHORT = 4
 # Places of their own may take this fraction of the values.
 _ROOM = 0.25
 
+_NONE: Ints = np.zeros((0, 3), dtype=np.int64)
+
 # Scalars of a cache line, so that two shares never write to the same.
 _LINE = 16
 
@@ -47,10 +49,13 @@ class Shares:
     ----------
     count : shares; 1 if the problem is not split
     bounds : per group (count + 1,) int64, blocks of lanes at which its shares begin and end
-    placed : per group rows, gradient_at, block_at and turn in lane order
+    placed : per group rows, gradient_at, block_at, turn, run and first in lane order
     gradient_room, value_room : scalars of the arrays, with trash and the places of the shares
     gradient_sums, value_sums : (m, 3) int64
         Target, source and count of what is added at the end, by target, then by share.
+    nowhere : where in the values goes what is not solved for, by share
+    cleared : (m, 2) int64, begin and end of the values that are emptied before
+    cleared_ends : (count + 1,) int64, rows of `cleared` that each share empties
     """
 
     count: int
@@ -60,10 +65,17 @@ class Shares:
     value_room: int
     gradient_sums: Ints
     value_sums: Ints
+    nowhere: Ints
+    cleared: Ints
+    cleared_ends: Ints
 
 
 def plan_shares(
-    structure: Structure, groups: Sequence[Group], widths: Sequence[int], free: Sequence[bool]
+    structure: Structure,
+    layout: Layout,
+    widths: Sequence[int],
+    free: Sequence[bool],
+    stores: Sequence[bool],
 ) -> Shares:
     """Split the instances of a structure; the same split for the same structure, always.
 
@@ -71,7 +83,9 @@ def plan_shares(
     ----------
     widths : per group, its lanes
     free : per group, whether threads may run it; what they may not is left whole
+    stores : per group, whether it stores where it is the first to write, as `Lanes.first` says
     """
+    groups = layout.groups
     work = [
         _nanoseconds(group) * len(p.rows) if may else 0.0
         for group, p, may in zip(groups, structure.placements, free, strict=True)
@@ -85,21 +99,59 @@ def plan_shares(
         ]
         found = _Split(structure, widths, bounds, free, count).shares()
         if found is not None:
-            return found
+            return _with_firsts(found, structure, layout, free, stores)
         count //= 2
-    sums = np.zeros((0, 3), dtype=np.int64)
-    return Shares(
+    whole = Shares(
         1,
         tuple(
             _bounds(len(p.rows), width, 1, 1)
             for p, width in zip(structure.placements, widths, strict=True)
         ),
-        tuple(_placed(p, width) for p, width in zip(structure.placements, widths, strict=True)),
+        tuple(
+            _lanes_of(p.arrays(), width)
+            for p, width in zip(structure.placements, widths, strict=True)
+        ),
         structure.system.size + structure.trash,
         structure.pattern.value_count + structure.trash**2,
-        sums,
-        sums,
+        _NONE,
+        _NONE,
+        np.array([structure.pattern.value_count]),
+        _NONE,
+        _NONE,
     )
+    # What threads may not run takes its turn with the others if nothing is split.
+    return _with_firsts(whole, structure, layout, [True] * len(groups), stores)
+
+
+def _with_firsts(
+    shares: Shares,
+    structure: Structure,
+    layout: Layout,
+    free: Sequence[bool],
+    stores: Sequence[bool],
+) -> Shares:
+    """The same with who is first where, what is emptied, and where the lead stays the same."""
+    groups = layout.groups
+    counts = [len(p.rows) for p in structure.placements]
+    # Places belong to one share each, where groups take turns; what is left whole comes last.
+    order = sorted(range(len(groups)), key=lambda g: not free[g])
+    firsts = plan_firsts(
+        groups,
+        layout.entities,
+        [arrays[2:4] for arrays in shares.placed],
+        counts,
+        (order, stores),
+        shares.nowhere,
+        shares.value_room,
+        shares.count,
+    )
+    placed = tuple(
+        [*arrays, runs(arrays[0][:, list(group.lead)], count), first]
+        for arrays, group, count, first in zip(
+            shares.placed, groups, counts, firsts.first, strict=True
+        )
+    )
+    return replace(shares, placed=placed, cleared=firsts.cleared, cleared_ends=firsts.ends)
 
 
 def _nanoseconds(group: Group) -> float:
@@ -113,15 +165,8 @@ def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
     return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)
 
 
-def _placed(placement: Placement, width: int) -> list[NDArray[Any]]:
-    """The arrays of a placement in lane order, kept with it."""
-    if width not in placement.lanes:
-        placement.lanes[width] = [
-            in_lanes(a, width)
-            for a in (placement.rows, placement.gradient_at, placement.block_at, placement.turn)
-        ]
-    kept: list[NDArray[Any]] = placement.lanes[width]
-    return kept
+def _lanes_of(arrays: list[NDArray[Any]], width: int) -> list[NDArray[Any]]:
+    return [in_lanes(array, width) for array in arrays]
 
 
 class _Split:
@@ -143,7 +188,8 @@ class _Split:
         block_of = np.full(structure.system.size + 1, nb, dtype=np.int64)
         block_of[: structure.system.size] = np.repeat(np.arange(nb), pattern.sizes)
         # Block of each use of each instance; the last one stands for what is not solved for.
-        self.blocks = [block_of[p.gradient_at] for p in structure.placements]
+        self.placed = [p.arrays() for p in structure.placements]
+        self.blocks = [block_of[arrays[1]] for arrays in self.placed]
         self.touched = np.zeros((count, nb + 1), dtype=bool)
         for share, _, a, b, blocks in self._parts():
             for u in range(blocks.shape[1]):
@@ -197,10 +243,9 @@ class _Split:
                 np.stack((pairs[:, 0], places, pairs[:, 2]), 1),
             )
         )
-        placed = [list(_placed_copy(p)) for p in structure.placements]
         for k, g, a, b, blocks in self._parts():
             if k:
-                _, at, block_at, _ = placed[g]
+                _, at, block_at, _ = self.placed[g]
                 at[a:b] += np.where(every[k], gradient_at[k] - first, 0)[blocks[a:b]].astype(
                     np.int32
                 )
@@ -212,13 +257,16 @@ class _Split:
             self.count,
             tuple(self.bounds),
             tuple(
-                [in_lanes(array, width) for array in arrays]
-                for arrays, width in zip(placed, self.widths, strict=True)
+                _lanes_of(arrays, width)
+                for arrays, width in zip(self.placed, self.widths, strict=True)
             ),
             gradient_room,
             value_room,
             _by_target(gradient_sums),
             _by_target(value_sums),
+            np.append(diagonal_at[1:, nb], structure.pattern.value_count),
+            _NONE,
+            _NONE,
         )
 
     def _pairs(self, shared: NDArray[np.bool_]) -> Ints:
@@ -226,7 +274,7 @@ class _Split:
         values = self.structure.pattern.value_count
         keys, areas = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
         for share, g, a, b, blocks in self._parts():
-            at = self.structure.placements[g].block_at[a:b]
+            at = self.placed[g][2][a:b]
             for i in range(blocks.shape[1]):
                 for j in range(i):
                     one, other = blocks[a:b, i], blocks[a:b, j]
@@ -243,15 +291,6 @@ class _Split:
         later = np.diff(offsets, prepend=-1) == 0
         found: Ints = np.stack((offsets, key[once] % self.count, area[once]), axis=1)[later]
         return found
-
-
-def _placed_copy(placement: Placement) -> tuple[NDArray[Any], ...]:
-    return (
-        placement.rows,
-        placement.gradient_at.copy(),
-        placement.block_at.copy(),
-        placement.turn,
-    )
 
 
 def _places(wanted: NDArray[np.bool_], sizes: Ints, begin: int) -> tuple[Ints, int]:

@@ -15,12 +15,14 @@ cdef class Totals:
     cdef const int64_t* _value_sums
     cdef const int64_t* _gradient_ends      # [shares + 1] rows of the sums that one thread takes
     cdef const int64_t* _value_ends
+    cdef const int64_t* _cleared            # (m, 2) begin and end of values, see `Shares`
+    cdef const int64_t* _cleared_ends       # [shares + 1] rows that one part is
     cdef const int64_t* _held               # scalars of the system that do not move
     cdef Py_ssize_t _held_count
     cdef const int64_t* _held_values        # their rows and columns in the values
     cdef Py_ssize_t _held_value_count
 
-    # Zero one of several parts of both arrays.
+    # Zero one of the shares' parts of both arrays, but for values that are stored first.
     cdef void clear(
         self, Py_ssize_t part, Py_ssize_t parts, void* gradient, void* values) noexcept nogil
     # Add what shares have in places of their own to where it belongs, and empty those: one part.

@@ -53,6 +53,8 @@ cdef class Totals:
         self.diagonal_at = self._kept(diagonal_at)
         self._gradient_sums = self._kept(plan.gradient_sums)
         self._value_sums = self._kept(plan.value_sums)
+        self._cleared = self._kept(plan.cleared)
+        self._cleared_ends = self._kept(plan.cleared_ends)
         self._gradient_ends = self._kept(ends_of(plan.gradient_sums, plan.count))
         self._value_ends = self._kept(ends_of(plan.value_sums, plan.count))
         self._held, self._held_count = self._kept(held), len(held)
@@ -67,9 +69,11 @@ cdef class Totals:
     cdef void clear(
         self, Py_ssize_t part, Py_ssize_t parts, void* gradient, void* values
     ) noexcept nogil:
-        cdef Py_ssize_t item = 4 if self.single else 8
+        cdef Py_ssize_t item = 4 if self.single else 8, k
         clear_lines(<char*>gradient, self.gradient_room * item, part, parts)
-        clear_lines(<char*>values, self.value_room * item, part, parts)
+        for k in range(self._cleared_ends[part], self._cleared_ends[part + 1]):
+            memset(<char*>values + self._cleared[2 * k] * item, 0,
+                   (self._cleared[2 * k + 1] - self._cleared[2 * k]) * item)
 
     cdef void add(self, Py_ssize_t share, void* gradient, void* values) noexcept nogil:
         cdef const int64_t* g = self._gradient_ends + share

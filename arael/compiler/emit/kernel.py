@@ -2,13 +2,15 @@
 
 A block of W instances is gathered into arrays of W-wide columns, all arithmetic runs in one loop
 over the lanes that touches only such arrays (so the C compiler can vectorise it), and the results
-are scattered into gradient and Hessian blocks.
+are added to gradient and Hessian blocks as `scatter` has planned.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from arael.compiler.emit import accumulate, rolled
+from arael.compiler.emit.scatter import make_plan
 from arael.compiler.emit.writer import Writer, comment, statements
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
@@ -73,13 +75,22 @@ def _gather(w: Writer, kernel: Kernel, tape: Tape, entities: Sequence[Entity]) -
         if not wanted:
             continue
         stride = entities[use.entity].state
+        start = f"s = <const real*>lanes.state[{use_number}] + <Py_ssize_t>row[{use_number} * W"
+        moves = [
+            f"x[{k}][w] = s[{offset}]  # {comment(kernel.state_names[k])}" for k, offset in wanted
+        ]
+        if use_number in group.lead:
+            with w.block("if lanes.run[block]:"):
+                w.line(f"{start}] * {stride}")
+                with w.block("for w in range(W):"):
+                    w.lines_of(moves)
+            with w.block("else:"), w.block("for w in range(W):"):
+                w.line(f"{start} + w] * {stride}")
+                w.lines_of(move.partition("  #")[0] for move in moves)
+            continue
         with w.block("for w in range(W):"):
-            w.line(
-                f"s = <const real*>lanes.state[{use_number}] "
-                f"+ <Py_ssize_t>row[{use_number} * W + w] * {stride}"
-            )
-            for k, offset in wanted:
-                w.line(f"x[{k}][w] = s[{offset}]  # {comment(kernel.state_names[k])}")
+            w.line(f"{start} + w] * {stride}")
+            w.lines_of(moves)
 
 
 def _data_legend(w: Writer, kernel: Kernel, tape: Tape) -> None:
@@ -110,16 +121,13 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         w.line("cdef double cost = 0")
         declared = len(w.lines)
         _data_legend(w, kernel, tape)
-        with w.block("for w in range(W):"):
-            w.line("total[w] = 0")
+        w.line("memset(total, 0, sizeof(total))")
         with w.block("for block in range((n + W - 1) // W):"):
             _gather(w, kernel, tape, entities)
             with w.block("for w in range(W):"):
                 used = statements(w, tape, _inputs(kernel), lambda i: [f"r[{i}][w]"], group.places)
-            squares = " + ".join(f"<double>r[{k}][w] * <double>r[{k}][w]" for k in range(r))
             w.line("count = min(n - block * W, W)")
-            with w.block("for w in range(count):"):
-                w.line(f"total[w] += {squares}")
+            _add_squares(w, [f"r[{k}][w]" for k in range(r)])
             w.line(f"d += {group.data_count} * W")
             w.line(f"row += {len(group.uses)} * W")
         with w.block("for w in range(W):"):
@@ -127,6 +135,12 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
         w.line("return cost")
     _declare_temporaries(w, declared, used)
     w.line()
+
+
+def _add_squares(w: Writer, residuals: list[str]) -> None:
+    squares = " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
+    with w.block("for w in range(count):"):
+        w.line(f"total[w] += {squares}")
 
 
 def _emit_guard(
@@ -155,51 +169,59 @@ def _emit_both(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
     """Write ``evaluate_N``, which accumulates or writes rows, and the two faces of it."""
     group, tape = kernel.group, kernel.linearise
     r, entries = group.residuals, len(group.jacobian)
-    targets, sources, count = _targets(kernel)
+    tangent = [entities[use.entity].tangent for use in group.uses]
+    plan = make_plan(kernel, entities)
+    accumulate.emit_settle(w, number, plan)
     with w.block(
         f"cdef double evaluate_{number}(const Lanes* lanes, real* gradient, real* values, "
         "real* residuals, real* entries) noexcept nogil:"
     ):
         _head(w, kernel, tape)
+        w.line("cdef Py_ssize_t k")
         w.line("cdef const real* s")
         w.line("cdef const int32_t* gradient_at = lanes.gradient_at")
         w.line("cdef const int64_t* block_at = lanes.block_at")
         w.line("cdef const uint8_t* turn = lanes.turn")
         w.line("cdef real* g")
         w.line("cdef real* h")
-        w.line(f"cdef real o[{max(count, 1)}][W]")
+        if plan.shared:
+            w.line(f"cdef real o[{plan.shared}][W]")
+        accumulate.declare(w, plan)
         if kernel.rolled:
-            _declare_rolled(w, kernel, entities)
+            rolled.declare(w, kernel, tangent)
+        w.line("cdef double total[W]")
         w.line("cdef double cost = 0")
         declared = len(w.lines)
         _data_legend(w, kernel, tape)
+        w.line("memset(total, 0, sizeof(total))")
+        accumulate.emit_start(w, plan)
         with w.block("for block in range((n + W - 1) // W):"):
+            accumulate.emit_fetch(w, plan)
             _gather(w, kernel, tape, entities)
             with w.block("for w in range(W):"):
-                used = statements(w, tape, _inputs(kernel), lambda i: targets[i], group.places)
+                used = statements(w, tape, _inputs(kernel), lambda i: plan.outputs[i], group.places)
             w.line("count = min(n - block * W, W)")
             with w.block("if entries != NULL:"), w.block("for w in range(count):"):
                 for k in range(r):
-                    w.line(f"residuals[{k}] = {sources[k]}")
+                    w.line(f"residuals[{k}] = {plan.sources[k]}")
                 for k in range(entries):
-                    w.line(f"entries[{k}] = {sources[r + k]}")
+                    w.line(f"entries[{k}] = {plan.sources[r + k]}")
                 w.line(f"residuals += {r}")
                 w.line(f"entries += {entries}")
             with w.block("else:"):
+                _add_squares(w, plan.sources[:r])
                 if kernel.rolled:
-                    _rolled_products(w, kernel, entities, sources)
-                with w.block("for w in range(count):"):
-                    squares = " + ".join(
-                        f"<double>{sources[k]} * <double>{sources[k]}" for k in range(r)
-                    )
-                    w.line(f"cost += {squares}")
-                    _scatter(w, kernel, entities, sources)
+                    rolled.products(w, kernel, tangent, plan.sources)
+                accumulate.emit_block(w, number, plan)
             uses = len(group.uses)
             w.line(f"d += {group.data_count} * W")
             w.line(f"row += {uses} * W")
             w.line(f"gradient_at += {uses} * W")
             w.line(f"block_at += {uses * (uses + 1) // 2} * W")
             w.line(f"turn += {uses * (uses + 1) // 2} * W")
+        accumulate.emit_end(w, number, plan)
+        with w.block("for w in range(W):"):
+            w.line("cost += total[w]")
         w.line("return cost")
     _declare_temporaries(w, declared, used)
     w.line()
@@ -215,123 +237,3 @@ def _emit_both(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
     ):
         w.line(f"evaluate_{number}(lanes, NULL, NULL, <real*>residuals, <real*>entries)")
     w.line()
-
-
-def _targets(kernel: Kernel) -> tuple[dict[int, list[str]], list[str], int]:
-    """Where each output of the linearisation is kept, and from where it is read.
-
-    Outputs that are the same node share one column of ``o``; one that is the negative of another is
-    read with a minus sign; constants are written in place.
-    """
-    tape = kernel.linearise
-    column: dict[int, str] = {}
-    targets: dict[int, list[str]] = {i: [] for i in range(len(tape.outputs))}
-    sources: list[str] = []
-    count = 0
-    for i, node in enumerate(tape.outputs):
-        sign = ""
-        base = node
-        if tape.ops[node] == "neg" and tape.args[node][0] in column:
-            sign, base = "-", tape.args[node][0]
-        if base not in column:
-            column[base] = f"o[{count}][w]"
-            targets[i].append(column[base])
-            count += 1
-        sources.append(sign + column[base])
-    return targets, sources, count
-
-
-def _tangents(kernel: Kernel, entities: Sequence[Entity]) -> list[int]:
-    return [entities[use.entity].tangent for use in kernel.group.uses]
-
-
-def _scatter(w: Writer, kernel: Kernel, entities: Sequence[Entity], sources: list[str]) -> None:
-    """Add one lane's gradient and products to where they belong."""
-    group = kernel.group
-    tangent = _tangents(kernel, entities)
-    if kernel.rolled:
-        gradient = {
-            (u, i): f"gr[{_start(tangent, u) + i}][w]"
-            for u in range(len(tangent))
-            for i in range(tangent[u])
-        }
-        products = {
-            (a, b, i, j): f"hr[{_start(tangent, a) + i}][{_start(tangent, b) + j}][w]"
-            for a in range(len(tangent))
-            for b in range(a + 1)
-            for i in range(tangent[a])
-            for j in range(tangent[b] if a != b else i + 1)
-        }
-    else:
-        first = group.residuals + len(group.jacobian)
-        gradient = dict(zip(kernel.gradient, sources[first:], strict=False))
-        products = dict(zip(kernel.products, sources[first + len(gradient) :], strict=True))
-    for u in range(len(group.uses)):
-        w.line(f"g = gradient + gradient_at[{u} * W + w]")
-        for (use, i), source in gradient.items():
-            if use == u:
-                w.line(f"g[{i}] += {source}")
-    for a in range(len(group.uses)):
-        for b in range(a + 1):
-            here = {(i, j): s for (x, y, i, j), s in products.items() if (x, y) == (a, b)}
-            if not here:
-                continue
-            pair = a * (a + 1) // 2 + b
-            w.line(f"h = values + block_at[{pair} * W + w]")
-            if a == b:
-                for (i, j), source in here.items():
-                    w.line(f"h[{i * tangent[a] + j}] += {source}")
-                continue
-            with w.block(f"if turn[{pair} * W + w] == 0:"):
-                for (i, j), source in here.items():
-                    w.line(f"h[{i * tangent[b] + j}] += {source}")
-            with w.block(f"elif turn[{pair} * W + w] == 1:"):
-                for (i, j), source in here.items():
-                    w.line(f"h[{j * tangent[a] + i}] += {source}")
-            if group.uses[a].entity == group.uses[b].entity:
-                with w.block("else:"):
-                    for (i, j), source in here.items():
-                        w.line(f"h[{max(i, j) * tangent[a] + min(i, j)}] += {source}")
-                        if i == j:
-                            w.line(f"h[{i * tangent[a] + j}] += {source}")
-
-
-def _start(tangent: list[int], use: int) -> int:
-    return sum(tangent[:use])
-
-
-def _declare_rolled(w: Writer, kernel: Kernel, entities: Sequence[Entity]) -> None:
-    total = sum(_tangents(kernel, entities))
-    r = kernel.group.residuals
-    w.line("cdef Py_ssize_t k, i, j")
-    w.line(f"cdef real jr[{r}][{total}][W]")
-    w.line(f"cdef real gr[{total}][W]")
-    w.line(f"cdef real hr[{total}][{total}][W]")
-
-
-def _rolled_products(
-    w: Writer, kernel: Kernel, entities: Sequence[Entity], sources: list[str]
-) -> None:
-    """J'r and J'J by loops over a dense Jacobian, for constraints too large to spell out."""
-    group = kernel.group
-    tangent = _tangents(kernel, entities)
-    total, r = sum(tangent), group.residuals
-    known = {
-        (k, _start(tangent, use) + i): sources[r + e]
-        for e, (k, use, i) in enumerate(group.jacobian)
-    }
-    with w.block("for w in range(W):"):
-        for k in range(r):
-            for i in range(total):
-                w.line(f"jr[{k}][{i}][w] = {known.get((k, i), '0')}")
-    with w.block(f"for i in range({total}):"):
-        with w.block("for w in range(W):"):
-            w.line("gr[i][w] = 0")
-        with w.block("for j in range(i + 1):"), w.block("for w in range(W):"):
-            w.line("hr[i][j][w] = 0")
-    for k in range(r):
-        with w.block(f"for i in range({total}):"):
-            with w.block("for w in range(W):"):
-                w.line(f"gr[i][w] += jr[{k}][i][w] * {sources[k]}")
-            with w.block("for j in range(i + 1):"), w.block("for w in range(W):"):
-                w.line(f"hr[i][j][w] += jr[{k}][i][w] * jr[{k}][j][w]")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import arael
 from arael.compiler.emit.kernel import emit_constraint
 from arael.compiler.emit.refresh import emit_refresh
+from arael.compiler.emit.rows import emit_add_rows
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
@@ -117,6 +118,7 @@ def _head(
     w: Writer, name: str, source: str, source_hash: str, precision: str, imported: str
 ) -> None:
     suffix = "f" if precision == "f32" else ""
+    scalar = "float" if precision == "f32" else "double"
     w.line("# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True")
     w.line("# cython: initializedcheck=False, infer_types=False, binding=False")
     w.line(f"# Kernels of the model {comment(name)}, {precision}, {LANES[precision]} lanes.")
@@ -125,6 +127,7 @@ def _head(
     w.line()
     w.line("from cpython.pycapsule cimport PyCapsule_New")
     w.line("from libc.stdint cimport int32_t, int64_t, uint8_t")
+    w.line("from libc.string cimport memset")
     w.line()
     w.line("from arael.runtime.kernel cimport (")
     w.line(f"    KERNEL_ABI, Kernel, KernelTable, Lanes, {imported}refresh_function,")
@@ -133,6 +136,8 @@ def _head(
     w.line("cdef extern from *:")
     w.line('    """')
     w.line("#include <math.h>")
+    w.line("#include <stddef.h>")
+    w.line("#include <string.h>")
     w.line("/* Vector forms of the C library's functions, where it has them (glibc's libmvec). */")
     w.line("#if defined(__GLIBC__) && defined(__x86_64__) && defined(ARAEL_LIBMVEC)")
     _redeclare(w, _VECTOR_OLD, suffix)
@@ -140,8 +145,15 @@ def _head(
     _redeclare(w, _VECTOR_NEW, suffix)
     w.line("#endif")
     w.line("#endif")
+    w.line("#if defined(__GNUC__) || defined(__clang__)")
+    w.line("#define fetch(at) __builtin_prefetch((at), 1)")
+    w.line("#else")
+    w.line("#define fetch(at) ((void)0)")
+    w.line("#endif")
+    emit_add_rows(w, scalar, LANES[precision])
     w.line('    """')
-    scalar = "float" if precision == "f32" else "double"
+    w.line(f"    void fetch({scalar}* at) noexcept nogil")
+    w.line(f"    void add_rows(Py_ssize_t count, const {scalar}* q, {scalar}** at) noexcept nogil")
     for function in _FUNCTIONS_1:
         w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}) noexcept nogil')
     for function in _FUNCTIONS_2:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from arael.compiler.emit.operators import expression, literal
@@ -20,6 +20,11 @@ class Writer:
     def line(self, text: str = "") -> None:
         """Add one line."""
         self.lines.append("    " * self.depth + text if text else "")
+
+    def lines_of(self, texts: Iterable[str]) -> None:
+        """Add some lines."""
+        for text in texts:
+            self.line(text)
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:

@@ -1,0 +1,162 @@
+"""Code that adds a block of lanes to gradient and Hessian, the three ways that `scatter` plans."""
+
+from __future__ import annotations
+
+from arael.compiler.emit.rows import PADDING
+from arael.compiler.emit.scatter import Plan, Target
+from arael.compiler.emit.writer import Writer
+
+# Scalars of a cache line, of doubles.
+LINE = 8
+
+
+def _columns(plan: Plan) -> list[str]:
+    """Distinct columns that are accumulated, without their signs."""
+    found = [plan.sources[at] for target in plan.accumulated for at in target.entries.values()]
+    return list(dict.fromkeys(source.removeprefix("-") for source in found))
+
+
+def _pointer(target: Target) -> str:
+    """Name of the pointer to an accumulated target."""
+    return f"lead_g{target.a}" if target.b is None else f"lead_h{target.pair}"
+
+
+def emit_settle(w: Writer, number: int, plan: Plan) -> None:
+    """Write ``settle_N``: sums of lanes go to where they belong and start again at zero."""
+    columns = _columns(plan)
+    if not columns:
+        return
+    count = len(columns)
+    pointers = "".join(f", real* {_pointer(t)}" for t in plan.accumulated)
+    with w.block(f"cdef void settle_{number}(real* sums{pointers}) noexcept nogil:"):
+        w.line("cdef Py_ssize_t k, w")
+        w.line(f"cdef real o[{count}]")
+        with w.block(f"for k in range({count}):"):
+            w.line("o[k] = 0")
+            with w.block("for w in range(W):"):
+                w.line("o[k] += sums[k * W + w]")
+                w.line("sums[k * W + w] = 0")
+        for target in plan.accumulated:
+            for (i, j), at in target.entries.items():
+                source = plan.sources[at]
+                sign = "-" if source.startswith("-") else "+"
+                k = columns.index(source.removeprefix("-"))
+                w.line(f"{_pointer(target)}[{i * target.width + j}] {sign}= o[{k}]")
+    w.line()
+
+
+def declare(w: Writer, plan: Plan) -> None:
+    """Declare sums, columns and rows."""
+    columns = _columns(plan)
+    if columns:
+        w.line("cdef int32_t held = -1")
+        w.line(f"cdef real sums[{len(columns)} * W]")
+        for target in plan.accumulated:
+            w.line(f"cdef real* {_pointer(target)} = NULL")
+    if plan.columns:
+        w.line(f"cdef real q[{plan.columns + PADDING}][W]")
+        w.line(f"cdef real spare[{max(t.size for t, _ in plan.whole)}]")
+        w.line("cdef real* at[W]")
+
+
+def emit_start(w: Writer, plan: Plan) -> None:
+    """Write what goes before the loop over blocks."""
+    if _columns(plan):
+        w.line("memset(sums, 0, sizeof(sums))")
+    if plan.columns:
+        w.line("memset(q, 0, sizeof(q))")
+
+
+def emit_fetch(w: Writer, plan: Plan) -> None:
+    """Write what brings blocks into the cache while the arithmetic goes on.
+
+    Sorted by its lead, a kernel walks through all other blocks.
+    """
+    targets = [t for t, _ in plan.whole if t.b is not None and t.a != t.b]
+    if not targets or not _columns(plan):
+        return
+    with w.block("if values != NULL:"), w.block("for w in range(W):"):
+        for target in targets:
+            w.line(f"h = {_place(target)}")
+            last = target.size - 1
+            for k in (*range(0, last, LINE), last):
+                w.line(f"fetch(h + {k})")
+
+
+def emit_block(w: Writer, number: int, plan: Plan) -> None:
+    """Write what adds one block of lanes."""
+    columns = _columns(plan)
+    if columns:
+        lead = plan.lead
+        with w.block("if lanes.run[block]:"):
+            with w.block(f"if gradient_at[{lead} * W] != held:"):
+                _settle(w, number, plan)
+                w.line(f"held = gradient_at[{lead} * W]")
+                for target in plan.accumulated:
+                    w.line(f"{_pointer(target)} = {_place(target, lane='')}")
+            with w.block("for w in range(W):"):
+                for k, column in enumerate(columns):
+                    w.line(f"sums[{k} * W + w] += {column}")
+        with w.block("else:"), w.block("for w in range(count):"):
+            for target in plan.accumulated:
+                _add_scalars(w, target, plan)
+    for target, first in plan.whole:
+        _add_whole(w, target, first, plan)
+    if plan.single:
+        with w.block("for w in range(count):"):
+            for target in plan.single:
+                _add_scalars(w, target, plan)
+
+
+def emit_end(w: Writer, number: int, plan: Plan) -> None:
+    """Write what goes behind the loop over blocks."""
+    if _columns(plan):
+        _settle(w, number, plan)
+
+
+def _settle(w: Writer, number: int, plan: Plan) -> None:
+    pointers = "".join(f", {_pointer(t)}" for t in plan.accumulated)
+    with w.block("if held >= 0:"):
+        w.line(f"settle_{number}(sums{pointers})")
+
+
+def _place(target: Target, lane: str = " + w") -> str:
+    if target.b is None:
+        return f"gradient + gradient_at[{target.a} * W{lane}]"
+    return f"values + block_at[{target.pair} * W{lane}]"
+
+
+def _add_whole(w: Writer, target: Target, first: int, plan: Plan) -> None:
+    """Add rows to the target of each lane; lanes that do not count go to waste."""
+    straight = f" and turn[{target.pair} * W + w] == 0" if target.varies else ""
+    with w.block("for w in range(W):"):
+        w.line(f"at[w] = {_place(target)} if w < count{straight} else spare")
+    w.line(f"add_rows({target.size}, q[{first}], at)")
+    if target.varies:
+        with w.block("for w in range(count):"), w.block(f"if turn[{target.pair} * W + w] != 0:"):
+            w.line(f"h = {_place(target)}")
+            _add_turned(w, target, {p: plan.sources[o] for p, o in target.entries.items()})
+
+
+def _add_scalars(w: Writer, target: Target, plan: Plan) -> None:
+    w.line(f"h = {_place(target)}")
+    sources = {place: plan.sources[at] for place, at in target.entries.items()}
+    lines = (f"h[{i * target.width + j}] += {s}" for (i, j), s in sources.items())
+    if not target.varies:
+        w.lines_of(lines)
+        return
+    with w.block(f"if turn[{target.pair} * W + w] == 0:"):
+        w.lines_of(lines)
+    with w.block("else:"):
+        _add_turned(w, target, sources)
+
+
+def _add_turned(w: Writer, target: Target, sources: dict[tuple[int, int], str]) -> None:
+    """Add to a block that lies the other way round, or on the diagonal."""
+    with w.block(f"if turn[{target.pair} * W + w] == 1:"):
+        w.lines_of(f"h[{j * target.height + i}] += {s}" for (i, j), s in sources.items())
+    with w.block("else:"):
+        for (i, j), source in sources.items():
+            w.line(f"h[{max(i, j) * target.width + min(i, j)}] += {source}")
+            if i == j:
+                w.line(f"h[{i * target.width + j}] += {source}")
