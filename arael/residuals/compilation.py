@@ -69,6 +69,7 @@ def _code_of(kernel: Kernel, entities: Sequence[Entity]) -> Hashable:
         group.data_count,
         group.uniform_count,
         group.jacobian,
+        group.lead,
         tuple((entities[e].state, entities[e].tangent, used.index(e)) for e in used),
         kernel.gradient,
         kernel.products,

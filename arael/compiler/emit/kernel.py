@@ -17,8 +17,13 @@ from arael.runtime.layout import Entity
 from arael.runtime.tape import Tape
 
 
-def emit_constraint(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
-    """Write the functions ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``."""
+def emit_constraint(
+    w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity], ordered: bool = True
+) -> None:
+    """Write the functions ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``.
+
+    `ordered` says whether the systems that these are for have entities in the order of `entities`.
+    """
     group = kernel.group
     w.line()
     w.line("# " + "-" * 96)
@@ -28,7 +33,7 @@ def emit_constraint(w: Writer, number: int, kernel: Kernel, entities: Sequence[E
         f"{group.operations_before} before and {group.operations_after} after sharing"
     )
     _emit_cost(w, number, kernel, entities)
-    _emit_both(w, number, kernel, entities)
+    _emit_both(w, number, kernel, entities, ordered)
     if group.moving_guard is not None:
         _emit_guard(w, number, kernel, group.moving_guard, entities)
 
@@ -165,12 +170,14 @@ def _emit_guard(
     w.line()
 
 
-def _emit_both(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
+def _emit_both(
+    w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity], ordered: bool
+) -> None:
     """Write ``evaluate_N``, which accumulates or writes rows, and the two faces of it."""
     group, tape = kernel.group, kernel.linearise
     r, entries = group.residuals, len(group.jacobian)
     tangent = [entities[use.entity].tangent for use in group.uses]
-    plan = make_plan(kernel, entities)
+    plan = make_plan(kernel, entities, ordered)
     accumulate.emit_settle(w, number, plan)
     with w.block(
         f"cdef double evaluate_{number}(const Lanes* lanes, real* gradient, real* values, "

@@ -69,7 +69,7 @@ def emit_module(
     """Cython source of the kernels of a model; the same text for the same model, always.
 
     `refreshed`: whether the entities' states are computed here; they are not where the kernels are
-    of constraints added to a model.
+    of constraints added to a model, whose entities may then come in another order.
     """
     w = Writer()
     called = sorted({len(args) for k in kernels for args in _native_calls(k)})
@@ -80,7 +80,7 @@ def emit_module(
     for number, entity in enumerate(own):
         emit_refresh(w, number, entity)
     for number, kernel in enumerate(kernels):
-        emit_constraint(w, number, kernel, entities)
+        emit_constraint(w, number, kernel, entities, ordered=refreshed)
     _table(w, precision, own, kernels)
     return w.text()
 

@@ -36,6 +36,7 @@ _HEAD = """\
 #else
 #define ARAEL_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (arael_order){__VA_ARGS__})
 #endif
+#define ARAEL_UNROLL _Pragma("GCC unroll 8")
 typedef SCALAR arael_row __attribute__((vector_size(32)));
 typedef SCALAR arael_half __attribute__((vector_size(16)));
 typedef INTEGER arael_order __attribute__((vector_size(32)));
@@ -46,10 +47,12 @@ static __attribute__((noinline)) void add_rows(
     for (k = 0; k < count; k += TILE)
         for (w = 0; w < LANES; w += TILE) {
             arael_row a[TILE], b[TILE];
+            ARAEL_UNROLL
             for (i = 0; i < TILE; i++)
                 memcpy(&a[i], q + (k + i) * LANES + w, sizeof(arael_row));"""
 
 _TAIL = """\
+            ARAEL_UNROLL
             for (i = 0; i < TILE; i++) {
                 SCALAR *h = at[w + i] + k;
                 const arael_row v = SOURCE[i];
@@ -88,6 +91,7 @@ def emit_add_rows(w: Writer, scalar: str, lanes: int) -> None:
     body = [_HEAD]
     source, target = "a", "b"
     for apart, low, high in steps:
+        body.append("            ARAEL_UNROLL")
         body.append("            for (i = 0; i < TILE; i++)")
         body.append(f"                if (!(i & {apart})) {{")
         for place, picked in (("i", low), (f"i + {apart}", high)):

@@ -103,6 +103,7 @@ def targets_of(
     tangent: Sequence[int],
     gradient: Mapping[tuple[int, int], int],
     products: Mapping[tuple[int, int, int, int], int],
+    ordered: bool = True,
 ) -> list[Target]:
     """All targets that something is added to.
 
@@ -110,20 +111,21 @@ def targets_of(
     ----------
     uses, tangent : by use: its entity, and the scalars solved for in it
     gradient, products : outputs by what they are, as `Kernel` names it
+    ordered : whether the system has entities in their order here
     """
     found: dict[tuple[int, int | None], Target] = {}
     for (use, i), at in gradient.items():
         found.setdefault((use, None), Target(use, None, 1, tangent[use])).entries[0, i] = at
     for (a, b, i, j), at in products.items():
-        turned = uses[a] < uses[b]
-        varies = a != b and uses[a] == uses[b]
+        turned = ordered and uses[a] < uses[b]
+        varies = a != b and (uses[a] == uses[b] or not ordered)
         height, width = (tangent[b], tangent[a]) if turned else (tangent[a], tangent[b])
         target = found.setdefault((a, b), Target(a, b, height, width, varies))
         target.entries[(j, i) if turned else (i, j)] = at
     return list(found.values())
 
 
-def make_plan(kernel: Kernel, entities: Sequence[Entity]) -> Plan:
+def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) -> Plan:
     """Choose the way of each target, and the column of each output."""
     group, tape = kernel.group, kernel.linearise
     uses = [use.entity for use in group.uses]
@@ -142,8 +144,9 @@ def make_plan(kernel: Kernel, entities: Sequence[Entity]) -> Plan:
         tangent,
         dict(zip(names, count(first))),
         dict(zip(blocks, count(first + len(names)))),
+        ordered,
     )
-    accumulated = [t for t in targets if t.uses <= set(group.lead)]
+    accumulated = [t for t in targets if t.uses <= set(group.lead) and not t.varies]
     others = [t for t in targets if t not in accumulated]
     whole: list[tuple[Target, int]] = []
     outputs: dict[int, list[str]] = {i: [] for i in range(len(tape.outputs))}
