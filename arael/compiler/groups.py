@@ -215,10 +215,8 @@ def _assemble(
         for k in range(len(r))
     )
     rolled = multiplications > UNROLLED_PRODUCTS
-    if rolled:
-        gradient, products = {}, {}
     results = [*r, *entries.values()]
-    everything = [*results, *gradient.values(), *products.values()]
+    everything = results if rolled else [*results, *gradient.values(), *products.values()]
     tape = kernel.tape(results, inputs=input_keys)
     linearise = kernel.tape(everything, inputs=input_keys)
 
@@ -290,9 +288,25 @@ def _hoist(
     varying = graph.depends(
         {graph.input(k) for k in raw_keys if not _is_root(site, k.slot)},
     )
+    frontier = _lean(graph, frontier, varying)
     lanes = [n for n in frontier if n in varying]
     uniforms = [n for n in frontier if n not in varying]
     return lanes, uniforms
+
+
+def _lean(graph: Graph, frontier: list[int], varying: set[int]) -> list[int]:
+    """Leave out lanes that one cheap operation makes of others: it costs less than to read them."""
+    kept = set(frontier)
+    for node in reversed(frontier):
+        op = graph.ops[node]
+        if node not in varying or op == "input" or op in COSTLY or op in graph.functions:
+            continue
+        operands = graph.operands(node)
+        own = [n for n in operands if n in varying]
+        if own and all(n in kept for n in own):
+            kept.remove(node)
+            kept.update(n for n in operands if n not in varying and graph.ops[n] != "const")
+    return sorted(kept)
 
 
 def _frontier(

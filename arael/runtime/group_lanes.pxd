@@ -13,7 +13,7 @@ cdef class GroupLanes:
     cdef readonly list data      # per group, its data in lane order, and its uniforms
     cdef object _keep            # arrays of places
     cdef object _adds            # zeros: no block of lanes is the first to write
-    cdef list _orders            # per group, the order of its instances, or None
+    cdef object _orders          # per group, that of its instances, or None
     cdef object _bounds          # of the shares, per group, in blocks of lanes
     cdef list _widths            # per group, its lanes
     cdef list _uses              # per group, how many entities it uses

@@ -27,8 +27,6 @@ cdef class GroupLanes:
         Places in lane order, and where the shares begin.
     widths : list of int
         Lanes of each group's data.
-    orders : list of (n,) arrays or None
-        Instances of each group in the order of the places.
     states : StatePair
     natives : NativeTable
 
@@ -37,14 +35,12 @@ cdef class GroupLanes:
     data : list of (data in lane order, uniforms), one per group
     """
 
-    def __init__(
-        self, groups, instances, plan, widths, orders, StatePair states, NativeTable natives
-    ):
+    def __init__(self, groups, instances, plan, widths, StatePair states, NativeTable natives):
         cdef Py_ssize_t use = 0, which
         cdef Lanes* lanes
         self._bounds, self._widths, self._shares = plan.bounds, widths, plan.count
-        self._orders = orders
-        self._adds = bytes(max([1, *(placed[5].size for placed in plan.placed)]))
+        self._orders = plan.orders
+        self._adds = bytes(max([placed[5].size for placed in plan.placed], default=0) + 1)
         self._none_first = <const uint8_t*>address(self._adds)
         self._uses = [len(group.uses) for group in groups]
         self.data = [None] * len(groups)

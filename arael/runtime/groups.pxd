@@ -2,6 +2,7 @@
 
 from arael.runtime.compiled_groups cimport CompiledGroups
 from arael.runtime.group_lanes cimport GroupLanes
+from arael.runtime.kernel cimport Lanes
 from arael.runtime.raised cimport Raised
 from arael.runtime.state_pair cimport StatePair
 from arael.runtime.totals cimport Totals
@@ -19,7 +20,7 @@ cdef class Groups:
     cdef CompiledGroups compiled
     cdef GroupLanes lanes
     cdef object groups                    # of the layout
-    cdef list orders                      # per group, the order of its instances, or None
+    cdef object orders                    # per group, that of its instances in lanes, or None
     cdef Py_ssize_t count                 # of them
 
     # Of one group: cost at one of the two states; NaN if the interpreter failed.

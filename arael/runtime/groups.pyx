@@ -53,9 +53,8 @@ cdef class Groups:
             structure.shares[key] = plan_shares(structure, layout, widths, free, stores)
         plan = structure.shares[key]
         self.shares = plan.count
-        self.orders = [placement.order for placement in structure.placements]
-        self.lanes = GroupLanes(
-            groups, instances, plan, widths, self.orders, self.states, natives)
+        self.orders = plan.orders
+        self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
         self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
         self.interpreters = Interpreters(
             layout, instances, structure.placements, self.dtype, natives)

@@ -11,6 +11,8 @@ from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
 from arael.runtime.layout import Group
 from arael.runtime.tape import Natives
 
+_LINE = 64
+
 
 @dataclass(frozen=True)
 class Instances:
@@ -74,26 +76,23 @@ def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     blocks = -(-n // lanes)
     if n == 0:
         return np.zeros((0, k, lanes), dtype=values.dtype)
-    if blocks == 1:
+    if blocks == 1:  # of which there may be hundreds
         only = np.empty((1, k, lanes), dtype=values.dtype)
         only[0, :, :n] = values.T
         only[0, :, n:] = values[-1][:, None]
         return only
-    padded = np.concatenate((values, np.repeat(values[-1:], blocks * lanes - n, axis=0)))
-    return np.ascontiguousarray(padded.reshape(blocks, lanes, k).transpose(0, 2, 1))
+    found = _on_lines((blocks, k, lanes), values.dtype)
+    whole = n // lanes
+    found[:whole] = values[: whole * lanes].reshape(whole, lanes, k).transpose(0, 2, 1)
+    if whole < blocks:
+        found[whole, :, : n - whole * lanes] = values[whole * lanes :].T
+        found[whole, :, n - whole * lanes :] = values[-1][:, None]
+    return found
 
 
-def runs(rows: Array, n: int) -> Array:
-    """(blocks,) uint8, whether all lanes of a block are instances of the same rows.
-
-    Parameters
-    ----------
-    rows : (blocks, uses, lanes) rows of the uses that lead, none if there are no such uses
-    n : instances; a block that is padded does not count
-    """
-    blocks, uses, lanes = rows.shape
-    if uses == 0:
-        return np.zeros(blocks, dtype=np.uint8)
-    same: Array = (rows == rows[:, :, :1]).all(axis=(1, 2)).astype(np.uint8)
-    same[n // lanes :] = 0
-    return same
+def _on_lines(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
+    """Room that begins with a cache line, so that no register of lanes is read from two."""
+    count = int(np.prod(shape))
+    room = np.empty(count * dtype.itemsize + _LINE, dtype=np.uint8)
+    begin = -room.ctypes.data % _LINE
+    return room[begin : begin + count * dtype.itemsize].view(dtype).reshape(shape)

@@ -14,10 +14,6 @@ from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.system import System
 
 
-# Instances too few to fill two blocks of lanes need no order.
-_FEW = 16
-
-
 @dataclass(frozen=True)
 class Placement:
     """Where the contributions of a group's instances go.
@@ -31,19 +27,17 @@ class Placement:
     gradient_at : (n, uses) int32, first scalar of each use
     block_at : (n, pairs) int64, offset of each pair's block in the values
     turn : (n, pairs) uint8, 0 as computed, 1 transposed, 2 both onto a diagonal block
-    order : (n,) int32, instances in the order that kernels take them; None: as they are
     """
 
     rows: NDArray[np.int32]
     gradient_at: NDArray[np.int32]
     block_at: Ints
     turn: NDArray[np.uint8]
-    order: NDArray[np.int32] | None = None
 
-    def arrays(self) -> list[NDArray[Any]]:
-        """Copies of rows, gradient_at, block_at and turn in the order of the kernels."""
+    def arrays(self, order: Ints | None) -> list[NDArray[Any]]:
+        """Copies of rows, gradient_at, block_at and turn, of instances as `order` says."""
         arrays = self.rows, self.gradient_at, self.block_at, self.turn
-        return [a.copy() if self.order is None else a[self.order] for a in arrays]
+        return [a.copy() if order is None else a[order] for a in arrays]
 
 
 def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
@@ -82,16 +76,4 @@ def placement_of(
             block_at[both, pair] = pattern.find(i, j)
             if a != b:
                 turn[both, pair] = np.where(i == j, 2, np.where(i < j, 1, 0))
-    return Placement(rows, gradient_at, block_at, turn, order_of(group, rows))
-
-
-def order_of(group: Group, rows: NDArray[np.int32]) -> NDArray[np.int32] | None:
-    """Instances by the row of the group's lead, otherwise as they come; None if they are so."""
-    if not group.lead or len(rows) < _FEW:
-        return None
-    lead = rows[:, group.lead[0]]
-    if not (lead[1:] < lead[:-1]).any():
-        return None
-    # Counting sort for short keys.
-    keys = lead.astype(np.uint16) if lead.max() < 2**16 else lead
-    return np.argsort(keys, kind="stable").astype(np.int32)
+    return Placement(rows, gradient_at, block_at, turn)

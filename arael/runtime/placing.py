@@ -13,7 +13,7 @@ import numpy as np
 from arael.runtime.access import Ints
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.placement import Placement, order_of, uncoupled_pairs
+from arael.runtime.placement import Placement, uncoupled_pairs
 from arael.runtime.system import System
 
 SMALL = 1000
@@ -33,7 +33,7 @@ class Batch:
     def __init__(
         self, groups: Sequence[Group], slot_rows: Sequence[list[Ints]], system: System
     ) -> None:
-        self._system, self._groups = system, groups
+        self._system = system
         self._shapes = [
             (len(ways[0]) if ways else 0, len(group.uses))
             for group, ways in zip(groups, slot_rows, strict=True)
@@ -89,17 +89,15 @@ class Batch:
         rows, first = self._rows.astype(np.int32), self._first.astype(np.int32)
         found = []
         use = pair = 0
-        for group, (n, uses) in zip(self._groups, self._shapes, strict=True):
+        for n, uses in self._shapes:
             pairs = uses * (uses + 1) // 2
             mine, ours = slice(use, use + uses * n), slice(pair, pair + pairs * n)
-            own = rows[mine].reshape(uses, n).T
             found.append(
                 Placement(
-                    own,
+                    rows[mine].reshape(uses, n).T,
                     first[mine].reshape(uses, n).T,
                     block_at[ours].reshape(pairs, n).T,
                     turn[ours].reshape(pairs, n).T,
-                    order_of(group, own),
                 )
             )
             use, pair = mine.stop, ours.stop

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.firsts import plan_firsts
-from arael.runtime.instances import in_lanes, runs
+from arael.runtime.instances import in_lanes
 from arael.runtime.layout import Group, Layout
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.ordering import order_of, runs
 from arael.runtime.structure import Structure
 
 Ints = NDArray[np.int64]
@@ -49,6 +50,7 @@ class Shares:
     ----------
     count : shares; 1 if the problem is not split
     bounds : per group (count + 1,) int64, blocks of lanes at which its shares begin and end
+    orders : per group, its instances in the order of the lanes, or None: as they come
     placed : per group rows, gradient_at, block_at, turn, run and first in lane order
     gradient_room, value_room : scalars of the arrays, with trash and the places of the shares
     gradient_sums, value_sums : (m, 3) int64
@@ -60,6 +62,7 @@ class Shares:
 
     count: int
     bounds: tuple[Ints, ...]
+    orders: tuple[Ints | None, ...]
     placed: tuple[list[NDArray[Any]], ...]
     gradient_room: int
     value_room: int
@@ -97,19 +100,22 @@ def plan_shares(
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
             for p, width, one in zip(structure.placements, widths, work, strict=True)
         ]
-        found = _Split(structure, widths, bounds, free, count).shares()
+        found = _Split(structure, groups, widths, bounds, free, count).shares()
         if found is not None:
             return _with_firsts(found, structure, layout, free, stores)
         count //= 2
+    bounds = [
+        _bounds(len(p.rows), width, 1, 1)
+        for p, width in zip(structure.placements, widths, strict=True)
+    ]
+    orders = _orders(structure, groups, widths, bounds)
     whole = Shares(
         1,
+        tuple(bounds),
+        orders,
         tuple(
-            _bounds(len(p.rows), width, 1, 1)
-            for p, width in zip(structure.placements, widths, strict=True)
-        ),
-        tuple(
-            _lanes_of(p.arrays(), width)
-            for p, width in zip(structure.placements, widths, strict=True)
+            _lanes_of(p.arrays(order), width)
+            for p, order, width in zip(structure.placements, orders, widths, strict=True)
         ),
         structure.system.size + structure.trash,
         structure.pattern.value_count + structure.trash**2,
@@ -165,6 +171,15 @@ def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
     return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)
 
 
+def _orders(
+    structure: Structure, groups: Sequence[Group], widths: Sequence[int], bounds: list[Ints]
+) -> tuple[Ints | None, ...]:
+    return tuple(
+        order_of(group, p.rows, p.block_at, structure.pattern.value_count, ends[1:] * width)
+        for group, p, ends, width in zip(groups, structure.placements, bounds, widths, strict=True)
+    )
+
+
 def _lanes_of(arrays: list[NDArray[Any]], width: int) -> list[NDArray[Any]]:
     return [in_lanes(array, width) for array in arrays]
 
@@ -175,6 +190,7 @@ class _Split:
     def __init__(
         self,
         structure: Structure,
+        groups: Sequence[Group],
         widths: Sequence[int],
         bounds: list[Ints],
         free: Sequence[bool],
@@ -188,7 +204,10 @@ class _Split:
         block_of = np.full(structure.system.size + 1, nb, dtype=np.int64)
         block_of[: structure.system.size] = np.repeat(np.arange(nb), pattern.sizes)
         # Block of each use of each instance; the last one stands for what is not solved for.
-        self.placed = [p.arrays() for p in structure.placements]
+        self.orders = _orders(structure, groups, widths, bounds)
+        self.placed = [
+            p.arrays(order) for p, order in zip(structure.placements, self.orders, strict=True)
+        ]
         self.blocks = [block_of[arrays[1]] for arrays in self.placed]
         self.touched = np.zeros((count, nb + 1), dtype=bool)
         for share, _, a, b, blocks in self._parts():
@@ -256,6 +275,7 @@ class _Split:
         return Shares(
             self.count,
             tuple(self.bounds),
+            self.orders,
             tuple(
                 _lanes_of(arrays, width)
                 for arrays, width in zip(self.placed, self.widths, strict=True)

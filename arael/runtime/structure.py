@@ -129,12 +129,31 @@ def _pattern_and_placements(
     for k in alone:
         _couple(groups[k], slot_rows[k], system, rows, columns)
     pattern = BlockPattern.from_pairs(
-        system.sizes, np.concatenate(rows), np.concatenate(columns), system.name_of
+        system.sizes,
+        np.concatenate(rows),
+        np.concatenate(columns),
+        system.name_of,
+        by_rows=_by_rows(groups, slot_rows, system),
     )
     placements = dict(zip(small, batch.placements(pattern), strict=True))
     for k in alone:
         placements[k] = placement_of(groups[k], slot_rows[k], len(active[k]), system, pattern)
     return pattern, [placements[k] for k in range(len(groups))]
+
+
+def _by_rows(groups: tuple[Group, ...], slot_rows: list[list[Ints]], system: System) -> bool:
+    """Whether most leads stand behind what they are coupled with, in the order of the system."""
+    behind = before = 0
+    for group, ways in zip(groups, slot_rows, strict=True):
+        if not group.lead:
+            continue
+        blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
+        lead = blocks[group.lead[0]]
+        for block in blocks:
+            both = (block >= 0) & (lead >= 0)
+            behind += int((both & (lead > block)).sum())
+            before += int((both & (lead < block)).sum())
+    return behind > before
 
 
 def _couple(

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from arael.loading import load
 from arael.model import Model
+from arael.runtime.positions import dense_matrix
 from arael.runtime.problem import Problem
 from tests.compiler.random_models import RandomModel, fill, models
 
@@ -53,6 +54,19 @@ def check_against_interpreter(model: Model, tolerance: float = KERNEL_TOLERANCE)
         assert cost == pytest.approx(compiled.cost(), rel=10 * tolerance)
         assert_close(compiled.gradient(), interpreted.gradient(), tolerance)
         assert_close(compiled.hessian(), interpreted.hessian(), tolerance)
+        check_in_used_room(compiled, interpreted, tolerance)
+
+
+def check_in_used_room(compiled: Problem, interpreted: Problem, tolerance: float) -> None:
+    """Nothing is left of what the arrays held, though some of it is stored over, not emptied."""
+    room = compiled.evaluation.room()
+    for array in room:
+        array[:] = np.nan
+    _, gradient, values = compiled.evaluation.linearised(room)
+    _, expected, expected_values = interpreted.evaluation.linearised()
+    assert_close(gradient, expected, tolerance)
+    pattern = compiled.structure.pattern
+    assert_close(dense_matrix(pattern, values), dense_matrix(pattern, expected_values), tolerance)
 
 
 def check_against_differences(model: Model) -> None:

@@ -82,14 +82,19 @@ def test_instances_are_sorted_by_the_pose_and_found_under_their_own_numbers(
     compiled, interpreted = problems(world(tmp_path, "f64", 203))
     number = group(compiled, "Seen.seen")
     placement = compiled.structure.placements[number]
+    rows, blocks = placement.rows, placement.block_at[:, 1]
+    (plan,) = (s for s in compiled.structure.shares.values() if s.orders[number] is not None)
+    order = plan.orders[number]
     assert compiled.layout.groups[number].lead == (0, 2)
-    assert placement.order is not None
-    assert (np.diff(placement.rows[placement.order, 0]) >= 0).all()
-    # Within a pose they stay as they came.
-    assert all(
-        (np.diff(placement.order[placement.rows[placement.order, 0] == pose]) > 0).all()
-        for pose in range(4)
-    )
+    assert (np.diff(rows[order, 0]) >= 0).all()
+    # Within a pose, first who is first to write a block, then the others, both as they came.
+    for pose in range(4):
+        seen = order[rows[order, 0] == pose]
+        solved = blocks[seen] != compiled.structure.pattern.value_count
+        met = np.array([blocks[k] in blocks[:k] for k in seen]) & solved
+        assert met.any() == (pose != 0)  # which is fixed
+        assert (np.diff(met.astype(int)) >= 0).all()
+        assert all((np.diff(seen[met == later]) > 0).all() for later in (False, True))
     near = group(compiled, "Seen.near")
     compiled.cost()
     interpreted.cost()

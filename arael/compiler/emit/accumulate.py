@@ -131,24 +131,46 @@ def _add_whole(w: Writer, target: Target, first: int, plan: Plan) -> None:
     straight = f" and turn[{target.pair} * W + w] == 0" if target.varies else ""
     with w.block("for w in range(W):"):
         w.line(f"at[w] = {_place(target)} if w < count{straight} else spare")
-    w.line(f"add_rows({target.size}, q[{first}], at)")
+    if target.is_crossed:
+        with w.block(f"if first[{target.pair}]:"):
+            w.line(f"put_rows({target.size}, q[{first}], at)")
+        with w.block("else:"):
+            w.line(f"add_rows({target.size}, q[{first}], at)")
+    else:
+        w.line(f"add_rows({target.size}, q[{first}], at)")
     if target.varies:
         with w.block("for w in range(count):"), w.block(f"if turn[{target.pair} * W + w] != 0:"):
             w.line(f"h = {_place(target)}")
+            _empty(w, target)
             _add_turned(w, target, {p: plan.sources[o] for p, o in target.entries.items()})
 
 
 def _add_scalars(w: Writer, target: Target, plan: Plan) -> None:
     w.line(f"h = {_place(target)}")
     sources = {place: plan.sources[at] for place, at in target.entries.items()}
-    lines = (f"h[{i * target.width + j}] += {s}" for (i, j), s in sources.items())
+    lines = [f"h[{i * target.width + j}] += {s}" for (i, j), s in sources.items()]
     if not target.varies:
+        if target.is_crossed and len(sources) == target.size:
+            with w.block(f"if first[{target.pair}]:"):
+                w.lines_of(line.replace("+=", "=") for line in lines)
+            with w.block("else:"):
+                w.lines_of(lines)
+            return
+        _empty(w, target)
         w.lines_of(lines)
         return
+    _empty(w, target)
     with w.block(f"if turn[{target.pair} * W + w] == 0:"):
         w.lines_of(lines)
     with w.block("else:"):
         _add_turned(w, target, sources)
+
+
+def _empty(w: Writer, target: Target) -> None:
+    """Write what empties a block that nobody has written before."""
+    if target.is_crossed:
+        with w.block(f"if first[{target.pair}]:"):
+            w.line(f"memset(h, 0, {target.size} * sizeof(real))")
 
 
 def _add_turned(w: Writer, target: Target, sources: dict[tuple[int, int], str]) -> None:

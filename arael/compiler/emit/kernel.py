@@ -178,6 +178,8 @@ def _emit_both(
     r, entries = group.residuals, len(group.jacobian)
     tangent = [entities[use.entity].tangent for use in group.uses]
     plan = make_plan(kernel, entities, ordered)
+    if kernel.rolled:
+        rolled.emit_tables(w, number, kernel, tangent)
     accumulate.emit_settle(w, number, plan)
     with w.block(
         f"cdef double evaluate_{number}(const Lanes* lanes, real* gradient, real* values, "
@@ -189,6 +191,7 @@ def _emit_both(
         w.line("cdef const int32_t* gradient_at = lanes.gradient_at")
         w.line("cdef const int64_t* block_at = lanes.block_at")
         w.line("cdef const uint8_t* turn = lanes.turn")
+        w.line("cdef const uint8_t* first = lanes.first")
         w.line("cdef real* g")
         w.line("cdef real* h")
         if plan.shared:
@@ -218,7 +221,7 @@ def _emit_both(
             with w.block("else:"):
                 _add_squares(w, plan.sources[:r])
                 if kernel.rolled:
-                    rolled.products(w, kernel, tangent, plan.sources)
+                    rolled.products(w, number, kernel, plan.sources)
                 accumulate.emit_block(w, number, plan)
             uses = len(group.uses)
             w.line(f"d += {group.data_count} * W")
@@ -226,6 +229,7 @@ def _emit_both(
             w.line(f"gradient_at += {uses} * W")
             w.line(f"block_at += {uses * (uses + 1) // 2} * W")
             w.line(f"turn += {uses * (uses + 1) // 2} * W")
+            w.line(f"first += {uses * (uses + 1) // 2}")
         accumulate.emit_end(w, number, plan)
         with w.block("for w in range(W):"):
             w.line("cost += total[w]")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import arael
 from arael.compiler.emit.kernel import emit_constraint
 from arael.compiler.emit.refresh import emit_refresh
-from arael.compiler.emit.rows import emit_add_rows
+from arael.compiler.emit.rows import emit_rows
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
@@ -150,10 +150,13 @@ def _head(
     w.line("#else")
     w.line("#define fetch(at) ((void)0)")
     w.line("#endif")
-    emit_add_rows(w, scalar, LANES[precision])
+    emit_rows(w, scalar, LANES[precision])
     w.line('    """')
     w.line(f"    void fetch({scalar}* at) noexcept nogil")
-    w.line(f"    void add_rows(Py_ssize_t count, const {scalar}* q, {scalar}** at) noexcept nogil")
+    for name in ("add_rows", "put_rows"):
+        w.line(
+            f"    void {name}(Py_ssize_t count, const {scalar}* q, {scalar}** at) noexcept nogil"
+        )
     for function in _FUNCTIONS_1:
         w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}) noexcept nogil')
     for function in _FUNCTIONS_2:

@@ -1,4 +1,4 @@
-"""The C function that adds columns of W lanes as rows, one per lane, to where each belongs."""
+"""The C functions that add or store columns of W lanes as rows, one per lane."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _SHUFFLES = {
 PADDING = 7
 
 _HEAD = """\
-/* Columns of lanes as rows: at[w][k] += q[k][w]. Compilers make single scalars of the plain loops,
-   through memory; tiles stay in registers. */
+/* Columns of lanes as rows: at[w][k] += q[k][w], or = if not `adds`. Compilers make single scalars
+   of the plain loops, through memory; tiles stay in registers. */
 #if defined(__AVX__) && (defined(__GNUC__) || defined(__clang__))
 #if defined(__clang__)
 #define ARAEL_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
@@ -40,8 +40,8 @@ _HEAD = """\
 typedef SCALAR arael_row __attribute__((vector_size(32)));
 typedef SCALAR arael_half __attribute__((vector_size(16)));
 typedef INTEGER arael_order __attribute__((vector_size(32)));
-static __attribute__((noinline)) void add_rows(
-    ptrdiff_t count, const SCALAR *q, SCALAR *const *at) {
+static inline __attribute__((always_inline)) void move_rows(
+    ptrdiff_t count, const SCALAR *q, SCALAR *const *at, int adds) {
     ptrdiff_t k, w;
     int i;
     for (k = 0; k < count; k += TILE)
@@ -57,36 +57,55 @@ _TAIL = """\
                 SCALAR *h = at[w + i] + k;
                 const arael_row v = SOURCE[i];
                 if (k + TILE <= count) {
-                    arael_row sum;
-                    memcpy(&sum, h, sizeof(sum));
-                    sum += v;
+                    arael_row sum = v;
+                    if (adds) {
+                        memcpy(&sum, h, sizeof(sum));
+                        sum += v;
+                    }
                     memcpy(h, &sum, sizeof(sum));
                 } else {
                     ptrdiff_t j = 0;
                     if (count - k >= TILE / 2) {
-                        arael_half sum;
-                        memcpy(&sum, h, sizeof(sum));
-                        sum += (arael_half){HALF};
+                        const arael_half low = {HALF};
+                        arael_half sum = low;
+                        if (adds) {
+                            memcpy(&sum, h, sizeof(sum));
+                            sum += low;
+                        }
                         memcpy(h, &sum, sizeof(sum));
                         j = TILE / 2;
                     }
-                    for (; j < count - k; j++) h[j] += v[j];
+                    for (; j < count - k; j++) h[j] = adds ? h[j] + v[j] : v[j];
                 }
             }
         }
 }
 #else
-static void add_rows(ptrdiff_t count, const SCALAR *q, SCALAR *const *at) {
+static void move_rows(ptrdiff_t count, const SCALAR *q, SCALAR *const *at, int adds) {
     ptrdiff_t k, w;
     for (w = 0; w < LANES; w++)
         for (k = 0; k < count; k++)
-            at[w][k] += q[k * LANES + w];
+            at[w][k] = adds ? at[w][k] + q[k * LANES + w] : q[k * LANES + w];
 }
-#endif"""
+#endif
+#if defined(_MSC_VER)
+#define ARAEL_APART static __declspec(noinline)
+#else
+#define ARAEL_APART static __attribute__((noinline))
+#endif
+ARAEL_APART void add_rows(ptrdiff_t count, const SCALAR *q, SCALAR *const *at) {
+    move_rows(count, q, at, 1);
+}
+ARAEL_APART void put_rows(ptrdiff_t count, const SCALAR *q, SCALAR *const *at) {
+    move_rows(count, q, at, 0);
+}"""
 
 
-def emit_add_rows(w: Writer, scalar: str, lanes: int) -> None:
-    """Write ``add_rows(count, q, at)``: ``at[w][k] += q[k][w]`` for `count` columns."""
+def emit_rows(w: Writer, scalar: str, lanes: int) -> None:
+    """Write ``add_rows(count, q, at)``: ``at[w][k] += q[k][w]`` for `count` columns; ``put_rows``.
+
+    The latter stores instead.
+    """
     tile, steps = _SHUFFLES[scalar]
     body = [_HEAD]
     source, target = "a", "b"

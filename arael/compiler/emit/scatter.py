@@ -7,7 +7,8 @@ as many columns of W lanes. So
 - targets of the *lead*, the use with the most scalars, are summed lane by lane in accumulators for
   as long as all lanes of a block share its row: the runtime orders instances such that they do. So
   are those of the root, of which there is only one row;
-- other targets are brought from columns into rows by a transposition and added whole;
+- other targets are brought from columns into rows by a transposition and added whole, or stored
+  where nothing was before;
 - what is hardly filled, or turned, is added scalar by scalar.
 """
 
@@ -21,8 +22,9 @@ from arael.compiler.emit import rolled
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
 
-# Shares of a target that must be filled for it to be added whole. Of a diagonal block the lower
-# triangle counts, and its mirror image is added with it: nobody reads it.
+# Scalars from which a target is added whole, and shares of it that must be filled. Of a diagonal
+# block the lower triangle counts, and its mirror image is added with it: nobody reads it.
+_TILE = 16
 _FILLED_BLOCK = 1 / 2
 _FILLED_DIAGONAL = 1 / 3
 
@@ -60,10 +62,15 @@ class Target:
         return {self.a} if self.b is None else {self.a, self.b}
 
     @property
+    def is_crossed(self) -> bool:
+        """Whether it is a block off the diagonal, which an instance may be the first to write."""
+        return self.b is not None and self.a != self.b
+
+    @property
     def is_filled(self) -> bool:
         """Whether adding it whole is cheaper than adding what is there."""
         share = _FILLED_DIAGONAL if self.a == self.b else _FILLED_BLOCK
-        return len(self.entries) >= share * self.size
+        return self.size >= _TILE and len(self.entries) >= share * self.size
 
     def mirrored(self) -> dict[tuple[int, int], int]:
         """Entries, of a diagonal block those above the diagonal too."""
@@ -132,7 +139,7 @@ def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) 
     tangent = [entities[e].tangent for e in uses]
     sources = [""] * len(tape.outputs)
     if kernel.rolled:
-        names, blocks = rolled.columns(tangent)
+        names, blocks = rolled.places(kernel, tangent)
         first = len(sources)
         formed = [*names.values(), *blocks.values()]
     else:

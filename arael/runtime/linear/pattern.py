@@ -76,8 +76,13 @@ class BlockPattern:
         rows: Ints,
         columns: Ints,
         name_of: Callable[[int], str] | None = None,
+        by_rows: bool = False,
     ) -> BlockPattern:
-        """Build from coupled pairs in any order; diagonal blocks are always there."""
+        """Build from coupled pairs in any order; diagonal blocks are always there.
+
+        `by_rows` lets values lie by block rows instead of by columns. Who writes them goes through
+        memory in that order, or all over it.
+        """
         nb = len(sizes)
         low = np.minimum(rows, columns).astype(np.int64)
         high = np.maximum(rows, columns).astype(np.int64)
@@ -88,11 +93,9 @@ class BlockPattern:
         column, row = keys // max(nb, 1), keys % max(nb, 1)
         column_start = np.searchsorted(column, np.arange(nb + 1)).astype(np.int64)
         lengths = sizes[row] * sizes[column]
-        # Values lie by block rows: what observes one landmark writes to one place in memory, and
-        # what eliminates it reads from there.
-        by_row = np.argsort(row * max(nb, 1) + column)
+        in_memory = np.argsort(row * max(nb, 1) + column) if by_rows else slice(None)
         value_start = np.empty(len(row), dtype=np.int64)
-        value_start[by_row] = np.concatenate(([0], np.cumsum(lengths[by_row])))[:-1]
+        value_start[in_memory] = np.concatenate(([0], np.cumsum(lengths[in_memory])))[:-1]
         named = {} if name_of is None else {"name_of": name_of}
         return cls(
             np.asarray(sizes, dtype=np.int64),
