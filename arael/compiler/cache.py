@@ -14,6 +14,7 @@ version, the Python ABI, processor, compiler command and flags.
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 import shutil
@@ -73,6 +74,9 @@ class Entry:
             if name.endswith(suffix):
                 return self.folder / name
         return None
+
+# What writing to a file fails with for want of room.
+_FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
 
 def digest(data: bytes) -> str:
@@ -228,6 +232,10 @@ def building(key: str) -> Iterator[Path]:
         raise unwritable(root, error) from error
     try:
         yield folder
+    except OSError as error:
+        if error.errno in _FULL:
+            raise unwritable(root, error) from error
+        raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         lock.release()

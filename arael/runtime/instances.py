@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,28 +13,39 @@ from arael.runtime.tape import Natives
 _LINE = 64
 
 
-@dataclass(frozen=True)
 class Instances:
     """Active instances of one group.
 
-    Attributes
+    Parameters
     ----------
     rows : (n,) rows of the group's table
     data : (n, data_count) what does not change within a solve
     uniform : (uniform_count,) what is the same for all instances
-    lanes : by number of lanes, the order and `data` in lane order that was last asked for
     """
 
-    rows: Ints
-    data: Array
-    uniform: Array
-    lanes: dict[int, tuple[Any, Array]] = field(default_factory=dict, compare=False, repr=False)
+    def __init__(self, rows: Ints, data: Array, uniform: Array) -> None:
+        self.rows = rows
+        self.uniform = uniform
+        self._data: Array | None = data
+        self._lanes: dict[int, tuple[Array | None, Array]] = {}
+
+    @property
+    def data(self) -> Array:
+        """(n, data_count) what does not change within a solve."""
+        if self._data is None:
+            order, lanes = next(iter(self._lanes.values()))
+            self._data = _from_lanes(lanes, len(self.rows), order)
+        return self._data
 
     def in_lanes(self, lanes: int, order: Array | None) -> Array:
-        """The data in lane order, of instances as `order` says; kept until another is wanted."""
-        kept = self.lanes.get(lanes)
+        """The data in lane order, of instances as `order` says; kept until another is wanted.
+
+        It is kept in this form only: who wants it by instance has it made again.
+        """
+        kept = self._lanes.get(lanes)
         if kept is None or not _same(kept[0], order):
-            kept = self.lanes[lanes] = order, in_lanes(self.data, lanes, order)
+            kept = self._lanes[lanes] = order, in_lanes(self.data, lanes, order)
+            self._data = None
         return kept[1]
 
 
@@ -88,6 +98,16 @@ def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
         found[whole, :, : n - whole * lanes] = values[whole * lanes :].T
         found[whole, :, n - whole * lanes :] = values[-1][:, None]
     return found
+
+
+def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
+    """(n, k) by instance of what is in lane order."""
+    found = lanes.transpose(0, 2, 1).reshape(-1, lanes.shape[1])[:n]
+    if order is None:
+        return np.ascontiguousarray(found)
+    data = np.empty_like(found)
+    data[order] = found
+    return data
 
 
 def _on_lines(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
