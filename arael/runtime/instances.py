@@ -102,7 +102,8 @@ def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
 
 def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
     """(n, k) by instance of what is in lane order."""
-    found = lanes.transpose(0, 2, 1).reshape(-1, lanes.shape[1])[:n]
+    blocks, k, width = lanes.shape
+    found = lanes.transpose(0, 2, 1).reshape(blocks * width, k)[:n]
     if order is None:
         return np.ascontiguousarray(found)
     data = np.empty_like(found)

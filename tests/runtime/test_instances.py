@@ -7,16 +7,17 @@ from arael.runtime.instances import Instances
 
 
 @pytest.mark.parametrize("n", [0, 1, 8, 21])
+@pytest.mark.parametrize("columns", [0, 3])
 @pytest.mark.parametrize("ordered", [False, True])
-def test_data_from_lanes(n: int, ordered: bool) -> None:
+def test_data_from_lanes(n: int, columns: int, ordered: bool) -> None:
     rng = np.random.default_rng(n)
-    data = rng.normal(size=(n, 3))
+    data = rng.normal(size=(n, columns))
     order = rng.permutation(n) if ordered else None
     instances = Instances(np.arange(n), data.copy(), np.zeros(0))
     for lanes in (4, 8, 4):
         found = instances.in_lanes(lanes, order)
         expected = data if order is None else data[order]
-        assert found.shape == (-(-n // lanes), 3, lanes)
+        assert found.shape == (-(-n // lanes), columns, lanes)
         for k in range(len(found) * lanes):
             at = min(k, n - 1)
             np.testing.assert_array_equal(found[k // lanes, :, k % lanes], expected[at])
