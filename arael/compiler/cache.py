@@ -75,6 +75,7 @@ class Entry:
                 return self.folder / name
         return None
 
+
 # What writing to a file fails with for want of room.
 _FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 

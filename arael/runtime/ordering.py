@@ -11,8 +11,8 @@ from arael.runtime.layout import Group
 _FEW = 16
 
 
-def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int, ends: Ints) -> Ints | None:
-    """Instances by the row of the group's lead, share by share, otherwise as they come.
+def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int) -> Ints | None:
+    """Instances by the row of the group's lead, otherwise as they come.
 
     Of a row, those come last that meet what another one has met already: a landmark that a second
     camera sees from the same pose. So those before can be the first to write their blocks.
@@ -22,7 +22,6 @@ def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int, ends: Ints
     rows : (n, uses) row of each used entity
     block_at : (n, pairs) where in the values each pair's block is
     nowhere : where it is if it is not solved for
-    ends : instances at which the shares end, ascending
 
     Returns
     -------
@@ -31,8 +30,7 @@ def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int, ends: Ints
     if not group.lead or len(rows) < _FEW:
         return None
     lead = rows[:, group.lead[0]].astype(np.int64)
-    share = np.searchsorted(ends, np.arange(len(rows)), side="right")
-    keys = 2 * (share * (int(lead.max()) + 1) + lead) + _met(group, block_at, nowhere)
+    keys = 2 * lead + _met(group, block_at, nowhere)
     if not (keys[1:] < keys[:-1]).any():
         return None
     # Counting sort for short keys.

@@ -93,6 +93,7 @@ def plan_shares(
         _nanoseconds(group) * len(p.rows) if may else 0.0
         for group, p, may in zip(groups, structure.placements, free, strict=True)
     ]
+    orders = _orders(structure, groups)
     # Waking a helper may take as long as a short linearisation.
     count = int(min(SHARES, sum(work) // GRAIN)) if sum(work) >= _SHORT * GRAIN else 1
     while count > 1:
@@ -100,7 +101,7 @@ def plan_shares(
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
             for p, width, one in zip(structure.placements, widths, work, strict=True)
         ]
-        found = _Split(structure, groups, widths, bounds, free, count).shares()
+        found = _Split(structure, orders, widths, bounds, free, count).shares()
         if found is not None:
             return _with_firsts(found, structure, layout, free, stores)
         count //= 2
@@ -108,7 +109,6 @@ def plan_shares(
         _bounds(len(p.rows), width, 1, 1)
         for p, width in zip(structure.placements, widths, strict=True)
     ]
-    orders = _orders(structure, groups, widths, bounds)
     whole = Shares(
         1,
         tuple(bounds),
@@ -171,12 +171,10 @@ def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
     return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)
 
 
-def _orders(
-    structure: Structure, groups: Sequence[Group], widths: Sequence[int], bounds: list[Ints]
-) -> tuple[Ints | None, ...]:
+def _orders(structure: Structure, groups: Sequence[Group]) -> tuple[Ints | None, ...]:
     return tuple(
-        order_of(group, p.rows, p.block_at, structure.pattern.value_count, ends[1:] * width)
-        for group, p, ends, width in zip(groups, structure.placements, bounds, widths, strict=True)
+        order_of(group, p.rows, p.block_at, structure.pattern.value_count)
+        for group, p in zip(groups, structure.placements, strict=True)
     )
 
 
@@ -190,7 +188,7 @@ class _Split:
     def __init__(
         self,
         structure: Structure,
-        groups: Sequence[Group],
+        orders: tuple[Ints | None, ...],
         widths: Sequence[int],
         bounds: list[Ints],
         free: Sequence[bool],
@@ -204,7 +202,7 @@ class _Split:
         block_of = np.full(structure.system.size + 1, nb, dtype=np.int64)
         block_of[: structure.system.size] = np.repeat(np.arange(nb), pattern.sizes)
         # Block of each use of each instance; the last one stands for what is not solved for.
-        self.orders = _orders(structure, groups, widths, bounds)
+        self.orders = orders
         self.placed = [
             p.arrays(order) for p, order in zip(structure.placements, self.orders, strict=True)
         ]
