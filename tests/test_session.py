@@ -87,10 +87,10 @@ def test_a_converged_scene_solves_again_without_preparation() -> None:
     path.solve()
     path.solve(passes="fine")
     before, problem = counts(path), path.session.earlier
-    lanes = problem.instances[-1].lanes
+    instances = problem.instances[-1]
     result = path.solve(passes="fine")
     assert path.session.earlier is problem
-    assert problem.instances[-1].lanes is lanes
+    assert problem.instances[-1] is instances
     # What reads stored values of parameters is gathered where they have moved.
     solves, problems, analyses, gathered = since(path, before)
     assert (solves, problems, analyses) == (1, 0, 0)
