@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from benchmarks.systems import Outcome, Plan, run_system
 SHAPES = {"chain": "s-curve", "loop": "loop", "eight": "eight"}
 SIZES = (10, 30, 100, 300, 1000, 3000, 10_000)
 QUICK_SIZES = (10, 30, 100)
+LARGEST = (10_000, 50_000)
+"""Poses and landmarks drawn of one denser chain, whose observations are 2 million."""
 LEAST = 100
 """Poses from which on the exponent is fitted; below, fixed costs show."""
 
@@ -25,25 +28,19 @@ LEAST = 100
 def run(plan: Plan, picture: Path | None) -> list[str]:
     """Measure all shapes and sizes; return the report's lines."""
     arael.load("slam", precision="f64")  # compiled before the memory of a process is measured
-    rows, curves, exponents = [], {}, []
+    rows: list[tuple[object, ...]] = []
+    curves: dict[str, Sequence[tuple[float, float]]] = {}
+    exponents = []
     for shape, trajectory in SHAPES.items():
         points: list[tuple[int, int, Outcome]] = []
         for poses in QUICK_SIZES if plan.quick else SIZES:
             seen, outcome = _measure(plan, trajectory, poses)
             points.append((poses, seen, outcome))
-            per = 1e6 * outcome.median / seen
-            rows.append(
-                (
-                    shape,
-                    poses,
-                    seen,
-                    f"{1e3 * outcome.median:.2f}" if outcome.slopes else outcome.reason,
-                    f"{per:.2f}" if outcome.slopes else "-",
-                    f"{outcome.memory:.0f}" if outcome.slopes else "-",
-                    *bytes_per_observation(outcome, points[0][2], seen),
-                    outcome.settings.removeprefix("solver "),
-                )
-            )
+            rows.append(_row(shape, poses, seen, outcome, points[0][2]))
+        if shape == "chain" and not plan.quick:
+            seen, outcome = _measure(plan, trajectory, *LARGEST)
+            denser = f"chain, {LARGEST[1]} landmarks"
+            rows.append(_row(denser, LARGEST[0], seen, outcome, points[0][2]))
         good = [(seen, 1e3 * o.median) for _, seen, o in points if o.slopes and o.median > 0]
         curves[shape] = good
         large = [(s, o.median) for p, s, o in points if p >= LEAST and o.slopes and o.median > 0]
@@ -54,9 +51,9 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     return [
         "## scale",
         "",
-        "SLAM scenes of four landmarks a pose, one thread, f64. Memory of the process is that at "
-        "its peak, interpreter and data file included. Bytes per observation: `peak` is what the "
-        "process has at its peak over that of the smallest scene of the shape; `data` are the "
+        "SLAM scenes of four landmarks a pose (and one of five), one thread, f64. Memory of the "
+        "process is that at its peak, interpreter and data file included. Bytes per observation: "
+        "`peak` is what it has over the peak of the smallest scene of the shape; `data` are the "
         "columns of the model, `factor` the nonzeros of the factor; the ratio is that of `peak` to "
         "the two together.",
         "",
@@ -72,7 +69,21 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     ]  # fmt: skip
 
 
-def exponent(points: list[tuple[float, float]]) -> float:
+def _row(shape: str, poses: int, seen: int, outcome: Outcome, first: Outcome) -> tuple[object, ...]:
+    """A line of the table, beside the `first`, smallest, scene of the shape."""
+    return (
+        shape,
+        poses,
+        seen,
+        f"{1e3 * outcome.median:.2f}" if outcome.slopes else outcome.reason,
+        f"{1e6 * outcome.median / seen:.2f}" if outcome.slopes else "-",
+        f"{outcome.memory:.0f}" if outcome.slopes else "-",
+        *bytes_per_observation(outcome, first, seen),
+        outcome.settings.removeprefix("solver "),
+    )
+
+
+def exponent(points: Sequence[tuple[float, float]]) -> float:
     """Slope of a line through (size, time) on logarithmic axes, by least squares."""
     if len(points) < 2:
         return math.nan
@@ -80,10 +91,13 @@ def exponent(points: list[tuple[float, float]]) -> float:
     return float(np.polyfit(size, time, 1)[0])
 
 
-def _measure(plan: Plan, trajectory: str, poses: int) -> tuple[int, Outcome]:
+def _measure(
+    plan: Plan, trajectory: str, poses: int, landmarks: int | None = None
+) -> tuple[int, Outcome]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        scene = make_scene(benchmark_config(poses, trajectory=trajectory))  # type: ignore[arg-type]
+        config = benchmark_config(poses, landmarks, trajectory)  # type: ignore[arg-type]
+        scene = make_scene(config)
         seen = len(scene.observations)
         path = folder / "scene.npz"
         problems.write_scene(scene, path)
