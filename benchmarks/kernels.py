@@ -2,59 +2,68 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
 
 from benchmarks.measure import Timing, child, table, timed
 
 SCALAR = "-fno-tree-vectorize -fno-tree-slp-vectorize -fno-openmp-simd"
-POSES = 300
+SIZES = (60, 300)
+"""Poses: what a linearisation moves stays in the caches of a core, or does not."""
 RUNS = 40
 
 
 def run() -> list[str]:
     """Measure in one process per build, alternating, and return the report's lines."""
-    found: dict[tuple[str, str], list[dict[str, list[float]]]] = {}
-    observations = 0
+    found: dict[tuple[int, str, str], list[dict[str, list[float]]]] = {}
+    observations: dict[int, int] = {}
     with tempfile.TemporaryDirectory() as cache:
-        for _ in range(3):
-            for precision in ("f64", "f32"):
-                for build, flags in (("vectorised", ""), ("scalar", SCALAR)):
-                    env = {"ARAEL_CACHE_DIR": cache, "CFLAGS": flags}
-                    measured = child("kernels", precision, **env)
-                    observations = measured.pop("observations")
-                    found.setdefault((precision, build), []).append(measured)
+        for poses, precision, build, flags in _turns():
+            env = {"ARAEL_CACHE_DIR": cache, "CFLAGS": flags}
+            measured = child("kernels", precision, str(poses), **env)
+            observations[poses] = measured.pop("observations")
+            found.setdefault((poses, precision, build), []).append(measured)
     rows = []
-    for precision in ("f64", "f32"):
-        times = {
-            build: {
-                what: Timing(tuple(t for run in found[precision, build] for t in run[what]))
-                for what in ("linearise", "cost")
-            }
+    for poses, precision, what in itertools.product(SIZES, ("f64", "f32"), ("linearise", "cost")):
+        fast, slow = (
+            Timing(tuple(t for run in found[poses, precision, build] for t in run[what]))
             for build in ("vectorised", "scalar")
-        }
-        for what in ("linearise", "cost"):
-            fast, slow = times["vectorised"][what], times["scalar"][what]
-            unit = observations * 1e-9
-            rows.append(
-                (precision, what, fast.show(unit, 1), slow.show(unit, 1),
-                 f"{slow.median / fast.median:.1f}")
-            )  # fmt: skip
+        )
+        unit = observations[poses] * 1e-9
+        rows.append(
+            (poses, observations[poses], precision, what, fast.show(unit, 1),
+             slow.show(unit, 1), f"{slow.median / fast.median:.1f}")
+        )  # fmt: skip
     return [
         "## kernels",
         "",
-        f"SLAM bearing, {POSES} poses, {observations} observations, benchmark scene without wrong "
-        "associations; `linearise` is everything a linearisation of the scene does: residuals, "
-        "Jacobian, J'J, their accumulation into the blocks and what is emptied before, the few "
-        "other constraints included; ns per observation, median (min-max).",
+        "SLAM bearing, benchmark scenes without wrong associations; `linearise` is everything a "
+        "linearisation of the scene does: residuals, Jacobian, J'J, their accumulation into the "
+        "blocks and what is emptied before, the few other constraints included; ns per "
+        "observation, median (min-max).",
         "",
-        *table(("precision", "kernel", "vectorised", "scalar build", "ratio"), rows),
-    ]
+        *table(
+            ("poses", "observations", "precision", "kernel", "vectorised",
+             "scalar build", "ratio"),
+            rows,
+        ),
+    ]  # fmt: skip
 
 
-def _measure(precision: str) -> dict[str, object]:
+def _turns() -> Iterator[tuple[int, str, str, str]]:
+    """(poses, precision, build, flags of the C compiler), three times."""
+    builds = (("vectorised", ""), ("scalar", SCALAR))
+    for _ in range(3):
+        for poses, precision in itertools.product(SIZES, ("f64", "f32")):
+            for build, flags in builds:
+                yield poses, precision, build, flags
+
+
+def _measure(precision: str, poses: int) -> dict[str, object]:
     import arael
     from arael.runtime.problem import Problem
     from arael.scenes.columns import columns
@@ -64,7 +73,7 @@ def _measure(precision: str) -> dict[str, object]:
 
     model_class = arael.load("slam", precision=precision)
     model = model_class()
-    fill(model, model_class.layout, columns(make_scene(benchmark_config(poses=POSES))))
+    fill(model, model_class.layout, columns(make_scene(benchmark_config(poses=poses))))
     compiled = model_class.compiled
     problem = Problem(compiled.layout, model._store, compiled.kernels)
     number = [g.label for g in compiled.layout.groups].index("PointFrine.bearing")
@@ -78,5 +87,5 @@ def _measure(precision: str) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    json.dump(_measure(sys.argv[1]), sys.stdout)
+    json.dump(_measure(sys.argv[1], int(sys.argv[2])), sys.stdout)
     sys.stdout.write(os.linesep)

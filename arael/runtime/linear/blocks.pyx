@@ -1,7 +1,72 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime/linear
+# distutils: depends = arael/runtime/linear/blocks.h
 """Copying the row-major blocks of a matrix to column-major places."""
 
 import numpy as np
+
+cdef extern from *:
+    """
+    #include <stddef.h>
+    #include <string.h>
+
+    #if defined(__GNUC__)
+    #define COPY_INLINE static inline __attribute__((always_inline))
+    #define COPY_UNROLL _Pragma("GCC unroll 9")
+    #define COPY_SOON(at) __builtin_prefetch(at)
+    #else
+    #define COPY_INLINE static __forceinline
+    #define COPY_UNROLL
+    #define COPY_SOON(at)
+    #endif
+
+    /* Bits of a height or a width. */
+    #define HALF 24
+    #define AHEAD 4
+
+    #define T double
+    #define F(x) x##_f64
+    #include "blocks.h"
+    #undef T
+    #undef F
+    #define T float
+    #define F(x) x##_f32
+    #include "blocks.h"
+    #undef T
+    #undef F
+    """
+    enum: HALF
+    void copy_blocks_f64(
+        const long long* blocks, ptrdiff_t begin, ptrdiff_t end, const double* values,
+        double* storage
+    ) noexcept nogil
+    void copy_blocks_f32(
+        const long long* blocks, ptrdiff_t begin, ptrdiff_t end, const float* values,
+        float* storage
+    ) noexcept nogil
+
+
+def table_of(first, height, width, place, leading, how):
+    """Table for `put`.
+
+    Parameters
+    ----------
+    first, height, width : (n,) int
+        Where the block's values begin, and its size.
+    place, leading : (n,) int
+        Where it goes, and how far columns are apart there.
+    how : (n,) int
+        0 copy, 1 copy transposed, 2 copy the strict lower triangle.
+
+    Returns
+    -------
+    (n, 4) int64
+        First value, place, leading dimension, and the rest in one number.
+    """
+    size = np.left_shift(np.asarray(how, dtype=np.int64), 2 * HALF)
+    size |= np.left_shift(np.asarray(height, dtype=np.int64), HALF)
+    size |= np.asarray(width, dtype=np.int64)
+    return np.ascontiguousarray(np.stack((first, place, leading, size), axis=1), dtype=np.int64)
 
 
 def block_table(pattern, Py_ssize_t leading):
@@ -12,16 +77,10 @@ def block_table(pattern, Py_ssize_t leading):
     pattern : BlockPattern
     leading : int
         Entry (i, j) goes to ``i + j * leading``.
-
-    Returns
-    -------
-    (nblocks, 6) int64
-        First value, height, width, place, leading dimension there, and what to do: 0 copy, 1 copy
-        transposed, 2 copy the strict lower triangle.
     """
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     offsets = pattern.offsets
-    parts = (
+    return table_of(
         pattern.value_start,
         pattern.sizes[pattern.rows],
         pattern.sizes[columns],
@@ -29,7 +88,6 @@ def block_table(pattern, Py_ssize_t leading):
         np.full(len(columns), leading),
         np.where(pattern.rows == columns, 2, 0),
     )
-    return np.ascontiguousarray(np.stack(parts, axis=1), dtype=np.int64)
 
 
 cdef void* address(array):
@@ -42,23 +100,7 @@ cdef void put(
     const long long* blocks, Py_ssize_t begin, Py_ssize_t end, const real* values, real* storage
 ) noexcept nogil:
     """Copy blocks `begin` to `end` of the table; diagonal entries are left to the caller."""
-    cdef Py_ssize_t k, i, j, h, w, ld
-    cdef const long long* block
-    cdef const real* value
-    cdef real* at
-    for k in range(begin, end):
-        block = blocks + 6 * k
-        value, h, w = values + block[0], block[1], block[2]
-        at, ld = storage + block[3], block[4]
-        if block[5] == 0:
-            for j in range(w):
-                for i in range(h):
-                    at[i + j * ld] = value[i * w + j]
-        elif block[5] == 1:
-            for i in range(h):
-                for j in range(w):
-                    at[j + i * ld] = value[i * w + j]
-        else:
-            for i in range(h):
-                for j in range(i):
-                    at[i + j * ld] = value[i * w + j]
+    if real is double:
+        copy_blocks_f64(blocks, begin, end, values, storage)
+    else:
+        copy_blocks_f32(blocks, begin, end, values, storage)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.linear.blocks import table_of
 from arael.runtime.linear.fronts import Fronts
 from arael.runtime.linear.memory import leading
 from arael.runtime.linear.pattern import BlockPattern
@@ -30,9 +31,8 @@ def place_blocks(
     -------
     front_start : (ns + 1,) int64
         Blocks of front s are ``front_start[s]:front_start[s + 1]``.
-    blocks : (nblocks, 6) int64
-        First value, height, width, place in the storage, leading dimension there, and what to do: 0
-        copy, 1 copy transposed, 2 copy the strict lower triangle.
+    blocks : (nblocks, 4) int64
+        Table for `arael.runtime.linear.blocks.put`.
     """
     nb = pattern.block_count
     ns = len(supernodes.parent)
@@ -58,7 +58,7 @@ def place_blocks(
     place = np.where(inside, fronts.triangle[front], fronts.panel[front]) + row + column * apart
     how = np.where(low == high, 2, (position[pattern.rows] < position[columns]).astype(np.int64))
     height, wide = pattern.sizes[pattern.rows], pattern.sizes[columns]
-    blocks = np.stack((pattern.value_start, height, wide, place, apart, how), axis=1)
+    blocks = table_of(pattern.value_start, height, wide, place, apart, how)
     sequence = np.lexsort((column, front))
     starts = np.searchsorted(front[sequence], np.arange(ns + 1)).astype(np.int64)
-    return starts, np.ascontiguousarray(blocks[sequence], dtype=np.int64)
+    return starts, blocks[sequence]

@@ -97,7 +97,7 @@ cdef class SparseSolver(LinearSolver):
     cdef object _keep
     cdef Py_ssize_t _count
     cdef const Front* _fronts           # one more than there are: the first holds zeros
-    cdef const long long* _blocks       # (nblocks, 6), see `place_blocks`
+    cdef const long long* _blocks       # (nblocks, 4), see `table_of`
     cdef const long long* _children
     cdef const int* _runs
     cdef const int* _strips
