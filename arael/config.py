@@ -64,7 +64,8 @@ class LmConfig:
         Threads of a solve, the caller's own counted; 0: one a core. They share linearisation, cost
         and linear algebra where a share takes long enough to be worth handing over: small problems
         run on one whatever is asked. Results have the same bits on any number, but for what BLAS
-        factors: `lapack_band`, `cholmod`, and without AVX2 what is dense and very large.
+        factors: `lapack_band`, `cholmod`, very wide bands, and without AVX2 what is dense and
+        very large.
     verbose :
         One line an attempt on stderr. Turn it on first when a solve misbehaves.
     observer :
