@@ -295,11 +295,14 @@ def _hoist(
 
 
 def _lean(graph: Graph, frontier: list[int], varying: set[int]) -> list[int]:
-    """Leave out lanes that one cheap operation makes of others: it costs less than to read them."""
+    """Leave out products of other lanes: to multiply costs less than to read.
+
+    Lanes are made in f64 and rounded to the precision of the kernel. Of rounded lanes a product is
+    as good as a rounded one; a difference, such as 1 - cos t, may have nothing left.
+    """
     kept = set(frontier)
     for node in reversed(frontier):
-        op = graph.ops[node]
-        if node not in varying or op == "input" or op in COSTLY or op in graph.functions:
+        if node not in varying or graph.ops[node] not in ("mul", "neg"):
             continue
         operands = graph.operands(node)
         own = [n for n in operands if n in varying]

@@ -92,6 +92,7 @@ def _compare(
 ) -> GradientCheck:
     group = problem.layout.groups[number]
     interpreter = problem.evaluation.interpreters[number]
+    interpreter.guard(problem.states)  # instances that act are those of the state in between
     measured = (interpreter.residuals(ahead) - interpreter.residuals(behind)) / (2 * STEP)
     residuals, entries = problem.evaluation.group_rows(number)
     rows = problem.structure.placements[number].rows

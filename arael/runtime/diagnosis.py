@@ -134,6 +134,7 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
     """Where in the model, and from which values, a non-finite result comes."""
     group = problem.layout.groups[number]
     interpreter = problem.evaluation.interpreters[number]
+    interpreter.guard(problem.states)
     inputs = [_one(a, instance) for a in interpreter.inputs(problem.states)]
     found = _first_bad(
         group.tape, group.tape.outputs[output], inputs, group.places, problem.natives

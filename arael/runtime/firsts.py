@@ -50,7 +50,8 @@ def plan_firsts(
     entities: Sequence[Entity],
     placed: Sequence[list[NDArray[Any]]],
     counts: Sequence[int],
-    turns: tuple[Sequence[int], Sequence[bool]],
+    order: Sequence[int],
+    may: Sequence[bool],
     nowhere: Ints,
     room: int,
     parts: int,
@@ -61,12 +62,12 @@ def plan_firsts(
     ----------
     placed : per group, block_at and turn (blocks, pairs, lanes) in lane order
     counts : instances by group
-    turns : groups in the order in which they write any one place; by group, whether it may store
+    order : groups in the order in which they write any one place
+    may : by group, whether it may store
     nowhere : where what is not solved for goes
     room : scalars of the values
     parts : in how many the emptying is shared
     """
-    order, may = turns
     first = [np.zeros(p[0].shape[:2], dtype=np.uint8) for p in placed]
     writes: list[tuple[int, int, int]] = []  # group, pair, area of its block
     ats, seqs, keys = [], [], []
@@ -140,6 +141,8 @@ def _between(starts: Ints, areas: Ints, room: int) -> Ints:
 
 def _cut(ranges: Ints, parts: int) -> tuple[Ints, Ints]:
     """The ranges cut where equal parts of them begin, and the first range of each part."""
+    if not len(ranges):
+        return ranges, np.zeros(parts + 1, dtype=np.int64)
     lengths = ranges[:, 1] - ranges[:, 0]
     done = np.concatenate(([0], np.cumsum(lengths)))
     shares = done[-1] * np.arange(1, parts) // parts

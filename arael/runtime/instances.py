@@ -40,7 +40,7 @@ class Instances:
     def in_lanes(self, lanes: int, order: Array | None) -> Array:
         """The data in lane order, of instances as `order` says; kept until another is wanted.
 
-        It is kept in this form only: who wants it by instance has it made again.
+        Data by instance is let go of meanwhile, and made again for whoever asks.
         """
         kept = self._lanes.get(lanes)
         if kept is None or not _same(kept[0], order):
@@ -105,7 +105,7 @@ def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
     blocks, k, width = lanes.shape
     found = lanes.transpose(0, 2, 1).reshape(blocks * width, k)[:n]
     if order is None:
-        return np.ascontiguousarray(found)
+        return np.array(found)  # never a view: flags of guards are written into lanes
     data = np.empty_like(found)
     data[order] = found
     return data

@@ -2,7 +2,8 @@
 #
 # Scalars are `void*`: f64 or f32 as the module was generated. W lanes are evaluated at a time;
 # arrays "in lane order" are laid out [block][column][W], the last block padded by repeating its
-# last instance. Kernels accumulate J'r and J'J without the factor 2 of gradient and Hessian.
+# last instance. Kernels accumulate J'r and J'J without the factor 2 of gradient and Hessian, but
+# store the whole block of a pair whose `first` is set, whatever was there before.
 
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.stdint cimport int32_t, int64_t, uint8_t
@@ -33,13 +34,13 @@ ctypedef struct Lanes:
     const Native* natives       # the native functions of the model
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as
-# rows and that of use b as columns; of a diagonal pair only the lower triangle is written.
+# rows and that of use b as columns; of a diagonal pair what is above the diagonal is undefined.
 # Entities that are not solved for have offsets into a trash area behind gradient and values.
 
 ctypedef double (*cost_function)(const Lanes* lanes) noexcept nogil
 ctypedef double (*linearise_function)(
     const Lanes* lanes, void* gradient, void* values) noexcept nogil
-# residuals [n][residuals], entries [n][jacobian entries], both by instance
+# residuals [n][residuals], entries [n][jacobian entries], both in the order of the lanes
 ctypedef void (*rows_function)(const Lanes* lanes, void* residuals, void* entries) noexcept nogil
 
 # state of `rows` entity rows: the stored scalars of `state` moved by the step at delta_at (no step

@@ -88,6 +88,8 @@ print(json.dumps(found))
 def counts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[list[int]]]:
     """(iterations, calls) of three solves by each solver, precision and number of threads."""
     compiler = shutil.which("gcc") or shutil.which("cc")
+    if "LD_PRELOAD" in os.environ:
+        pytest.skip("another library, such as a sanitizer's, stands before the allocator")
     if sys.platform != "linux" or platform.libc_ver()[0] != "glibc" or compiler is None:
         pytest.skip("counts by standing before glibc's allocator")
     folder = tmp_path_factory.mktemp("counter")
@@ -100,8 +102,8 @@ def counts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[list[int]
         env={**os.environ, "LD_PRELOAD": str(library)},
         capture_output=True,
         text=True,
-        check=True,
     )
+    assert done.returncode == 0, done.stderr
     return dict(json.loads(done.stdout))
 
 
@@ -113,4 +115,5 @@ def test_forty_more_iterations_allocate_nothing(
 ) -> None:
     _, (few, short), (many, long) = counts[f"{name}, {precision}, {threads} threads"]
     assert many >= few + 30
-    assert long - short < 10
+    # What is left is the record of the attempts, which Python takes over after a solve.
+    assert long - short <= 4

@@ -63,7 +63,8 @@ def plan(
         ENTITIES,  # type: ignore[arg-type]
         placed,
         [len(p) for p in places],
-        (range(len(places)), may or [True] * len(places)),
+        range(len(places)),
+        may or [True] * len(places),
         np.array([NOWHERE]),
         room,
         parts,

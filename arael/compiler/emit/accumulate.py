@@ -65,6 +65,7 @@ def emit_start(w: Writer, plan: Plan) -> None:
         w.line("memset(sums, 0, sizeof(sums))")
     if plan.columns:
         w.line("memset(q, 0, sizeof(q))")
+        w.line("memset(spare, 0, sizeof(spare))")
 
 
 def emit_fetch(w: Writer, plan: Plan) -> None:

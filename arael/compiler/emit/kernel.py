@@ -186,13 +186,11 @@ def _emit_both(
         "real* residuals, real* entries) noexcept nogil:"
     ):
         _head(w, kernel, tape)
-        w.line("cdef Py_ssize_t k")
         w.line("cdef const real* s")
         w.line("cdef const int32_t* gradient_at = lanes.gradient_at")
         w.line("cdef const int64_t* block_at = lanes.block_at")
         w.line("cdef const uint8_t* turn = lanes.turn")
         w.line("cdef const uint8_t* first = lanes.first")
-        w.line("cdef real* g")
         w.line("cdef real* h")
         if plan.shared:
             w.line(f"cdef real o[{plan.shared}][W]")

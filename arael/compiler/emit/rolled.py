@@ -41,7 +41,7 @@ def emit_tables(w: Writer, number: int, kernel: Kernel, tangent: Sequence[int]) 
 def declare(w: Writer, kernel: Kernel, tangent: Sequence[int]) -> None:
     """Declare the Jacobian and the products."""
     total, r = sum(tangent), kernel.group.residuals
-    w.line("cdef Py_ssize_t i, j")
+    w.line("cdef Py_ssize_t i, j, k")
     w.line(f"cdef real rr[{r}][W]")
     w.line(f"cdef real jr[{len(kernel.group.jacobian)}][W]")
     w.line(f"cdef real gr[{total}][W]")

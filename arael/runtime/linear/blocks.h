@@ -52,7 +52,7 @@ static void F(copy_blocks)(const long long *blocks, ptrdiff_t begin, ptrdiff_t e
         const T *from = values + b[0];
         T *to = storage + b[1];
         const ptrdiff_t ld = b[2];
-        if (b < blocks + 4 * (end - AHEAD)) {
+        if (blocks + 4 * end - b > 4 * AHEAD) {
             const T *soon = values + b[4 * AHEAD];
             COPY_SOON(soon);
             COPY_SOON(soon + 64 / sizeof(T));
