@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arael.runtime.layout import Entity, Group
+from arael.runtime.layout import Entity, Group, pair_of
 from arael.runtime.tape import NATIVE, PRIMITIVES, Tape
 
 # In the order of `Operation` in machine.pyx.
@@ -142,5 +142,5 @@ def _products(
                 width = entities[group.uses[b].entity].tangent
                 offsets = i * width + j, j * height + i, max(i, j) * width + min(i, j)
                 factor = 2 if i == j else 1
-                found.append((left, right, a * (a + 1) // 2 + b, *offsets, factor))
+                found.append((left, right, pair_of(a, b), *offsets, factor))
     return found

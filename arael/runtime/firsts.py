@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Entity, Group
+from arael.runtime.layout import Entity, Group, pair_of
 
 Ints = NDArray[np.int64]
 
@@ -79,7 +79,7 @@ def plan_firsts(
         tangent = [entities[use.entity].tangent for use in groups[g].uses]
         for a in range(len(tangent)):
             for b in range(a):
-                pair = a * (a + 1) // 2 + b
+                pair = pair_of(a, b)
                 at = block_at[:, pair]
                 counted = real & ~np.isin(at, nowhere)
                 if not counted.any():

@@ -8,9 +8,8 @@ import numpy as np
 
 from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
 from arael.runtime.layout import Group
+from arael.runtime.linear.memory import aligned
 from arael.runtime.tape import Natives
-
-_LINE = 64
 
 
 class Instances:
@@ -114,6 +113,4 @@ def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
 def _on_lines(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
     """Room that begins with a cache line, so that no register of lanes is read from two."""
     count = int(np.prod(shape))
-    room = np.empty(count * dtype.itemsize + _LINE, dtype=np.uint8)
-    begin = -room.ctypes.data % _LINE
-    return room[begin : begin + count * dtype.itemsize].view(dtype).reshape(shape)
+    return aligned(count, dtype)[:count].reshape(shape)

@@ -12,7 +12,7 @@ import numpy as np
 
 from arael.runtime.access import Array
 from arael.runtime.instances import Instances
-from arael.runtime.layout import Entity, Group, Layout
+from arael.runtime.layout import Entity, Group, Layout, pair_of
 from arael.runtime.placement import Placement
 from arael.runtime.tape import Natives, Tape, evaluate
 
@@ -121,7 +121,7 @@ class GroupInterpreter:
         return _squares(r)
 
     def _add_block(self, a: int, b: int, product: Array, values: Array) -> None:
-        pair = a * (a + 1) // 2 + b
+        pair = pair_of(a, b)
         at, turn = self.placement.block_at[:, pair], self.placement.turn[:, pair]
         height, width = product.shape[1:]
         i, j = np.arange(height)[:, None], np.arange(width)[None, :]

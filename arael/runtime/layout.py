@@ -287,6 +287,17 @@ class Group(msgspec.Struct, frozen=True):
     doc: str = ""
 
 
+def pair_of(a: int, b: int) -> int:
+    """Number of the pair of uses `a` and `b` of a group: (0, 0), (1, 0), (1, 1), (2, 0) ..."""
+    a, b = max(a, b), min(a, b)
+    return a * (a + 1) // 2 + b
+
+
+def pair_count(uses: int) -> int:
+    """Pairs of so many uses, each with itself included."""
+    return uses * (uses + 1) // 2
+
+
 class BlockEnd(msgspec.Struct, frozen=True):
     """Entity whose parameters give the rows or columns of a block, and the way to its row."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arael.runtime.access import Array, Ints
-from arael.runtime.layout import Group
+from arael.runtime.layout import Group, pair_of
 
 # Instances too few to fill two blocks of lanes need no order.
 _FEW = 16
@@ -40,7 +40,7 @@ def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int) -> Ints | 
 def _met(group: Group, block_at: Ints, nowhere: int) -> Array:
     """(n,) bool, whether an earlier instance has the same block with the lead."""
     lead = group.lead[0]
-    others = [max(u, lead) * (max(u, lead) + 1) // 2 + min(u, lead) for u in range(len(group.uses))]
+    others = [pair_of(u, lead) for u in range(len(group.uses))]
     met = np.zeros(len(block_at), dtype=bool)
     for pair in others[:lead] + others[lead + 1 :]:
         at = block_at[:, pair]

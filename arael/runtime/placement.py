@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.access import Ints
-from arael.runtime.layout import Group
+from arael.runtime.layout import Group, pair_count, pair_of
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.system import System
 
@@ -54,7 +54,7 @@ def placement_of(
 ) -> Placement:
     """Where the contributions of `n` instances go, whose rows are `ways` by slot."""
     uses = group.uses
-    pairs = len(uses) * (len(uses) + 1) // 2
+    pairs = pair_count(len(uses))
     rows = np.zeros((n, len(uses)), dtype=np.int32)
     gradient_at = np.full((n, len(uses)), system.size, dtype=np.int32)
     block_at = np.full((n, pairs), pattern.value_count, dtype=np.int64)
@@ -68,7 +68,7 @@ def placement_of(
         blocks.append(system.blocks[use.entity].block[ways[use.slot]])
     for a in range(len(uses)):
         for b in range(a + 1):
-            pair = a * (a + 1) // 2 + b
+            pair = pair_of(a, b)
             both = (blocks[a] >= 0) & (blocks[b] >= 0)
             if (a, b) in uncoupled or not both.any():
                 continue

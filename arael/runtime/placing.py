@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from arael.runtime.access import Ints
-from arael.runtime.layout import Group
+from arael.runtime.layout import Group, pair_count
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.placement import Placement, uncoupled_pairs
 from arael.runtime.system import System
@@ -90,7 +90,7 @@ class Batch:
         found = []
         use = pair = 0
         for n, uses in self._shapes:
-            pairs = uses * (uses + 1) // 2
+            pairs = pair_count(uses)
             mine, ours = slice(use, use + uses * n), slice(pair, pair + pairs * n)
             found.append(
                 Placement(

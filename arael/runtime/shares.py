@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.firsts import plan_firsts
 from arael.runtime.instances import in_lanes
-from arael.runtime.layout import Group, Layout
+from arael.runtime.layout import Group, Layout, pair_of
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.ordering import order_of, runs
 from arael.runtime.structure import Structure
@@ -297,7 +297,7 @@ class _Split:
             for i in range(blocks.shape[1]):
                 for j in range(i):
                     one, other = blocks[a:b, i], blocks[a:b, j]
-                    offset = at[:, i * (i + 1) // 2 + j]
+                    offset = at[:, pair_of(i, j)]
                     both = shared[one] & shared[other] & (one != other) & (offset != values)
                     keys.append(offset[both] * self.count + share)
                     areas.append((self.sizes[one] * self.sizes[other])[both])
@@ -331,7 +331,7 @@ def _redirect(
     trash, offsets, places = pattern.value_count, *table
     for i in range(blocks.shape[1]):
         for j in range(i + 1):
-            at = block_at[:, i * (i + 1) // 2 + j]
+            at = block_at[:, pair_of(i, j)]
             nothing = at == trash
             one = np.where(nothing, len(move) - 1, blocks[:, i])
             diagonal = nothing | (blocks[:, i] == blocks[:, j])

@@ -13,7 +13,7 @@ from arael.compiler.emit import accumulate, rolled
 from arael.compiler.emit.scatter import make_plan
 from arael.compiler.emit.writer import Writer, comment, statements
 from arael.compiler.groups import Kernel
-from arael.runtime.layout import Entity
+from arael.runtime.layout import Entity, pair_count
 from arael.runtime.tape import Tape
 
 
@@ -225,9 +225,10 @@ def _emit_both(
             w.line(f"d += {group.data_count} * W")
             w.line(f"row += {uses} * W")
             w.line(f"gradient_at += {uses} * W")
-            w.line(f"block_at += {uses * (uses + 1) // 2} * W")
-            w.line(f"turn += {uses * (uses + 1) // 2} * W")
-            w.line(f"first += {uses * (uses + 1) // 2}")
+            pairs = pair_count(uses)
+            w.line(f"block_at += {pairs} * W")
+            w.line(f"turn += {pairs} * W")
+            w.line(f"first += {pairs}")
         accumulate.emit_end(w, number, plan)
         with w.block("for w in range(W):"):
             w.line("cost += total[w]")

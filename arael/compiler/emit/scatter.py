@@ -20,7 +20,7 @@ from itertools import count
 
 from arael.compiler.emit import rolled
 from arael.compiler.groups import Kernel
-from arael.runtime.layout import Entity
+from arael.runtime.layout import Entity, pair_of
 
 # Scalars from which a target is added whole, and shares of it that must be filled. Of a diagonal
 # block the lower triangle counts, and its mirror image is added with it: nobody reads it.
@@ -54,7 +54,7 @@ class Target:
     def pair(self) -> int:
         """Number of the pair of uses."""
         assert self.b is not None
-        return self.a * (self.a + 1) // 2 + self.b
+        return pair_of(self.a, self.b)
 
     @property
     def uses(self) -> set[int]:
