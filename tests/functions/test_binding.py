@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import math
+import os
+import shlex
 import subprocess
 import sysconfig
 from pathlib import Path
@@ -118,7 +120,8 @@ def test_a_function_of_ones_own_library(tmp_path: Path) -> None:
     source = tmp_path / "half.c"
     source.write_text("double half(double x) { return x / 2; }\n")
     library = tmp_path / ("half" + (sysconfig.get_config_var("SHLIB_SUFFIX") or ".so"))
-    subprocess.run([compiler, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
+    command = shlex.split(os.environ.get("CC", "")) or [compiler]
+    subprocess.run([*command, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
     half = ctypes.CDLL(str(library)).half
     with pytest.raises(arael.AraelError) as caught:
         load(tmp_path, g=half)
