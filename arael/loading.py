@@ -1,30 +1,30 @@
 """`load`: from a model's name or file to a class, compiled once and found again afterwards.
 
-A warm start reads the cache entry and imports one extension module; the language rooms, lark,
-SymPy, Cython and setuptools stay unimported.
+A warm start reads two cache entries (what the text means, and the kernels for it) and imports one
+extension module; the language packages, lark, SymPy, Cython and setuptools stay unimported.
 """
 
 from __future__ import annotations
 
-import hashlib
-import importlib.machinery
-import importlib.util
+import contextlib
 import os
-import sys
-import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import msgspec
-
-from arael.compiler import cache, processor
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.compiler import processor
+from arael.compiler.cache import kernels as kept
+from arael.compiler.cache import models
+from arael.compiler.cache.keys import model_key, shipped_key
+from arael.compiler.extension import import_kernels
+from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
+from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
-from arael.runtime.layout import Layout, from_json, to_json
+from arael.runtime.layout import Layout
 from arael.runtime.native_binding import Binding
+from arael.syntax.files import read_source
 
 if TYPE_CHECKING:
     from arael.model import Model
@@ -46,7 +46,8 @@ class Compiled:
     kernels : capsule with the table of kernels, or None where the model is interpreted
     folder : cache entry or shipped folder it came from, or None
     origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
-    seconds : what each stage of a compilation took; empty on a warm start
+    seconds : what each stage took; empty on a warm start, without Cython and the C compiler where
+        the kernels of a changed text were found
     bindings : what the caller bound to native functions, by name
     """
 
@@ -138,28 +139,26 @@ def load_compiled(
             )
         )
     path = find_model(model)
-    text = _read(path)
+    source = read_source(path)  # read once: what is looked up is what would be compiled
     if not interpret and root is None:
-        shipped = _shipped(path, text, precision)
+        shipped = _shipped(path, source, precision)
         if shipped is not None:
             return shipped
     # The same text beside other files to import is another model.
-    beside = str(path.resolve().parent) if "import" in text else ""
-    key = cache.key(text, root, precision, "interpreter" if interpret else "native", beside)
-    entry = _usable(cache.find(key), interpret)
-    if entry is not None:
-        return _from_entry(entry, "cache", path=path)
-    return _compile(path, key, root, precision, interpret)
-
-
-def _usable(entry: cache.Entry | None, interpret: bool | None) -> cache.Entry | None:
-    """The entry, unless it lacks kernels that could be had or have to be."""
-    if entry is None or interpret or entry.module is not None:
-        return entry
-    from arael.compiler import build
-
-    changed = entry.manifest.without != build.compiler_identity()
-    return None if changed or interpret is False else entry
+    beside = str(path.resolve().parent) if "import" in source.text else ""
+    key = model_key(source.text, root, precision, beside)
+    found = models.find(key, source)
+    if found is not None:
+        if interpret:
+            return Compiled(found.layout, None, None, "interpreted", {})
+        loaded = find_kernels(found.code)
+        if loaded is not None:
+            return _with_kernels(found.layout, loaded)
+        if interpret is None:
+            failure = standing_failure(found.code)
+            if failure is not None:
+                return _interpreted(found.layout, failure)
+    return _compile(source, key, root, precision, interpret)
 
 
 def find_model(model: str | os.PathLike[str]) -> Path:
@@ -199,206 +198,72 @@ def standard_models() -> dict[str, Path]:
     return {p.stem: p for p in sorted(folder.glob("*.arael"))}
 
 
-def _read(path: Path) -> str:
-    """Text of the model; what is wrong with the file is told by the syntax room."""
-    try:
-        if path.is_file() and path.stat().st_size <= 1 << 20:
-            return path.read_bytes().decode("utf-8")
-    except (OSError, UnicodeDecodeError):
-        pass
-    from arael.syntax.files import read_source
-
-    return read_source(path).text
-
-
-def _shipped(path: Path, text: str, precision: str | None) -> Compiled | None:
+def _shipped(path: Path, source: Source, precision: str | None) -> Compiled | None:
     """Take the model as compiled when arael was installed, if it is that very text."""
     folder = Path(__file__).resolve().parent / "models"
     for target in processor.usable_targets():
         name = f"{path.stem}-{target}" + (f"-{precision}" if precision else "")
-        entry = cache.read_entry(folder / name)
-        if entry is None:
+        entry = kept.read_entry(folder / name)
+        if entry is None or entry.manifest.key != shipped_key(source.text, target):
             continue
-        if entry.manifest.key == cache.shipped_key(text, target):
-            return _from_entry(entry, "shipped")
+        found = models.read(entry.folder / "model.json", source)
+        if found is None or entry.module is None:
+            continue
+        try:
+            table = import_kernels(entry.module)
+        except ImportError:  # a module of another platform or Python
+            continue
+        layout = found.layout
+        log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: shipped")
+        return Compiled(layout, table, entry.folder, "shipped", {})
     return None
 
 
-def _from_entry(
-    entry: cache.Entry,
-    origin: str,
-    seconds: dict[str, float] | None = None,
-    path: Path | None = None,
+def _compile(
+    source: Source, key: str, root: str | None, precision: str | None, interpret: bool | None
 ) -> Compiled:
-    layout = from_json(entry.layout)
-    if path is not None and layout.source != str(path):
-        layout = from_json(_moved(entry.layout, layout.source, str(path)))
-    module = entry.module
-    if module is None:
-        _warn_interpreted(entry.manifest.compiler)
-        return Compiled(layout, None, entry.folder, "interpreted", seconds or {})
-    if seconds:
-        stages = ", ".join(f"{stage} {time:.2f} s" for stage, time in seconds.items())
+    """Compile a model and keep the result."""
+    from arael.compiler.build import NoCompiler
+    from arael.compiler.cache import code_digest
+    from arael.compiler.compilation import compile_text
+
+    compilation = compile_text(source, root, precision)
+    layout = compilation.layout
+    if interpret:
+        with contextlib.suppress(AraelError):  # a cache that cannot be used is not needed
+            models.store(key, compilation.known(""))
+        return Compiled(layout, None, None, "interpreted", compilation.seconds)
+    code = compilation.emit()
+    try:
+        loaded = kernels_of(code, layout.name, source.name)
+    except NoCompiler as error:
+        if interpret is False:
+            raise
+        models.store(key, compilation.known(code_digest(code)))
+        return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=5)
+    models.store(key, compilation.known(code_digest(code)))
+    return _with_kernels(layout, loaded, compilation.seconds)
+
+
+def _with_kernels(
+    layout: Layout, loaded: Loaded, seconds: Mapping[str, float] | None = None
+) -> Compiled:
+    taken = {**(seconds or {}), **loaded.seconds}
+    if loaded.compiled:
+        stages = ", ".join(f"{stage} {time:.2f} s" for stage, time in taken.items())
         log("compile", "info", f"compiled {layout.name} ({layout.precision}): {stages}")
     else:
-        log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: {origin}")
-    return Compiled(layout, _kernels(module), entry.folder, origin, seconds or {})
+        log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: cache")
+    origin = "compiled" if loaded.compiled else "cache"
+    return Compiled(layout, loaded.table, loaded.folder, origin, taken)
 
 
-def _moved(layout: bytes, before: str, now: str) -> bytes:
-    """The layout of a file with the same text elsewhere: its messages name the file at hand."""
-    old, new = (msgspec.json.encode(name)[1:-1] for name in (before, now))
-    # Places begin with the file; in warnings, which are rendered, they stand behind an arrow.
-    for start, end in ((b'"', b'"'), (b'"', b":"), (b" --> ", b":")):
-        layout = layout.replace(start + old + end, start + new + end)
-    return layout
-
-
-def _kernels(module: Path) -> Any:
-    """Import an extension module by file and take its table of kernels."""
-    name = module.name.partition(".")[0]
-    unique = f"arael_kernels_{hashlib.sha256(str(module).encode()).hexdigest()[:16]}"
-    loaded = sys.modules.get(unique)
-    if loaded is None:
-        loader = importlib.machinery.ExtensionFileLoader(name, str(module))
-        spec = importlib.util.spec_from_file_location(name, module, loader=loader)
-        assert spec is not None
-        loaded = importlib.util.module_from_spec(spec)
-        loader.exec_module(loaded)
-        sys.modules[unique] = loaded
-    return loaded.KERNELS
-
-
-def _warn_interpreted(why: str) -> None:
-    if why:
-        warnings.warn(
-            f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
-            InterpretedWarning,
-            stacklevel=4,
-        )
-
-
-def _compile(
-    path: Path, key: str, root: str | None, precision: str | None, interpret: bool | None
+def _interpreted(
+    layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 4
 ) -> Compiled:
-    """Compile a model and keep the result; another process may have done so meanwhile."""
-    from arael.compiler import build, compiler
-
-    dependencies: dict[str, str] = {}
-    program, seconds = compile_program(path, root, precision, dependencies)
-    layout = program.layout
-    try:
-        with cache.building(key) as folder:
-            entry = _usable(cache.find(key), interpret)
-            if entry is not None:
-                return _from_entry(entry, "cache", path=path)
-            (folder / "layout.json").write_bytes(to_json(layout))
-            described, without = "", ""
-            if not interpret:
-                source = compiler.emit(program, cache.digest(path.read_bytes())[:16])
-                try:
-                    build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
-                    described = build.compiler_version()
-                except build.NoCompiler as error:
-                    described, without = error.diagnostics[0].message, build.compiler_identity()
-                    cache.keep_failure(key, str(error))
-                    if interpret is False:
-                        raise
-            entry = cache.store(
-                key,
-                folder,
-                layout.name,
-                str(path.resolve()),
-                described,
-                seconds,
-                dependencies,
-                without,
-            )
-    except AraelError as error:
-        if interpret and any(d.code.startswith("E080") for d in error.diagnostics):
-            return Compiled(layout, None, None, "interpreted", seconds)
-        raise
-    return _from_entry(entry, "interpreted" if interpret else "compiled", seconds)
-
-
-def kernels_of(layout: Layout, source: str) -> Any:
-    """Kernels of generated source, compiled or found in the cache; a capsule ``arael.kernels``.
-
-    Parameters
-    ----------
-    layout : what they belong to
-    source : Cython source, as `arael.compiler.compiler.emit` makes it
-
-    Raises
-    ------
-    AraelError
-        E0801-E0803: there is no working C compiler; E0804 the cache cannot be written.
-    """
-    from arael.compiler import build
-
-    key = cache.key(source, layout.root, layout.precision, "native")
-    entry = _usable(cache.find(key), False)
-    if entry is None or entry.module is None:
-        seconds: dict[str, float] = {}
-        with cache.building(key) as folder:
-            (folder / "layout.json").write_bytes(to_json(layout))
-            build_module(folder, f"kernels_{layout.name}_{key[:8]}", source, seconds)
-            described = build.compiler_version()
-            entry = cache.store(key, folder, layout.name, layout.source, described, seconds, {})
-    assert entry.module is not None
-    return _kernels(entry.module)
-
-
-def build_module(
-    folder: Path, name: str, source: str, seconds: dict[str, float], target: str = "native"
-) -> None:
-    """Write, cythonise and compile kernels into `folder`.
-
-    Raises
-    ------
-    arael.compiler.build.NoCompiler
-        There is none, or it does not work; the source stays.
-    """
-    from arael.compiler import build
-
-    pyx = folder / f"{name}.pyx"
-    pyx.write_text(source, encoding="utf-8")
-    build.require_compiler()
-    started = time.perf_counter()
-    c_file = build.cython_to_c(pyx)
-    seconds["cython"] = time.perf_counter() - started
-    started = time.perf_counter()
-    try:
-        build.compile_c(c_file, target)
-    finally:
-        c_file.unlink(missing_ok=True)
-    seconds["compile"] = time.perf_counter() - started
-
-
-def compile_program(
-    path: Path, root: str | None, precision: str | None, dependencies: dict[str, str]
-) -> tuple[Any, dict[str, float]]:
-    """Run the stages up to the IR; return the program and what each stage took."""
-    started = time.perf_counter()
-    from arael.compiler import compiler
-    from arael.compiler.imports import Imports
-    from arael.diagnostics.records import Findings
-    from arael.diagnostics.render import render
-    from arael.syntax.files import read_source
-
-    seconds = {"import": time.perf_counter() - started}
-
-    imports = Imports()
-    started = time.perf_counter()
-    tree = compiler.syntax(read_source(path))
-    seconds["syntax"] = time.perf_counter() - started
-    findings = Findings()
-    started = time.perf_counter()
-    model = compiler.types(tree, findings, root, imports)
-    dependencies |= imports.digests()
-    seconds["check"] = time.perf_counter() - started
-    started = time.perf_counter()
-    said = tuple(render([d], color=False, width=100) for d in findings.warnings)
-    program = compiler.derive(model, str(path), precision, said)
-    seconds["derive"] = time.perf_counter() - started
-    return program, seconds
+    warnings.warn(
+        f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
+        InterpretedWarning,
+        stacklevel=level,
+    )
+    return Compiled(layout, None, None, "interpreted", seconds or {})

@@ -40,11 +40,18 @@ def info(as_json: bool) -> None:
 
 @command.command("clear")
 def clear() -> None:
-    """Remove every compiled model; they are compiled again when needed."""
+    """Remove every compiled model; they are compiled again when needed.
+
+    The folder is made private to the user. What another process is compiling is left alone.
+    """
     from arael.compiler import cache
 
-    count, freed = cache.clear()
-    click.echo(f"removed {_count(count)}, {_size(freed)}, from {cache.directory()}")
+    found = cache.clear()
+    click.echo(f"removed {_count(found.count)}, {_size(found.size)}, from {cache.directory()}")
+    if found.busy:
+        click.echo("left what another process is compiling")
+    for path in found.refused:
+        click.echo(f"could not remove {path}: it belongs to another user, or is read-only")
 
 
 def _count(entries: int) -> str:

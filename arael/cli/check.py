@@ -23,12 +23,14 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, data: str | None, gradients: bool, as_json: bool) -> None:
     """Check MODEL: syntax, names, shapes, guards, constraints; and DATA against it, if given."""
-    from arael.loading import compile_program, find_model
+    from arael.compiler.compilation import compile_text
+    from arael.loading import find_model
+    from arael.syntax.files import read_source
 
     if gradients and data is None:
         raise click.UsageError("--gradients needs DATA: derivatives are compared at its values")
     path = find_model(model)
-    layout = compile_program(path, None, None, {})[0].layout
+    layout = compile_text(read_source(path)).layout
     rows: dict[str, int] = {}
     checks: list[GradientCheck] = []
     if data is not None:

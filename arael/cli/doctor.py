@@ -81,39 +81,41 @@ def _compiler() -> Finding:
 
     path = build.find_compiler()
     if path is None:
-        wanted = os.environ.get("CC")
+        wanted = os.environ.get("CC", "").strip()
         found = f"CC={wanted} not found" if wanted else "none found"
         advice = (
             "models run on the slow NumPy interpreter; install one: apt install gcc, "
             "xcode-select --install, or Visual Studio Build Tools"
         )
         return Finding("C compiler", "missing", found, advice)
-    chosen = " (chosen by CC)" if os.environ.get("CC") else ""
-    trouble = _compile_nothing()
+    chosen = " (chosen by CC)" if os.environ.get("CC", "").strip() else ""
+    trouble = _trouble_of_compiling()
     if trouble:
         return Finding("C compiler", "broken", f"{path}{chosen}", trouble)
     return Finding("C compiler", "ok", f"{build.compiler_version() or path} at {path}{chosen}")
 
 
-def _compile_nothing() -> str:
-    """Compile the smallest extension module; return what went wrong, or ""."""
+def _trouble_of_compiling() -> str:
+    """Compile and load the smallest extension module; return what went wrong, or ""."""
     import tempfile
     from pathlib import Path
 
-    from arael.compiler import build
+    from arael.compiler.cache.trust import prepare
+    from arael.compiler.kernels import probe
     from arael.diagnostics.records import AraelError
 
-    with tempfile.TemporaryDirectory(prefix="arael-") as folder:
-        source = Path(folder) / "probe.c"
-        source.write_text("#include <Python.h>\nint arael_probe(void) { return 0; }\n")
+    try:
+        place = prepare("arael-kernels")  # where models are compiled
+    except AraelError:  # reported by itself
         try:
-            build.compile_c(source)
-        except AraelError as error:
-            first = error.diagnostics[0]
-            return "; ".join([first.message, *first.help])
-        except OSError as error:
-            return str(error)
-    return ""
+            place = Path(tempfile.gettempdir())
+        except OSError as unusable:
+            return str(unusable)
+    error = probe(place)
+    if error is None:
+        return ""
+    first = error.diagnostics[0]
+    return "; ".join([first.message, *first.notes[:1], *first.help])
 
 
 def _processor() -> Finding:
@@ -162,6 +164,7 @@ def _blas() -> Finding:
 
 def _cache() -> Finding:
     from arael.compiler import cache
+    from arael.compiler.cache.trust import is_own, open_advice
 
     path = cache.directory()
     if not path.exists():
@@ -173,8 +176,8 @@ def _cache() -> Finding:
         return Finding("cache", "broken", f"{path} cannot be written", _CACHE_ADVICE)
     entries = cache.entries()
     size = sum(bytes_ for _, _, bytes_ in entries) / 1e6
-    if sys.platform != "win32" and path.stat().st_mode & 0o022:
-        advice = f"others could write there, so it is not used: chmod 700 '{path}'"
+    if not is_own(path.resolve()):
+        advice = "others could write there, so it is not used: " + "; or ".join(open_advice(path))
         return Finding("cache", "broken", str(path), advice)
     return Finding("cache", "ok", f"{path}: {len(entries)} compiled models, {size:.1f} MB")
 

@@ -45,26 +45,27 @@ def _types(path: Path, precision: str | None) -> str:
 
 def _ir(path: Path, precision: str | None) -> str:
     from arael.cli.outline import programs
-    from arael.loading import compile_program
+    from arael.compiler.compilation import compile_text
+    from arael.syntax.files import read_source
 
-    return programs(compile_program(path, None, precision, {})[0])
+    return programs(compile_text(read_source(path), precision=precision).program)
 
 
 def _pyx(path: Path, precision: str | None) -> str:
-    from arael.compiler import cache, compiler
-    from arael.loading import compile_program
+    from arael.compiler.compilation import compile_text
+    from arael.syntax.files import read_source
 
-    program = compile_program(path, None, precision, {})[0]
-    return compiler.emit(program, cache.digest(path.read_bytes())[:16])
+    return compile_text(read_source(path), precision=precision).emit()
 
 
 def _c(path: Path, precision: str | None) -> str:
     import tempfile
 
     from arael.compiler.build import cython_to_c
+    from arael.compiler.kernels import module_name
 
     with tempfile.TemporaryDirectory(prefix="arael-") as folder:
-        pyx = Path(folder) / f"kernels_{path.stem}.pyx"
+        pyx = Path(folder) / f"{module_name(path.stem)}.pyx"
         pyx.write_text(_pyx(path, precision), encoding="utf-8")
         return cython_to_c(pyx).read_text(encoding="utf-8")
 

@@ -16,9 +16,11 @@ from arael.runtime.layout import Column, Entity, Group, Layout, Pass, Table
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, as_json: bool) -> None:
     """Show what MODEL holds: structs, parameters, constraints with operation counts, passes."""
-    from arael.loading import compile_program, find_model
+    from arael.compiler.compilation import compile_text
+    from arael.loading import find_model
+    from arael.syntax.files import read_source
 
-    layout = compile_program(find_model(model), None, None, {})[0].layout
+    layout = compile_text(read_source(find_model(model))).layout
     click.echo(json.dumps(summary(layout)) if as_json else "\n".join(describe(layout)))
 
 

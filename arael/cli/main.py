@@ -11,9 +11,11 @@ from typing import TextIO
 import click
 
 from arael import __version__
+from arael.cli.compiling import CompilingLine
 from arael.cli.exits import Exit
 from arael.cli.failures import report
 from arael.cli.lazy import LazyGroup
+from arael.compiler import progress
 
 EPILOG = (
     "Exit codes: 0 solved, 1 not converged, 2 bad input, 3 internal error. "
@@ -35,9 +37,13 @@ def command() -> None:
 
 def run(args: Sequence[str]) -> int:
     """Run the command line `args` (without the program's name); return the exit code."""
-    with warnings.catch_warnings():
-        warnings.showwarning = _show_warning
-        return _run(args)
+    before, progress.listener = progress.listener, CompilingLine()
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            return _run(args)
+    finally:
+        progress.listener = before
 
 
 def _show_warning(

@@ -11,6 +11,7 @@ import os
 import platform
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -18,6 +19,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from arael.compiler.extension import require_loadable
+from arael.compiler.processes import TimedOut, run_bounded
+from arael.compiler.time_limit import VARIABLE, compile_limit
 from arael.diagnostics.records import AraelError, Diagnostic
 
 # Instruction sets to build for: this machine's, the architecture's smallest, or the value of an
@@ -26,8 +30,21 @@ NATIVE = "native"
 BASELINE = "baseline"
 
 
+PROBE_LIMIT = 20.0
+"""Seconds that the C compiler may take for the smallest extension module."""
+
+
 class NoCompiler(AraelError):
-    """No working C compiler; models can still be interpreted."""
+    """No working C compiler; models can still be interpreted.
+
+    Attributes
+    ----------
+    passing : whether the reason may pass by itself: space, memory, a process that was ended
+    """
+
+    def __init__(self, diagnostic: Diagnostic, passing: bool = False) -> None:
+        super().__init__(diagnostic)
+        self.passing = passing
 
 
 def compile_flags(target: str = NATIVE) -> list[str]:
@@ -77,10 +94,9 @@ def find_compiler() -> str | None:
     """Path of the C compiler that would be used, or None."""
     if sys.platform == "win32":
         return shutil.which("cl")
-    command = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
-    for candidate in (command.split()[0], "cc", "gcc", "clang"):
-        if os.environ.get("CC") and candidate != command.split()[0]:
-            break
+    chosen = _extra("CC")
+    usual = (sysconfig.get_config_var("CC") or "cc").split()[:1]
+    for candidate in chosen[:1] or (*usual, "cc", "gcc", "clang"):
         found = shutil.which(candidate)
         if found:
             return found
@@ -94,13 +110,19 @@ def require_compiler() -> None:
 
 
 def compiler_identity() -> str:
-    """Path and age of the compiler, or "": what fails with it need not be tried again."""
+    """Path and age of the compiler and of Python's headers, and how long it may take.
+
+    What fails with these would fail again.
+    """
     path = find_compiler()
     if path is None:
         return "none"
-    with contextlib.suppress(OSError):
-        return f"{path}:{os.stat(path).st_mtime_ns}"
-    return path
+    header = os.path.join(sysconfig.get_path("include"), "Python.h")
+    ages = []
+    for file in (path, header):
+        with contextlib.suppress(OSError):
+            ages.append(f"{file}:{os.stat(file).st_mtime_ns}")
+    return " ".join((*ages, str(compile_limit())))
 
 
 def compiler_version() -> str:
@@ -110,10 +132,59 @@ def compiler_version() -> str:
         return ""
     with contextlib.suppress(OSError, subprocess.SubprocessError):
         done = subprocess.run(
-            [path, "--version"], capture_output=True, text=True, timeout=20, check=False
+            [path, "--version"],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=PROBE_LIMIT,
+            check=False,
         )
-        return (done.stdout or done.stderr).splitlines()[0].strip()
+        said = (done.stdout.strip() or done.stderr.strip()).decode("utf-8", "replace")
+        return next(iter(said.splitlines()), "")
     return ""
+
+
+def probe(folder: Path) -> NoCompiler | None:
+    """Compile and load the smallest extension module in `folder`; return what went wrong, or None.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    """
+    source = folder / "arael_probe.c"
+    source.write_text(_PROBE, encoding="utf-8")
+    try:
+        module = compile_c(source, limit=min(PROBE_LIMIT, compile_limit()))
+        require_loadable(module)
+    except NoCompiler as error:
+        return error
+    except ImportError as error:
+        return unloadable(error)
+    return None
+
+
+_PROBE = """
+#include <Python.h>
+#include <math.h>
+static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "arael_probe", 0, -1, 0};
+PyMODINIT_FUNC PyInit_arael_probe(void) { return PyModule_Create(&definition); }
+"""
+
+
+def unloadable(error: ImportError) -> NoCompiler:
+    """The error for a module that was compiled and cannot be loaded."""
+    return NoCompiler(
+        Diagnostic(
+            "E0808",
+            "the C compiler made a module that Python cannot load",
+            origin=find_compiler() or "",
+            notes=(str(error),),
+            help=(
+                "compile for this machine and this Python: look at CC, CFLAGS and LDFLAGS, and "
+                "try `arael doctor`",
+            ),
+        )
+    )
 
 
 def cython_to_c(pyx: Path) -> Path:
@@ -148,8 +219,15 @@ def cython_to_c(pyx: Path) -> Path:
     return c_file
 
 
-def compile_c(c_file: Path, target: str = NATIVE) -> Path:
+def compile_c(
+    c_file: Path, target: str = NATIVE, what: str = "compiling", limit: float | None = None
+) -> Path:
     """Compile and link one generated C file; return the extension module beside it.
+
+    Parameters
+    ----------
+    what : for reports of progress
+    limit : seconds that the compiler may take, instead of `compile_limit`
 
     Raises
     ------
@@ -179,7 +257,18 @@ def compile_c(c_file: Path, target: str = NATIVE) -> Path:
             *link_flags(),
         ],
         c_file,
+        what,
+        compile_limit() if limit is None else limit,
     )
+    if not module.is_file():
+        raise NoCompiler(
+            Diagnostic(
+                "E0803",
+                "the C compiler reported success, but made no module",
+                origin=compiler[0],
+                help=("`arael doctor` shows which compiler is used; CC chooses another",),
+            )
+        )
     return module
 
 
@@ -194,37 +283,79 @@ def _extra(variable: str) -> list[str]:
     return os.environ.get(variable, "").split()
 
 
-def _run(command: Sequence[str], source: Path) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=source.parent)
-    if done.returncode == 0:
+def _run(command: Sequence[str], source: Path, what: str, limit: float) -> None:
+    try:
+        done = run_bounded(command, source.parent, limit, what)
+    except TimedOut:
+        raise NoCompiler(_too_slow(command[0], limit)) from None
+    except OSError as error:
+        raise NoCompiler(
+            Diagnostic(
+                "E0803",
+                f"the C compiler cannot be started: {error.strerror or error}",
+                origin=command[0],
+                help=("CC chooses another compiler",),
+            ),
+            passing=True,
+        ) from None
+    if done.status == 0:
         return
-    said = (done.stderr or done.stdout).strip().splitlines()
-    if any(re.search(r"Python\.h|stdio\.h|math\.h", line) for line in said):
+    if any(re.search(r"Python\.h|stdio\.h|math\.h", line) for line in done.lines):
         raise NoCompiler(
             Diagnostic(
                 "E0802",
                 "the C compiler works, but not for Python extension modules: headers are missing",
                 origin=command[0],
-                notes=tuple(said[:3]),
+                notes=done.lines[:3],
                 help=("install the headers of Python (on Debian and Ubuntu: python3-dev)",),
             )
         )
+    text = "\n".join(done.lines)
     raise NoCompiler(
         Diagnostic(
             "E0803",
-            f"the C compiler ended with status {done.returncode} on generated kernels",
+            f"the C compiler {_ending(done.status)} on generated kernels",
             origin=command[0],
-            notes=tuple(said[:12]),
+            notes=done.lines[:12],
             help=(
                 "`arael doctor` tells which compiler is used and whether it works; "
                 "CC chooses another",
             ),
-        )
+        ),
+        passing=done.status < 0 or re.search(_PASSING, text, re.IGNORECASE) is not None,
+    )
+
+
+# What compilers report where memory or space is exhausted, or one of their processes was ended.
+_PASSING = (
+    "no space left|quota|memory|cannot allocate|killed|terminated|signal|bus error|"
+    "input/output error|too many open files|resource temporarily|file too large|"
+    "cannot fork|vfork|read-only file system"
+)
+
+
+def _ending(status: int) -> str:
+    if status >= 0:
+        return f"ended with status {status}"
+    with contextlib.suppress(ValueError):
+        return f"was ended by {signal.Signals(-status).name}"
+    return f"was ended by signal {-status}"
+
+
+def _too_slow(compiler: str, limit: float) -> Diagnostic:
+    return Diagnostic(
+        "E0807",
+        f"the C compiler was stopped: it did not end within {limit:g} s",
+        origin=compiler,
+        help=(
+            "`arael doctor` tells which compiler is used and whether it works",
+            f"give a large model on a slow machine more time: `export {VARIABLE}=1800`",
+        ),
     )
 
 
 def _no_compiler() -> Diagnostic:
-    wanted = os.environ.get("CC")
+    wanted = os.environ.get("CC", "").strip()
     message = (
         f"the C compiler `{wanted}` named by CC was not found" if wanted else "no C compiler found"
     )

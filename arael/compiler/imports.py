@@ -6,12 +6,11 @@ reads models beside the importing file or below it, and nothing else.
 
 from __future__ import annotations
 
-import hashlib
 import re
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.syntax.files import read_source
 from arael.syntax.parser import parse
 from arael.syntax.tree import File, Import
@@ -29,10 +28,12 @@ class Imports:
     Attributes
     ----------
     texts : text of each file by its path
+    read : each name under which a file was imported, and its text as it was read
     """
 
     def __init__(self) -> None:
         self.texts: dict[Path, str] = {}
+        self.read: dict[str, Source] = {}
         self._files: dict[Path, File] = {}
 
     def __call__(self, item: Import) -> File:
@@ -48,6 +49,7 @@ class Imports:
         real = path.resolve()
         known = self._files.get(real)
         if known is not None:
+            self.read.setdefault(str(path), known.source)
             return known
         if len(self._files) >= MAX_FILES:
             raise _too_large(item, f"more than {MAX_FILES} files")
@@ -57,19 +59,11 @@ class Imports:
             at = f"imported by {item.span}"
             raise AraelError(replace(d, notes=(*d.notes, at)) for d in error.diagnostics) from None
         self.texts[real] = source.text
+        self.read[str(path)] = source
         if sum(map(len, self.texts.values())) > MAX_CHARACTERS:
             raise _too_large(item, f"more than {MAX_CHARACTERS >> 20} MiB of text")
         self._files[real] = parse(source)
         return self._files[real]
-
-    def digests(self) -> dict[str, str]:
-        """SHA-256 of each file as it is now; "" of one that has changed since it was read."""
-        found = {}
-        for path, text in self.texts.items():
-            data = path.read_bytes()
-            same = data.decode("utf-8-sig", "replace") == text
-            found[str(path)] = hashlib.sha256(data).hexdigest() if same else ""
-        return found
 
 
 def _within(item: Import) -> Path:

@@ -11,9 +11,12 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from arael.compiler import build, cache, compiler, processor
-from arael.loading import compile_program
-from arael.runtime.layout import to_json
+from arael.compiler import build, processor
+from arael.compiler.cache import code_digest, kernels, shipped_key
+from arael.compiler.cache.models import encode
+from arael.compiler.compilation import compile_text
+from arael.compiler.kernels import module_name
+from arael.syntax.files import read_source
 
 
 def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = None) -> list[Path]:
@@ -37,33 +40,26 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
         waiting = []
         for path in models:
             shutil.copyfile(path, folder / path.name)
-            dependencies: dict[str, str] = {}
-            program, seconds = compile_program(path, None, None, dependencies)
-            text = path.read_text(encoding="utf-8")
-            source = compiler.emit(program, cache.digest(text.encode())[:16])
+            compilation = compile_text(read_source(path))
+            text = compilation.sources[0].text
+            source = compilation.emit()
+            known = encode(compilation.known(code_digest(source)))
             for target in chosen:
                 entry = folder / f"{path.stem}-{target}"
                 shutil.rmtree(entry, ignore_errors=True)
                 entry.mkdir()
-                (entry / "layout.json").write_bytes(to_json(program.layout))
-                pyx = entry / f"kernels_{program.layout.name}.pyx"
+                (entry / "model.json").write_bytes(known)
+                pyx = entry / f"{module_name(path.stem)}.pyx"
                 pyx.write_text(source, encoding="utf-8")
                 c_file = build.cython_to_c(pyx)
-                waiting.append(pool.submit(_finish, c_file, target, text, path.name, seconds))
+                key, taken = shipped_key(text, target), compilation.seconds
+                waiting.append(pool.submit(_finish, c_file, target, key, path, taken))
         return [job.result() for job in waiting]
 
 
-def _finish(c_file: Path, target: str, text: str, source: str, seconds: dict[str, float]) -> Path:
+def _finish(c_file: Path, target: str, key: str, path: Path, seconds: dict[str, float]) -> Path:
     build.compile_c(c_file, target)
     c_file.unlink()
     entry = c_file.parent
-    cache.seal(
-        entry,
-        cache.shipped_key(text, target),
-        c_file.stem,
-        source,
-        build.compiler_version(),
-        seconds,
-        {},
-    )
+    kernels.seal(entry, key, path.stem, path.name, build.compiler_version(), seconds)
     return entry

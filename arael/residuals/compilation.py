@@ -9,7 +9,7 @@ import msgspec
 
 from arael.compiler.compiler import Program, emit
 from arael.compiler.groups import Kernel
-from arael.loading import kernels_of
+from arael.compiler.kernels import kernels_of
 from arael.residuals.derivation import Derived
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Layout
@@ -54,7 +54,7 @@ def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
         blocks=(),
     )
     source = emit(Program(whole, tuple(kernels)), "of formulas given at run time", refreshed=False)
-    capsule = kernels_of(whole, source)
+    capsule = kernels_of(source, whole.name, whole.source).table
     for number, one in zip(numbers, derived, strict=True):
         one.compiled = GroupKernel(capsule, number)
 

@@ -1,0 +1,137 @@
+"""What a model's text means, by the key of the text: the layout, and the kernels it needs.
+
+An entry holds no path. Places are stored as file number, line and column; the files' names are put
+in when the entry is used, so that messages name the file at hand wherever the entry was made.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from arael.compiler.cache.keys import FORMAT, digest
+from arael.compiler.cache.trust import directory, is_trusted, prepare, replace, unwritable
+from arael.compiler.cache.warnings import StoredWarning, rendered
+from arael.diagnostics.records import AraelError, Source
+from arael.runtime.layout import Layout
+from arael.runtime.relocation import attached
+
+
+class Known(msgspec.Struct, frozen=True):
+    """What is stored of a model's text.
+
+    Attributes
+    ----------
+    code : digest of the generated code (`keys.code_digest`); "" where none was generated
+    imports : SHA-256 of the text of each imported file, by its name relative to the model's folder
+    warnings : as they are to be repeated
+    layout : without places of this machine, see `arael.runtime.relocation`
+    """
+
+    format: int
+    code: str
+    imports: dict[str, str]
+    warnings: tuple[StoredWarning, ...]
+    layout: Layout
+
+
+@dataclass(frozen=True)
+class Found:
+    """A model that was found: its layout with the places of the file at hand."""
+
+    layout: Layout
+    code: str
+
+
+def encode(known: Known) -> bytes:
+    """An entry as a file: the SHA-256 of the JSON that follows it."""
+    body = msgspec.json.encode(known)
+    return digest(body).encode() + b"\n" + body
+
+
+def decode(data: bytes) -> Known:
+    """Read what `encode` wrote.
+
+    Raises
+    ------
+    ValueError
+        It is damaged, or of another version.
+    """
+    written, _, body = data.partition(b"\n")
+    if written != digest(body).encode():
+        raise ValueError("damaged")
+    known = msgspec.json.decode(body, type=Known)
+    if known.format != FORMAT:
+        raise ValueError("another version")
+    return known
+
+
+def find(key: str, source: Source) -> Found | None:
+    """Find the text of `source`, if its entry is trusted, unchanged and up to date."""
+    path = directory() / "arael-models" / f"{key}.json"
+    if not is_trusted(path):
+        return None
+    found = read(path, source)
+    if found is not None:
+        with contextlib.suppress(OSError):
+            os.utime(path)  # used: see `upkeep.trim`
+    return found
+
+
+def read(path: Path, source: Source) -> Found | None:
+    """Read the entry at `path` for the model in `source`; None if it does not hold (any more)."""
+    try:
+        known = decode(path.read_bytes())
+    except (OSError, ValueError):
+        return None
+    sources = _imported(known, source)
+    if sources is None:
+        return None
+    names = [s.name for s in sources]
+    warnings = rendered(known.warnings, sources)
+    return Found(attached(known.layout, names, warnings), known.code)
+
+
+def _imported(known: Known, source: Source) -> list[Source] | None:
+    """The model's file and those it imports; None if one of them has changed."""
+    found = [source]
+    if known.imports:
+        from arael.syntax.files import read_source
+
+        folder = Path(source.name).parent
+        for name, expected in known.imports.items():
+            try:
+                one = read_source(folder / name)
+            except AraelError:
+                return None
+            if digest(one.text.encode()) != expected:
+                return None
+            found.append(one)
+    return found
+
+
+def relative_names(sources: Sequence[Source]) -> list[str]:
+    """Names of files relative to the folder of the first: the model's own file is ""."""
+    folder = os.path.dirname(sources[0].name)
+    others = (os.path.relpath(s.name, folder or ".") for s in sources[1:])
+    return ["", *(name.replace(os.sep, "/") for name in others)]
+
+
+def store(key: str, known: Known) -> None:
+    """Keep an entry.
+
+    Raises
+    ------
+    AraelError
+        E0804 the cache cannot be written, E0805 others could write it.
+    """
+    folder = prepare("arael-models")
+    try:
+        replace(folder / f"{key}.json", encode(known))
+    except OSError as error:
+        raise unwritable(folder, error) from error
