@@ -98,7 +98,8 @@ def test_a_file_imported_under_two_names_is_watched_under_both(tmp_path: Path) -
     (tmp_path / "link.arael").symlink_to("goal.arael")
     main = tmp_path / "main.arael"
     main.write_text(
-        'import "goal.arael"\nimport "link.arael"\nroot R { param a: real; constraint c { a - GOAL } }\n'
+        'import "goal.arael"\nimport "link.arael"\n'
+        "root R { param a: real; constraint c { a - GOAL } }\n"
     )
     load_compiled(main, interpret=True)
     assert load_compiled(main, interpret=True).seconds == {}

@@ -27,7 +27,8 @@ def emit_constraint(
     group = kernel.group
     w.line()
     w.line("# " + "-" * 96)
-    w.line(f"# {group.label} over {group.table or 'the root'}, {comment(group.where)}")
+    where = comment(group.where.rpartition("/")[2])  # generated source names no folder
+    w.line(f"# {group.label} over {group.table or 'the root'}, {where}")
     w.line(
         f"# {group.residuals} residuals, {len(group.jacobian)} Jacobian entries; operations "
         f"{group.operations_before} before and {group.operations_after} after sharing"
