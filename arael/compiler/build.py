@@ -54,8 +54,10 @@ def compile_flags(target: str = NATIVE) -> list[str]:
     NaN and infinity survive: they must reach the report.
     """
     if sys.platform == "win32":
-        return ["/O2", "/fp:precise"]
+        return ["/O2", "/fp:precise", "/DNDEBUG"]
     flags = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-fopenmp-simd", "-w", "-g0"]
+    # Assertions of Python's headers would bring the headers' paths along.
+    flags.append("-DNDEBUG")
     # GCC would write out short loops over the lanes before it looks whether they vectorise.
     flags.append("--param=max-completely-peel-times=7")
     flags += machine_flags(target)
@@ -216,7 +218,17 @@ def cython_to_c(pyx: Path) -> Path:
                 help=("please report it together with the model",),
             )
         )
+    text = c_file.read_text(encoding="utf-8")
+    c_file.write_text(_FILES.sub(_names_only, text, count=1), encoding="utf-8")
     return c_file
+
+
+# The files that Cython would name in tracebacks: part of the module, with their folders.
+_FILES = re.compile(r"(?<=__pyx_f\[\] = \{\n)(?: *\".*\",\n)+")
+
+
+def _names_only(files: re.Match[str]) -> str:
+    return re.sub(r'".*[/\\]([^/\\"]+)"', r'"\1"', files[0])
 
 
 def compile_c(
@@ -250,7 +262,7 @@ def compile_c(
             *_extra("CFLAGS"),
             *include,
             *shared,
-            str(c_file),
+            c_file.name,  # by its name, as __FILE__ becomes part of the module
             "-o",
             str(module),
             *_extra("LDFLAGS"),
