@@ -6,7 +6,6 @@ import hashlib
 import importlib.machinery
 import importlib.util
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -55,6 +54,8 @@ def require_loadable(module: Path) -> None:
     ImportError
         It cannot be loaded.
     """
+    import subprocess
+
     if "python" in os.path.basename(sys.executable or ""):
         name = module.name.partition(".")[0]
         command = [sys.executable, "-I", "-S", "-c", _LOAD, name, str(module)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -158,8 +157,10 @@ def probe(place: Path | None = None) -> AraelError | None:
     ----------
     place : folder to do it in; by default where kernels are compiled
     """
+    import tempfile
+
     from arael.compiler import build
-    from arael.compiler.cache.trust import directory, unwritable
+    from arael.compiler.cache.trust import unwritable
 
     try:
         place = place or prepare("arael-kernels")
@@ -170,7 +171,7 @@ def probe(place: Path | None = None) -> AraelError | None:
     except AraelError as error:
         return error
     except OSError as error:
-        return unwritable(place or directory(), error)
+        return unwritable(error)
 
 
 def module_name(name: str, key: str = "") -> str:

@@ -7,7 +7,6 @@ import os
 import shutil
 import sys
 import sysconfig
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -122,17 +121,19 @@ def building(key: str) -> Iterator[Path]:
         E0804 the cache cannot be written, E0805 others could write it, E0806 another process holds
         the lock for too long.
     """
+    import tempfile
+
     root = prepare("arael-kernels")
     with locked(key):
         try:
             folder = Path(tempfile.mkdtemp(prefix=f"build-{key}-", dir=root))
         except OSError as error:
-            raise unwritable(root, error) from error
+            raise unwritable(error) from error
         try:
             yield folder
         except OSError as error:
             if error.errno in FULL:
-                raise unwritable(root, error) from error
+                raise unwritable(error) from error
             raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
@@ -168,7 +169,7 @@ def store(
             shutil.rmtree(target, ignore_errors=True)
             raise
     except OSError as error:
-        raise unwritable(target, error) from error
+        raise unwritable(error) from error
     return Entry(target, manifest)
 
 

@@ -54,7 +54,7 @@ def locked(key: str, limit: float | None = None) -> Iterator[bool]:
                 if waited < patience:
                     continue
             except OSError as error:
-                raise unwritable(path, error) from error
+                raise unwritable(error) from error
             if limit is None:
                 raise _too_long(str(path), patience)
             yield False

@@ -134,4 +134,4 @@ def store(key: str, known: Known) -> None:
     try:
         replace(folder / f"{key}.json", encode(known))
     except OSError as error:
-        raise unwritable(folder, error) from error
+        raise unwritable(error) from error

@@ -13,7 +13,6 @@ import os
 import shutil
 import stat
 import sys
-import tempfile
 from pathlib import Path
 
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -87,7 +86,7 @@ def prepare(*parts: str) -> Path:
                 remove(path)
             path.mkdir(mode=0o700, exist_ok=True)
     except OSError as error:
-        raise unwritable(path, error) from error
+        raise unwritable(error) from error
     return path
 
 
@@ -104,6 +103,8 @@ def remove(path: Path) -> None:
         return
     shutil.rmtree(path, ignore_errors=True)
     if os.path.lexists(path):
+        import tempfile
+
         path.rename(tempfile.mktemp(prefix="refused-", dir=path.parent))
 
 
@@ -115,6 +116,8 @@ def replace(path: Path, data: bytes) -> None:
     OSError
         The file cannot be written; nothing is left then.
     """
+    import tempfile
+
     number, name = tempfile.mkstemp(prefix="new-", dir=path.parent)
     try:
         with os.fdopen(number, "wb") as file:
@@ -151,13 +154,13 @@ def open_advice(root: Path) -> tuple[str, ...]:
     return ("empty it and make it private: `arael cache clear`", another)
 
 
-def unwritable(path: Path, error: OSError) -> AraelError:
+def unwritable(error: OSError) -> AraelError:
     """The error for a cache that cannot be written."""
     return AraelError(
         Diagnostic(
             "E0804",
             f"the cache of compiled models cannot be written: {error.strerror or error}",
-            origin=str(path),
+            origin=str(directory()),
             help=("choose another directory with the environment variable ARAEL_CACHE_DIR",),
         )
     )
