@@ -70,6 +70,16 @@ def test_a_changed_comment_compiles_nothing(
     assert group.where.split(":")[-2] == str(line)
 
 
+def test_processes_that_need_one_model_compile_it_once(model: Path) -> None:
+    code = f"from arael.loading import load_compiled as l; print(l({str(model)!r}).origin)"
+    running = [
+        subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    origins = [process.communicate()[0].strip() for process in running]
+    assert sorted(origins) == ["cache", "cache", "compiled"]
+
+
 def test_a_changed_formula_is_compiled(model: Path) -> None:
     load_compiled(model)
     model.write_text(LINE.replace("- e.y", "+ e.y"))

@@ -13,6 +13,8 @@ SLOW = (
     "sympy",
     "Cython",
     "setuptools",
+    "filelock",
+    "arael.compiler.compilation",
     "scipy.linalg",
     "scipy.sparse",
     "arael.syntax.parser",

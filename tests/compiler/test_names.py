@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import keyword
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -26,9 +28,11 @@ NAMES = [
     'it\'s "quoted" $x;`y`',
     "m" * 240,
 ]
+if sys.platform == "linux":
+    NAMES.append(os.fsdecode(b"m\xe4"))  # a name in Latin-1
 
 
-@pytest.mark.parametrize("name", NAMES, ids=[name[:20] for name in NAMES])
+@pytest.mark.parametrize("name", NAMES, ids=[ascii(name[:20]) for name in NAMES])
 def test_model_of_that_name_compiles_and_solves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
