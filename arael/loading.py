@@ -110,10 +110,11 @@ def load(
     def construct(self: Model, /, **values: Any) -> None:
         Model.__init__(self, compiled, **values)
 
+    name = layout.name.encode("utf-8", "replace").decode()  # names of files need not be UTF-8
     members = {
         "__init__": construct,
-        "__doc__": layout.doc or f"The model {layout.name}.",
-        "__module__": f"arael.models.{layout.name}",
+        "__doc__": layout.doc or f"The model {name}.",
+        "__module__": f"arael.models.{name}",
         "compiled": compiled,
         "layout": layout,
         "functions": Functions(layout, compiled.bindings),
