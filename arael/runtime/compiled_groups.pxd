@@ -15,6 +15,7 @@ cdef class CompiledGroups:
     cdef readonly list widths    # lanes of each group's data
     cdef readonly list free      # whether threads may run each group side by side
     cdef readonly list stores    # whether each group heeds `Lanes.first`
+    cdef bint exhausted          # set where the expression machine found no memory
     cdef object _keep            # whatever the pointers point into
     cdef Compiled* _groups
 

@@ -77,7 +77,7 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return 0
         if one.program != NULL:
-            return (<Program>one.program).cost(lanes)
+            return (<Program>one.program).cost(lanes, &self.exhausted)
         return one.kernel.cost(lanes)
 
     cdef double linearise(
@@ -87,7 +87,8 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return 0
         if one.program != NULL:
-            return (<Program>one.program).linearise(lanes, one.shared, gradient, values)
+            return (<Program>one.program).linearise(
+                lanes, one.shared, gradient, values, &self.exhausted)
         return one.kernel.linearise(lanes, gradient, values)
 
     cdef bint guards(self, Py_ssize_t g) noexcept nogil:
@@ -104,7 +105,7 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return
         if one.program != NULL:
-            (<Program>one.program).rows(lanes, residuals, entries)
+            (<Program>one.program).rows(lanes, residuals, entries, &self.exhausted)
         else:
             one.kernel.rows(lanes, residuals, entries)
 

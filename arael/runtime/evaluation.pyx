@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport writable
 from arael.runtime.group_lanes cimport MOST_SHARES
 from arael.runtime.groups cimport Groups
 from arael.runtime.kernel cimport Lanes
@@ -56,6 +56,7 @@ cdef class Evaluation(Groups):
             self._run_shares(cost_of_share, &work)
             for k in range(self.shares):
                 total += costs[k]
+            self._checked(total)
         for g in range(self.count):
             if self._whole(g):
                 total += self.group_cost_at(g, which)
@@ -87,6 +88,7 @@ cdef class Evaluation(Groups):
             self._run_shares(add_share, &work)
             for k in range(self.shares):
                 total += costs[k]
+            self._checked(total)
         for g in range(self.count):
             if self._whole(g):
                 total += self.linearise_group(
@@ -145,7 +147,9 @@ cdef class Evaluation(Groups):
         there is none.
         """
         gradient, values = self.room() if room is None else room
-        cost = self.linearise(<void*>address(gradient), <void*>address(values))
+        cost = self.linearise(
+            writable(gradient, self.dtype, self.totals.gradient_room),
+            writable(values, self.dtype, self.totals.value_room))
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
 
@@ -161,8 +165,8 @@ cdef class Evaluation(Groups):
 
         `gradient` and `values` are as `room` makes them.
         """
-        cdef void* first = <void*>address(gradient)
-        cdef void* second = <void*>address(values)
+        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_room)
+        cdef void* second = writable(values, self.dtype, self.totals.value_room)
         cdef Lanes lanes = self.lanes.adding(self.states.current, g)
         cdef Py_ssize_t share
         self.guard()
@@ -182,8 +186,10 @@ cdef class Evaluation(Groups):
         residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
         entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
         if lanes.n:
-            self.compiled.rows(g, lanes, <void*>address(residuals), <void*>address(entries))
-            self.raised.natives.raise_failure()
+            self.compiled.rows(
+                g, lanes, writable(residuals, self.dtype), writable(entries, self.dtype))
+            self._checked(0)
+            self.raise_failure()
         return self._as_they_came(g, residuals), self._as_they_came(g, entries)
 
     def _as_they_came(self, Py_ssize_t g, found):

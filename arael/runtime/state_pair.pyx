@@ -9,7 +9,7 @@ from libc.stdlib cimport calloc, free
 
 from cython cimport floating
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.kernel cimport KernelTable, table_of
 from arael.runtime.pool cimport distribute
 from arael.runtime.raised cimport Raised
@@ -86,17 +86,17 @@ cdef class StatePair:
                 state = np.zeros((max(rows, 1), entity.state), dtype=dtype)
                 state[:rows, : entity.stored] = stored[e]
                 self.arrays[which].append(state)
-                one.state[<int>which] = <void*>address(state)
+                one.state[<int>which] = writable(state, dtype)
             first = np.ascontiguousarray(system.blocks[e].first, dtype=np.int32)
             self._keep.append(first)
-            one.delta_at = <const int32_t*>address(first)
+            one.delta_at = <const int32_t*>address(first, np.int32, rows)
             one.rows, one.moving = rows, rows if (first >= 0).any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             if table != NULL and e < table.entity_count:
                 one.refresh = table.refresh[<Py_ssize_t>e]
         pieces = np.array(self._cut(), dtype=np.int64).reshape(-1, 3)
         self._keep.append(pieces)
-        self._pieces, self._piece = len(pieces), <const int64_t*>address(pieces)
+        self._pieces, self._piece = len(pieces), <const int64_t*>table_address(pieces, 3)
         for e in range(self._count):
             self._settle(e)
         raised.again()
@@ -129,9 +129,11 @@ cdef class StatePair:
 
         In both states: rows that never move are not refreshed again.
         """
+        cdef const void* still
         if self.entities[e].rows:
-            self._refresh(e, 0, 0, address(self._still))
-            self._refresh(e, 0, 1, address(self._still))
+            still = address(self._still, self._still.dtype, self._size)
+            self._refresh(e, 0, 0, still)
+            self._refresh(e, 0, 1, still)
 
     cdef void move(self, const void* step, int threads) noexcept nogil:
         cdef Py_ssize_t e
