@@ -90,8 +90,8 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
     ]
     here = _moved(problem, [0.0 * b.free for b in system.blocks], 0.0)
     for _ in range(directions):
-        steps = [
-            rng.standard_normal(block.free.shape) * block.free * scale
+        steps: list[Floats] = [
+            np.asarray(rng.standard_normal(block.free.shape) * block.free * scale, np.float64)
             for block, scale in zip(system.blocks, scales, strict=True)
         ]
         both = [
@@ -167,7 +167,7 @@ class _Group:
             terms[:, residual] += np.abs(self.entries[:, k] * direction)
         with np.errstate(all="ignore"):
             measured, error, curvature = self._differences(here, both)
-            precision = float(np.finfo(problem.dtype).eps)
+            precision = float(np.finfo(problem.dtype.type).eps)
             error = error + _ROUNDINGS * precision * (terms + np.abs(curvature))
             size = np.maximum(np.maximum(terms, np.abs(measured)), np.finfo(np.float64).tiny)
             difference = np.abs(derivative - measured) / size

@@ -103,7 +103,8 @@ cdef class Groups:
         if self.compiled.exhausted:
             self.compiled.exhausted = False
             with gil:
-                self.raised.keep(MemoryError("no memory for the registers of runtime residuals"))
+                self.raised.keep(MemoryError(
+                    "no memory for the registers of runtime residuals, or for the stack of a kernel"))
         return self.raised.checked(value)
 
     @property
@@ -130,7 +131,9 @@ cdef class Groups:
         kept = np.ascontiguousarray(step, dtype=self.dtype)
         if kept.shape != (self.size,):
             raise ValueError(f"expected a step of shape ({self.size},), found {kept.shape}")
-        self.states.move(address(kept, self.dtype, self.size), 1)
+        cdef const void* first = address(kept, self.dtype, self.size)
+        with nogil:
+            self.states.move(first, 1)
         self.raise_failure()
         self.states.accept()
 

@@ -114,7 +114,7 @@ def test_a_derivative_that_is_off_by_a_percent_is_found_at_any_magnitude(
 
 
 def test_a_derivative_lost_in_rounding_is_not_called_wrong(tmp_path: Path) -> None:
-    """1 - 1e-24 is 1: no difference can say anything about the derivative, and the bound says so."""
+    """1 - 1e-24 is 1: no difference shows the derivative, and the bound tells."""
     problem = fitted(tmp_path, "a * b * b - t", "f64", a=[1e-8], b=[1e-8], t=1.0)
     (check,) = check_gradients(problem)
     assert check.agrees

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ class NotPositiveDefiniteError(Exception):
 class Stub:
     """The interface of scikit-sparse 0.5, which raises what it is made to raise."""
 
-    raises: dict[str, list[BaseException]] = {}
+    raises: ClassVar[dict[str, list[BaseException]]] = {}
 
     def __init__(self, matrix: Any, **options: Any) -> None:
         self.order = np.arange(matrix.shape[0])
