@@ -54,7 +54,10 @@ class Session:
 
     @contextmanager
     def held(self) -> Iterator[Session]:
-        """Lend the session; where a solve is under way in it (an observer solves), another."""
+        """Yield the session, or a temporary one if a solve in it called this solve (an observer).
+
+        Other threads do not come this far: `Use.solving` refuses them.
+        """
         if not self._lock.acquire(blocking=False):
             yield Session()
             return

@@ -77,7 +77,8 @@ def solve(
         keeps the solution of the passes before.
     AraelError
         E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0702 data that
-        the root lacks, E0701-E0706 data of a pass that does not fit.
+        the root lacks, E0701-E0706 data of a pass that does not fit, E1040 another thread is
+        solving this instance.
     """
     model._store.check_complete()
     layout = layout_of(model)
@@ -91,7 +92,8 @@ def solve(
     check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])
     began = time.perf_counter()
     results: list[Result] = []
-    with session_of(model).held() as session:
+    use = model._store.use
+    with use.solving(), session_of(model).held() as session:
         for one, pass_config in zip(schedule, configs, strict=True):
             _set_root(model, one)
             write = _writer(trace, pass_config.verbose)
@@ -102,9 +104,10 @@ def solve(
             if pass_config.time_limit is not None:
                 left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
                 pass_config = replace(pass_config, time_limit=left)
-            problem = session.refreshed(_posed(model)[1], frozen)
-            if problem is None:
-                problem = session.keep(problem_of(model, frozen))
+            with use.lock:
+                problem = session.refreshed(_posed(model)[1], frozen)
+                if problem is None:
+                    problem = session.keep(problem_of(model, frozen))
             problem.check_start()
             linear, seconds = session.linear(problem, solver, solver_options or {})
             try:
@@ -128,18 +131,19 @@ def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
 
     What has not changed since the last solve is taken over from there.
     """
-    layout, store, programs = _posed(model)
     compiled = model._compiled
     bindings = getattr(compiled, "bindings", None) or {}
-    return Problem(
-        layout,
-        store,
-        compiled.kernels,
-        frozen=frozenset(frozen),
-        programs=programs,
-        bindings={**bindings, **getattr(store, "bindings", {})},
-        earlier=session_of(model).earlier,
-    )
+    with model._store.use.lock:
+        layout, store, programs = _posed(model)
+        return Problem(
+            layout,
+            store,
+            compiled.kernels,
+            frozen=frozenset(frozen),
+            programs=programs,
+            bindings={**bindings, **getattr(store, "bindings", {})},
+            earlier=session_of(model).earlier,
+        )
 
 
 def layout_of(model: Solvable) -> Layout:

@@ -87,7 +87,8 @@ def _gradients(instance: Any) -> list[GradientCheck]:
             origin=check.worst,
             notes=(
                 f"residual {check.residual}: the derivative says {check.derivative:.6g}, the "
-                f"residual changes by {check.measured:.6g}",
+                f"residual changes by {check.measured:.6g}, with a relative error below "
+                f"{check.bound:.1e}",
             ),
             help=("look for a kink or a jump of the formula at these values",),
         )

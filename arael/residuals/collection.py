@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import msgspec
 import numpy as np
@@ -27,6 +28,22 @@ from arael.runtime.native_binding import Binding
 from arael.runtime.problem import Problem
 from arael.runtime.unbound import unbound
 
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def _alone(
+    method: Callable[Concatenate[Residuals, P], T],
+) -> Callable[Concatenate[Residuals, P], T]:
+    """Let no other thread prepare a problem of the model while residuals change."""
+
+    @wraps(method)
+    def locked(self: Residuals, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        with self._model._store.use.lock:
+            return method(self, *args, **kwargs)
+
+    return locked
+
 
 class Residuals(Mapping[str, RuntimeResidual]):
     """Residual equations added to one model instance, by label; ``model.residuals``.
@@ -49,6 +66,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     # --- adding and removing -------------------------------------------------------------------
 
+    @_alone
     def add(
         self,
         residual: RuntimeResidual | str,
@@ -86,6 +104,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._posed = None
         return residual
 
+    @_alone
     def remove(self, which: Expression | str) -> None:
         """Take a residual or a named expression out again.
 
@@ -114,6 +133,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
             del self._named[name]
         self._posed = None
 
+    @_alone
     def clear(self) -> None:
         """Take everything out again."""
         for one in (*self._derived.values(),):
@@ -125,6 +145,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._named.clear()
         self._posed = None
 
+    @_alone
     def define(
         self,
         name: str,
@@ -347,6 +368,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         report.stop()
         return reader.found.needs
 
+    @_alone
     def _changed(self, expression: Expression) -> None:
         """Derive anew what `expression`, whose text has changed, is part of; all or nothing."""
         if isinstance(expression, Definition):
@@ -357,6 +379,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._derived.update(fresh)
         self._posed = None
 
+    @_alone
     def _data_changed(self, expression: Expression, reshaped: bool) -> None:
         if reshaped:
             self._changed(expression)
@@ -420,6 +443,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     # --- solving ----------------------------------------------------------------------------------
 
+    @_alone
     def posed(self) -> Posed:
         """The model with its residuals, as the solver takes it."""
         if self._posed is None:

@@ -10,15 +10,12 @@ import numpy as np
 
 from cython cimport floating
 from libc.math cimport fabs
-from libc.stdint cimport int64_t, uintptr_t
+from libc.stdint cimport int64_t
 
+from arael.runtime.address cimport address, table_address
 from arael.runtime.evaluation cimport Evaluation
 
 from arael.runtime.positions import row_and_column_positions
-
-
-cdef const void* address(array) except? NULL:
-    return <const void*><uintptr_t>array.ctypes.data
 
 
 cdef class Box:
@@ -50,15 +47,16 @@ cdef class Box:
         self._keep = (ints, ends)
         self._evaluation = evaluation
         self.count = len(scalars)
-        self._scalar = <const int64_t*>address(ints[0])
-        self._entity = <const int64_t*>address(ints[1])
-        self._at = <const int64_t*>address(ints[2])
-        self._diagonal = <const int64_t*>address(ints[3])
-        self._start = <const int64_t*>address(ints[4])
-        self._positions = <const int64_t*>address(ints[5])
-        self._blocks = <const int64_t*>address(ints[6])
+        self._scalar = <const int64_t*>address(ints[0], np.int64)
+        self._entity = <const int64_t*>address(ints[1], np.int64)
+        self._at = <const int64_t*>address(ints[2], np.int64)
+        self._diagonal = <const int64_t*>address(ints[3], np.int64)
+        self._start = <const int64_t*>address(ints[4], np.int64)
+        self._positions = <const int64_t*>address(ints[5], np.int64)
+        self._blocks = <const int64_t*>table_address(ints[6], 5)
         self._block_count = len(blocks)
-        self._low, self._high = <const double*>address(ends[0]), <const double*>address(ends[1])
+        self._low = <const double*>address(ends[0], np.float64, self.count)
+        self._high = <const double*>address(ends[1], np.float64, self.count)
 
     cdef double _value(self, Py_ssize_t k) noexcept nogil:
         """Present value of a bounded scalar."""

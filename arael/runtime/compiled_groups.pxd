@@ -7,6 +7,7 @@ cdef struct Compiled:
     void* program                # machine.Program, or NULL
     const Kernel* kernel         # or NULL
     Py_ssize_t width             # lanes of its data
+    size_t frame                 # bytes of stack that suffice for its kernels
     bint shared                  # whether all instances read the same rows
     bint free                    # whether threads may run it side by side
 
@@ -15,9 +16,14 @@ cdef class CompiledGroups:
     cdef readonly list widths    # lanes of each group's data
     cdef readonly list free      # whether threads may run each group side by side
     cdef readonly list stores    # whether each group heeds `Lanes.first`
+    cdef bint exhausted          # set where there was no memory for registers or a stack
     cdef object _keep            # whatever the pointers point into
     cdef Compiled* _groups
 
+    cdef double _elsewhere(
+        self, Compiled* one, void (*call)(void*) noexcept nogil, const Lanes* lanes, void* first,
+        void* second) noexcept nogil
+    # Kernels may ask for the GIL, so the functions below must be called without it.
     # Whether a group has neither kernel nor program; it cannot be run here then.
     cdef bint missing(self, Py_ssize_t g) noexcept nogil
     # Whether threads may run it side by side.

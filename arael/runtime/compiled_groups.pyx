@@ -1,4 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime
+# distutils: depends = arael/runtime/stack.h
 """What runs each group without Python: a kernel, or a program of the expression machine."""
 
 from libc.stdlib cimport calloc, free
@@ -6,9 +8,43 @@ from libc.stdlib cimport calloc, free
 from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes, table_of
 from arael.runtime.machine cimport Program
 
+from arael.runtime.frames import frame_of
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.machine import WIDTH
 from arael.runtime.tape import NATIVE
+
+cdef extern from "stack.h":
+    bint stack_suffices(size_t need) noexcept nogil
+    bint stack_elsewhere(size_t need, void (*call)(void*) noexcept nogil, void* job) noexcept nogil
+
+
+# A call of a kernel that needs another stack.
+cdef struct Call:
+    const Kernel* kernel
+    const Lanes* lanes
+    void* first
+    void* second
+    double value
+
+
+cdef void call_cost(void* job) noexcept nogil:
+    cdef Call* call = <Call*>job
+    call.value = call.kernel.cost(call.lanes)
+
+
+cdef void call_linearise(void* job) noexcept nogil:
+    cdef Call* call = <Call*>job
+    call.value = call.kernel.linearise(call.lanes, call.first, call.second)
+
+
+cdef void call_guard(void* job) noexcept nogil:
+    cdef Call* call = <Call*>job
+    call.kernel.guard(call.lanes)
+
+
+cdef void call_rows(void* job) noexcept nogil:
+    cdef Call* call = <Call*>job
+    call.kernel.rows(call.lanes, call.first, call.second)
 
 
 cdef class CompiledGroups:
@@ -58,6 +94,7 @@ cdef class CompiledGroups:
                 one.width = own.lanes
             elif table != NULL:
                 one.kernel, one.width = &table.groups[<Py_ssize_t>g], table.lanes
+            one.frame = frame_of(layout.groups[g], layout.entities)
             one.free = not self.missing(g) and not calls_natives(layout.groups[g])
         self.widths = [self._groups[g].width for g in range(len(programs))]
         self.free = [self.sharable(g) for g in range(len(programs))]
@@ -77,7 +114,9 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return 0
         if one.program != NULL:
-            return (<Program>one.program).cost(lanes)
+            return (<Program>one.program).cost(lanes, &self.exhausted)
+        if not stack_suffices(one.frame):
+            return self._elsewhere(one, call_cost, lanes, NULL, NULL)
         return one.kernel.cost(lanes)
 
     cdef double linearise(
@@ -87,15 +126,23 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return 0
         if one.program != NULL:
-            return (<Program>one.program).linearise(lanes, one.shared, gradient, values)
+            return (<Program>one.program).linearise(
+                lanes, one.shared, gradient, values, &self.exhausted)
+        if not stack_suffices(one.frame):
+            return self._elsewhere(one, call_linearise, lanes, gradient, values)
         return one.kernel.linearise(lanes, gradient, values)
 
     cdef bint guards(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].kernel != NULL and self._groups[g].kernel.guard != NULL
 
     cdef void guard(self, Py_ssize_t g, const Lanes* lanes) noexcept nogil:
-        if lanes.n and self.guards(g):
-            self._groups[g].kernel.guard(lanes)
+        cdef Compiled* one = &self._groups[g]
+        if not (lanes.n and self.guards(g)):
+            return
+        if not stack_suffices(one.frame):
+            self._elsewhere(one, call_guard, lanes, NULL, NULL)
+        else:
+            one.kernel.guard(lanes)
 
     cdef void rows(
         self, Py_ssize_t g, const Lanes* lanes, void* residuals, void* entries
@@ -104,9 +151,22 @@ cdef class CompiledGroups:
         if lanes.n == 0:
             return
         if one.program != NULL:
-            (<Program>one.program).rows(lanes, residuals, entries)
+            (<Program>one.program).rows(lanes, residuals, entries, &self.exhausted)
+        elif not stack_suffices(one.frame):
+            self._elsewhere(one, call_rows, lanes, residuals, entries)
         else:
             one.kernel.rows(lanes, residuals, entries)
+
+    cdef double _elsewhere(
+        self, Compiled* one, void (*call)(void*) noexcept nogil, const Lanes* lanes, void* first,
+        void* second
+    ) noexcept nogil:
+        """Call a kernel on a stack that is large enough; threads of Python may have small ones."""
+        cdef Call job
+        job.kernel, job.lanes, job.first, job.second, job.value = one.kernel, lanes, first, second, 0
+        if not stack_elsewhere(one.frame, call, &job):
+            self.exhausted = True
+        return job.value
 
 
 def require_own(layout, kernels, Py_ssize_t groups):

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport writable
 from arael.runtime.group_lanes cimport MOST_SHARES
 from arael.runtime.groups cimport Groups
 from arael.runtime.kernel cimport Lanes
@@ -56,6 +56,7 @@ cdef class Evaluation(Groups):
             self._run_shares(cost_of_share, &work)
             for k in range(self.shares):
                 total += costs[k]
+            self._checked(total)
         for g in range(self.count):
             if self._whole(g):
                 total += self.group_cost_at(g, which)
@@ -87,6 +88,7 @@ cdef class Evaluation(Groups):
             self._run_shares(add_share, &work)
             for k in range(self.shares):
                 total += costs[k]
+            self._checked(total)
         for g in range(self.count):
             if self._whole(g):
                 total += self.linearise_group(
@@ -133,8 +135,10 @@ cdef class Evaluation(Groups):
 
     def total_cost(self):
         """Cost at the accepted state."""
-        self.guard()
-        cost = self.cost(self.states.current)
+        cdef double cost
+        with nogil:
+            self.guard()
+            cost = self.cost(self.states.current)
         self.raise_failure()
         return cost
 
@@ -145,14 +149,20 @@ cdef class Evaluation(Groups):
         there is none.
         """
         gradient, values = self.room() if room is None else room
-        cost = self.linearise(<void*>address(gradient), <void*>address(values))
+        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_room)
+        cdef void* second = writable(values, self.dtype, self.totals.value_room)
+        cdef double cost
+        with nogil:
+            cost = self.linearise(first, second)
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
 
     def group_cost(self, Py_ssize_t g):
         """Cost of one group at the accepted state."""
-        self.guard()
-        cost = self.group_cost_at(g, self.states.current)
+        cdef double cost
+        with nogil:
+            self.guard()
+            cost = self.group_cost_at(g, self.states.current)
         self.raise_failure()
         return cost
 
@@ -161,29 +171,37 @@ cdef class Evaluation(Groups):
 
         `gradient` and `values` are as `room` makes them.
         """
-        cdef void* first = <void*>address(gradient)
-        cdef void* second = <void*>address(values)
+        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_room)
+        cdef void* second = writable(values, self.dtype, self.totals.value_room)
         cdef Lanes lanes = self.lanes.adding(self.states.current, g)
         cdef Py_ssize_t share
-        self.guard()
-        cost = self.linearise_group(g, &lanes, first, second)
-        for share in range(self.shares):
-            self.totals.add(share, first, second)
+        cdef double cost
+        with nogil:
+            self.guard()
+            cost = self.linearise_group(g, &lanes, first, second)
+            for share in range(self.shares):
+                self.totals.add(share, first, second)
         self.raise_failure()
         return cost
 
     def group_rows(self, Py_ssize_t g):
         """Residuals (n, residuals) and Jacobian entries (n, entries) of one group."""
         cdef Lanes* lanes = self.lanes.whole(self.states.current, g)
+        cdef void* first
+        cdef void* second
         group = self.groups[g]
-        self.guard()
+        with nogil:
+            self.guard()
         if lanes.n and self.compiled.missing(g):
             return self.interpreters[g].rows(self.state_arrays)
         residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
         entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
         if lanes.n:
-            self.compiled.rows(g, lanes, <void*>address(residuals), <void*>address(entries))
-            self.raised.natives.raise_failure()
+            first, second = writable(residuals, self.dtype), writable(entries, self.dtype)
+            with nogil:
+                self.compiled.rows(g, lanes, first, second)
+            self._checked(0)
+            self.raise_failure()
         return self._as_they_came(g, residuals), self._as_they_came(g, entries)
 
     def _as_they_came(self, Py_ssize_t g, found):
@@ -197,7 +215,8 @@ cdef class Evaluation(Groups):
 
     def acting(self, Py_ssize_t g):
         """(n,) bool, which instances of one group act at the accepted state."""
-        self.guard()
+        with nogil:
+            self.guard()
         self.raise_failure()
         interpreter = self.interpreters[g]
         if self.groups[g].moving_guard is None or not self.compiled.guards(g):

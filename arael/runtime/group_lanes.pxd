@@ -6,7 +6,7 @@ from arael.runtime.kernel cimport Lanes
 from arael.runtime.state_pair cimport StatePair
 
 cdef enum:
-    MOST_SHARES = 8
+    MOST_SHARES = 64
 
 
 cdef class GroupLanes:
@@ -14,6 +14,7 @@ cdef class GroupLanes:
     cdef object _keep            # arrays of places
     cdef object _adds            # zeros: no block of lanes is the first to write
     cdef object _orders          # per group, that of its instances, or None
+    cdef object _dtype           # of scalars
     cdef object _bounds          # of the shares, per group, in blocks of lanes
     cdef list _widths            # per group, its lanes
     cdef list _uses              # per group, how many entities it uses

@@ -11,9 +11,9 @@ from arael.runtime.kernel cimport Lanes
 from arael.runtime.natives cimport NativeTable
 from arael.runtime.state_pair cimport StatePair
 
-from arael.runtime.shares import SHARES
+from arael.runtime import shares
 
-assert SHARES <= MOST_SHARES
+assert shares.MOST_SHARES <= MOST_SHARES
 
 
 cdef class GroupLanes:
@@ -40,14 +40,16 @@ cdef class GroupLanes:
         cdef Lanes* lanes
         self._bounds, self._widths, self._shares = plan.bounds, widths, plan.count
         self._orders = plan.orders
-        self._adds = bytes(max([placed[5].size for placed in plan.placed], default=0) + 1)
-        self._none_first = <const uint8_t*>address(self._adds)
+        most = max([placed[5].size for placed in plan.placed], default=0)
+        self._adds = np.zeros(most + 1, dtype=np.uint8)
+        self._none_first = <const uint8_t*>address(self._adds, np.uint8)
         self._uses = [len(group.uses) for group in groups]
         self.data = [None] * len(groups)
+        self._dtype = np.float32 if states.single else np.float64
         self._keep = (plan.placed, states, natives)
         for which in range(2):
             self._whole[which] = <Lanes*>calloc(len(groups) + 1, sizeof(Lanes))
-            self._parts[which] = <Lanes*>calloc((len(groups) + 1) * MOST_SHARES, sizeof(Lanes))
+            self._parts[which] = <Lanes*>calloc(len(groups) * self._shares + 1, sizeof(Lanes))
         self._pointers = <const void**>calloc(2 * sum(self._uses) + 1, sizeof(void*))
         if not (self._whole[0] and self._whole[1] and self._parts[0] and self._parts[1]
                 and self._pointers):
@@ -57,12 +59,12 @@ cdef class GroupLanes:
             for which in range(2):
                 lanes = self.whole(which, g)
                 lanes.natives = natives.items
-                lanes.row = <const int32_t*>address(placed[0])
-                lanes.gradient_at = <const int32_t*>address(placed[1])
-                lanes.block_at = <const int64_t*>address(placed[2])
-                lanes.turn = <const uint8_t*>address(placed[3])
-                lanes.run = <const uint8_t*>address(placed[4])
-                lanes.first = <const uint8_t*>address(placed[5])
+                lanes.row = <const int32_t*>address(placed[0], np.int32)
+                lanes.gradient_at = <const int32_t*>address(placed[1], np.int32)
+                lanes.block_at = <const int64_t*>address(placed[2], np.int64)
+                lanes.turn = <const uint8_t*>address(placed[3], np.uint8)
+                lanes.run = <const uint8_t*>address(placed[4], np.uint8)
+                lanes.first = <const uint8_t*>address(placed[5], np.uint8)
                 lanes.state = &self._pointers[use]
                 for one_use in group.uses:
                     self._pointers[use] = states.entities[<Py_ssize_t>one_use.entity].state[which]
@@ -85,7 +87,7 @@ cdef class GroupLanes:
         return lanes
 
     cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil:
-        return &self._parts[which][g * MOST_SHARES + share]
+        return &self._parts[which][g * self._shares + share]
 
     def replace(self, Py_ssize_t g, one):
         """Let the instances of a group have other data; there are as many as before."""
@@ -103,7 +105,8 @@ cdef class GroupLanes:
         for which in range(2):
             lanes = self.whole(which, g)
             lanes.n = len(one.rows)
-            lanes.data, lanes.uniform = address(self.data[g][0]), address(self.data[g][1])
+            lanes.data = address(self.data[g][0], self._dtype)
+            lanes.uniform = address(self.data[g][1], self._dtype)
 
     cdef _cut(self, Py_ssize_t g):
         """The lanes of a group's shares: the same arrays from each share's first block on."""

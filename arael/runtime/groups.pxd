@@ -25,6 +25,7 @@ cdef class Groups:
 
     # Of one group: cost at one of the two states; NaN if the interpreter failed.
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil
+    cdef double _checked(self, double value) noexcept nogil
     # Its guard over parameters is asked at the accepted state.
     cdef void guard_group(self, Py_ssize_t g) noexcept nogil
     # Its J'r and blocks of J'J at the accepted state are added to the arrays, or stored as the

@@ -64,7 +64,7 @@ cdef class Groups:
         if lanes.n == 0:
             return 0
         if not self.compiled.missing(g):
-            return self.raised.checked(self.compiled.cost(g, lanes))
+            return self._checked(self.compiled.cost(g, lanes))
         with gil:
             try:
                 return self.interpreters[g].cost(self.states.arrays[which])
@@ -90,13 +90,22 @@ cdef class Groups:
         if lanes.n == 0:
             return 0
         if not self.compiled.missing(g):
-            return self.raised.checked(self.compiled.linearise(g, lanes, gradient, values))
+            return self._checked(self.compiled.linearise(g, lanes, gradient, values))
         with gil:
             try:
                 return self.interpreters[g].linearise(
                     self.state_arrays, *self.totals.views(gradient, values))
             except BaseException as error:
                 return self.raised.keep(error)
+
+    cdef double _checked(self, double value) noexcept nogil:
+        """`value`; what went wrong in kernels and programs meanwhile is kept."""
+        if self.compiled.exhausted:
+            self.compiled.exhausted = False
+            with gil:
+                self.raised.keep(MemoryError(
+                    "no memory for the registers of runtime residuals, or for the stack of a kernel"))
+        return self.raised.checked(value)
 
     @property
     def dtype(self):
@@ -122,7 +131,9 @@ cdef class Groups:
         kept = np.ascontiguousarray(step, dtype=self.dtype)
         if kept.shape != (self.size,):
             raise ValueError(f"expected a step of shape ({self.size},), found {kept.shape}")
-        self.states.move(address(kept), 1)
+        cdef const void* first = address(kept, self.dtype, self.size)
+        with nogil:
+            self.states.move(first, 1)
         self.raise_failure()
         self.states.accept()
 

@@ -11,13 +11,15 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport INFINITY, NAN, isfinite, sqrt
-from libc.stdint cimport uintptr_t
 
+from arael.runtime.address cimport address, writable
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
 from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Sums, Vectors
+
+from arael.runtime.records import check_record, probe_of
 
 STATUSES = (
     "running",
@@ -53,14 +55,13 @@ RECORD = np.dtype(
     ]
 )
 
+probe = probe_of(RECORD)
+check_record("Record", RECORD, (<const Record*>address(probe, RECORD))[0], sizeof(Record))
+
 # Seconds between looks at pending signals (Ctrl-C): each takes the GIL.
 cdef double SIGNAL_INTERVAL = 0.02
 # A driver that rejected so often in a row that its growth overflows has given up.
 cdef double GROWTH_LIMIT = 1e9
-
-
-cdef void* address(array) except? NULL:
-    return <void*><uintptr_t>array.__array_interface__["data"][0]
 
 
 cdef class Minimiser:
@@ -116,7 +117,7 @@ cdef class Minimiser:
         if self._history is not None:
             history[: len(self._history)] = self._history
         # Whatever may raise comes before the first change: the old records must stay reachable.
-        cdef void* records = address(history)
+        cdef void* records = writable(history, RECORD, capacity)
         self._history = history
         self._capacity = capacity
         self._records = <Record*>records
@@ -124,7 +125,10 @@ cdef class Minimiser:
     # --- from Python -------------------------------------------------------------------------
 
     def run(self):
-        """Solve; return the status. What watcher, driver or interpreter raised passes through."""
+        """Solve; return the status.
+
+        What watcher, driver, interpreter or linear solver raised passes through.
+        """
         with nogil:
             self._run()
         if self._failure is not None:
@@ -207,7 +211,7 @@ cdef class Minimiser:
         if self._factor():
             self._propose()
             self._now.accepted = self._now.trial_cost < self.current_cost
-        if self.evaluation.raised.any:
+        if self.evaluation.raised.any or self.solver.raised.any:
             self._now.accepted = False
         self._next_damping()
         self._now.seconds = seconds() - began
@@ -390,12 +394,13 @@ cdef class Minimiser:
             self._failure, self._status = error, ABORTED
 
     cdef void _take_failure(self) noexcept nogil:
-        if self.evaluation.raised.any:
+        if self.evaluation.raised.any or self.solver.raised.any:
             with gil:
                 self._raise_later()
 
     def _raise_later(self):
         try:
+            self.solver.raised.again()
             self.evaluation.raise_failure()
         except KeyboardInterrupt:
             self._status = ABORTED
@@ -414,7 +419,7 @@ cdef class Minimiser:
     def _record(self):
         """The present attempt as one structured scalar."""
         record = np.zeros((), dtype=RECORD)
-        (<Record*>address(record))[0] = self._now
+        (<Record*>writable(record, RECORD))[0] = self._now
         return record[()]
 
     cdef void _keep_record(self) noexcept nogil:

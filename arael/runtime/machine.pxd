@@ -26,8 +26,11 @@ cdef class Program:
     cdef const int32_t* _products       # [products][7] registers i, j, pair, three offsets, factor
     cdef Py_ssize_t _product_count
 
-    cdef double cost(self, const Lanes* lanes) noexcept nogil
+    # Without memory for the registers, all set `exhausted`, and what they return means nothing.
+    cdef double cost(self, const Lanes* lanes, bint* exhausted) noexcept nogil
     # `shared`: all instances contribute to the same places, which get one sum a block of lanes.
     cdef double linearise(
-        self, const Lanes* lanes, bint shared, void* gradient, void* values) noexcept nogil
-    cdef void rows(self, const Lanes* lanes, void* residuals, void* entries) noexcept nogil
+        self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
+    ) noexcept nogil
+    cdef void rows(
+        self, const Lanes* lanes, void* residuals, void* entries, bint* exhausted) noexcept nogil

@@ -13,9 +13,10 @@ from libc.math cimport (
     NAN, acos, asin, atan, atan2, cbrt, ceil, copysign, cos, cosh, exp, fabs, floor, hypot, log,
     log2, log10, pow, sin, sinh, sqrt, tan, tanh,
 )
-from libc.stdint cimport int32_t, uintptr_t
+from libc.stdint cimport SIZE_MAX, int32_t
 from libc.stdlib cimport free, malloc
 
+from arael.runtime.address cimport address
 from arael.runtime.kernel cimport Lanes, Native
 
 from arael.runtime.assembling import OPERATIONS, assemble
@@ -185,10 +186,6 @@ cdef void run(
                 t[w] = b[w] if a[w] != 0 else c[w]
 
 
-cdef const void* address(array) except? NULL:
-    return <const void*><uintptr_t>array.ctypes.data
-
-
 cdef class Program:
     """The programs of one group: its residuals, and its residuals with their derivatives.
 
@@ -218,50 +215,77 @@ cdef class Program:
         constants = np.ascontiguousarray(parts.constants, dtype=np.float64)
         self._keep = (arrays, constants)
         self._cost.count, self._full.count = len(arrays[0]), len(arrays[1])
-        self._cost.words = <const int32_t*>address(arrays[0])
-        self._full.words = <const int32_t*>address(arrays[1])
-        self._state = <const int32_t*>address(arrays[2])
-        self._results = <const int32_t*>address(arrays[3])
-        self._entries, self._entry_count = <const int32_t*>address(arrays[4]), len(arrays[4])
-        self._products, self._product_count = <const int32_t*>address(arrays[5]), len(arrays[5])
-        self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6])
-        self._constant = <const double*>address(constants)
+        self._cost.words = <const int32_t*>address(arrays[0], np.int32)
+        self._full.words = <const int32_t*>address(arrays[1], np.int32)
+        self._state = <const int32_t*>address(arrays[2], np.int32)
+        self._results = <const int32_t*>address(arrays[3], np.int32)
+        self._entries, self._entry_count = <const int32_t*>address(arrays[4], np.int32), len(arrays[4])
+        self._products, self._product_count = <const int32_t*>address(arrays[5], np.int32), len(arrays[5])
+        self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
+        self._constant = <const double*>address(constants, np.float64)
 
     @property
     def instructions(self):
         """Instructions of the cost and of the linearisation."""
         return self._cost.count, self._full.count
 
-    cdef double cost(self, const Lanes* lanes) noexcept nogil:
+    @property
+    def workspace(self):
+        """Bytes that a run takes for its registers."""
+        return workspace_of(self, sizeof(float) if self.single else sizeof(double))
+
+    cdef double cost(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
         if self.single:
-            return cost_of[float](self, lanes, <float*>NULL)
-        return cost_of[double](self, lanes, <double*>NULL)
+            return cost_of[float](self, lanes, exhausted, <float*>NULL)
+        return cost_of[double](self, lanes, exhausted, <double*>NULL)
 
     cdef double linearise(
-        self, const Lanes* lanes, bint shared, void* gradient, void* values
+        self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
     ) noexcept nogil:
         if self.single:
-            return linearise_of[float](self, lanes, shared, <float*>gradient, <float*>values)
-        return linearise_of[double](self, lanes, shared, <double*>gradient, <double*>values)
+            return linearise_of[float](
+                self, lanes, shared, exhausted, <float*>gradient, <float*>values)
+        return linearise_of[double](
+            self, lanes, shared, exhausted, <double*>gradient, <double*>values)
 
-    cdef void rows(self, const Lanes* lanes, void* residuals, void* entries) noexcept nogil:
+    cdef void rows(
+        self, const Lanes* lanes, void* residuals, void* entries, bint* exhausted
+    ) noexcept nogil:
         if self.single:
-            rows_of[float](self, lanes, <float*>residuals, <float*>entries)
+            rows_of[float](self, lanes, exhausted, <float*>residuals, <float*>entries)
         else:
-            rows_of[double](self, lanes, <double*>residuals, <double*>entries)
+            rows_of[double](self, lanes, exhausted, <double*>residuals, <double*>entries)
 
 
-cdef floating** begin(Program p, const Lanes* lanes, floating* _) noexcept nogil:
-    """Registers with what is the same for all blocks in them; NULL if there is no memory."""
+cdef size_t workspace_of(Program p, size_t scalar) noexcept nogil:
+    return p._registers * (sizeof(void*) + LANES * scalar) + p._arguments * sizeof(double)
+
+
+cdef size_t most_workspace = SIZE_MAX
+
+
+def limit_workspace(most=None):
+    """Refuse more bytes of registers than `most` as if there was no memory; None: no limit."""
+    global most_workspace
+    most_workspace = SIZE_MAX if most is None else most
+
+
+cdef floating** begin(
+    Program p, const Lanes* lanes, bint* exhausted, floating* _
+) noexcept nogil:
+    """Registers with what is the same for all blocks in them.
+
+    Without memory NULL, and `exhausted` is set: threads share it, but nothing else is ever stored.
+    """
     cdef Py_ssize_t k, w, pointers = p._registers * sizeof(void*)
     cdef Py_ssize_t fixed = p._states + p._data
-    cdef char* room = <char*>malloc(
-        pointers + p._registers * LANES * sizeof(floating) + p._arguments * sizeof(double)
-    )
+    cdef size_t size = workspace_of(p, sizeof(floating))
+    cdef char* room = <char*>malloc(size) if size <= most_workspace else NULL
     cdef floating** registers = <floating**>room
     cdef floating* memory = <floating*>(room + pointers)
     cdef floating value
     if room == NULL:
+        exhausted[0] = True
         return NULL
     for k in range(p._registers):
         registers[k] = memory + k * LANES
@@ -311,8 +335,10 @@ cdef double squares(Program p, floating** registers, int n) noexcept nogil:
     return total
 
 
-cdef double cost_of(Program p, const Lanes* lanes, floating* _) noexcept nogil:
-    cdef floating** registers = begin(p, lanes, _)
+cdef double cost_of(
+    Program p, const Lanes* lanes, bint* exhausted, floating* _
+) noexcept nogil:
+    cdef floating** registers = begin(p, lanes, exhausted, _)
     cdef double total = 0
     cdef Py_ssize_t block
     cdef double* arguments
@@ -329,9 +355,10 @@ cdef double cost_of(Program p, const Lanes* lanes, floating* _) noexcept nogil:
 
 
 cdef double linearise_of(
-    Program p, const Lanes* lanes, bint shared, floating* gradient, floating* values
+    Program p, const Lanes* lanes, bint shared, bint* exhausted, floating* gradient,
+    floating* values,
 ) noexcept nogil:
-    cdef floating** registers = begin(p, lanes, gradient)
+    cdef floating** registers = begin(p, lanes, exhausted, gradient)
     cdef double total = 0
     cdef Py_ssize_t block
     cdef double* arguments
@@ -407,15 +434,13 @@ cdef void add_products(
 
 
 cdef void rows_of(
-    Program p, const Lanes* lanes, floating* residuals, floating* entries
+    Program p, const Lanes* lanes, bint* exhausted, floating* residuals, floating* entries
 ) noexcept nogil:
-    cdef floating** registers = begin(p, lanes, residuals)
+    cdef floating** registers = begin(p, lanes, exhausted, residuals)
     cdef Py_ssize_t block, k, w, first
     cdef double* arguments
     cdef int n
     if registers == NULL:
-        for k in range(lanes.n * p.residuals):
-            residuals[k] = NAN
         return
     arguments = arguments_of(p, registers)
     for block in range((lanes.n + LANES - 1) // LANES):

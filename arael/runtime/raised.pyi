@@ -2,12 +2,17 @@
 
 from arael.runtime.natives import NativeTable
 
-class Raised:
-    """The first exception of the interpreter or of a native function in Python."""
+class Kept:
+    """The first exception that code without a way to raise met."""
 
     any: bool
     error: BaseException | None
+
+    def again(self) -> None: ...
+
+class Raised(Kept):
+    """The first exception of the interpreter or of a native function in Python."""
+
     natives: NativeTable
 
     def __init__(self, natives: NativeTable) -> None: ...
-    def again(self) -> None: ...

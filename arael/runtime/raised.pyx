@@ -6,7 +6,23 @@ from libc.math cimport NAN
 from arael.runtime.natives cimport NativeTable
 
 
-cdef class Raised:
+cdef class Kept:
+    """The first exception that code without a way to raise met."""
+
+    cdef double keep(self, error) noexcept:
+        if not self.any:
+            self.any = True
+            self.error = error
+        return NAN
+
+    def again(self):
+        """Raise what was kept, if anything, and forget it."""
+        if self.any:
+            error, self.error, self.any = self.error, None, False
+            raise error
+
+
+cdef class Raised(Kept):
     """The first exception of the interpreter or of a native function in Python.
 
     Parameters
@@ -18,12 +34,6 @@ cdef class Raised:
     def __init__(self, NativeTable natives):
         self.natives = natives
 
-    cdef double keep(self, error) noexcept:
-        if not self.any:
-            self.any = True
-            self.error = error
-        return NAN
-
     cdef double checked(self, double value) noexcept nogil:
         if self.natives.failed:
             with gil:
@@ -33,6 +43,5 @@ cdef class Raised:
     def again(self):
         """Raise what was kept, if anything, and forget it."""
         if self.any:
-            error, self.error, self.any = self.error, None, False
             self.natives.clear()
-            raise error
+            super().again()

@@ -24,17 +24,25 @@ from arael.runtime.structure import Structure
 
 Ints = NDArray[np.int64]
 
-#: Most shares of a problem. Divides evenly by 2, 4 and 8 threads and well by 3.
+#: Shares of a problem that is cut for few threads. Divides evenly by 2, 4 and 8, and well by 3.
 SHARES = 8
+
+#: Most shares of a problem, the most threads that the pool has.
+MOST_SHARES = 64
 
 #: Predicted nanoseconds from which a share of its own pays.
 GRAIN = 200_000.0
 
+#: The same of each share beyond `SHARES`. Eight shares leave nothing to do for more threads, and
+#: with more of them one thread has more to add up, so only long linearisations get more.
+WIDE_GRAIN = 1_000_000.0
+
 # A linearisation of fewer grains stays whole.
 _SHORT = 4
 
-# Places of their own may take this fraction of the values.
+# Places of their own may take this fraction of the values, and this one beyond `SHARES`.
 _ROOM = 0.25
+_WIDE_ROOM = 0.05
 
 _NONE: Ints = np.zeros((0, 3), dtype=np.int64)
 
@@ -94,8 +102,7 @@ def plan_shares(
         for group, p, may in zip(groups, structure.placements, free, strict=True)
     ]
     orders = _orders(structure, groups)
-    # Waking a helper may take as long as a short linearisation.
-    count = int(min(SHARES, sum(work) // GRAIN)) if sum(work) >= _SHORT * GRAIN else 1
+    count = _count(sum(work))
     while count > 1:
         bounds = [
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
@@ -159,6 +166,17 @@ def _with_firsts(
         )
     )
     return replace(shares, placed=placed, cleared=firsts.cleared, cleared_ends=firsts.ends)
+
+
+def _count(nanoseconds: float) -> int:
+    """Shares that a linearisation of so many nanoseconds is worth, as far as there is room."""
+    # Waking a helper may take as long as a short linearisation.
+    if nanoseconds < _SHORT * GRAIN:
+        return 1
+    most = MOST_SHARES
+    while most > SHARES and nanoseconds < most * max(WIDE_GRAIN, GRAIN):
+        most //= 2
+    return int(min(most, nanoseconds // GRAIN))
 
 
 def _nanoseconds(group: Group) -> float:
@@ -234,7 +252,8 @@ class _Split:
         shared[nb] = False
         mine = self.touched & shared
         mine[np.argmax(mine, axis=0), np.arange(nb + 1)] = False
-        limit = _ROOM * structure.pattern.value_count
+        fraction = _ROOM if self.count <= SHARES else _WIDE_ROOM
+        limit = fraction * structure.pattern.value_count
         if (mine * self.sizes**2).sum() > limit:
             return None
         pairs = self._pairs(shared)

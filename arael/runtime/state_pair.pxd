@@ -14,6 +14,7 @@ cdef struct EntityStates:
     Py_ssize_t stored            # stored scalars of a row
     Py_ssize_t stride            # state scalars of a row
     bint plain                   # whether a step is just added
+    size_t frame                 # bytes of stack that suffice for `refresh`
     refresh_function refresh     # NULL: the interpreter does it
 
 

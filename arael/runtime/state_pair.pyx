@@ -1,4 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime
+# distutils: depends = arael/runtime/stack.h
 """The states of all entities twice over: as accepted, and as a step would have them."""
 
 import numpy as np
@@ -9,11 +11,12 @@ from libc.stdlib cimport calloc, free
 
 from cython cimport floating
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.kernel cimport KernelTable, table_of
 from arael.runtime.pool cimport distribute
 from arael.runtime.raised cimport Raised
 
+from arael.runtime.frames import refresh_frame_of
 from arael.runtime.interpreter import refresh
 from arael.runtime.vectors import count_parts
 
@@ -42,6 +45,25 @@ cdef void add_step(
             moved[row * width + k] = state[row * width + k]
             if at[row] >= 0:
                 moved[row * width + k] += step[at[row] + k]
+
+cdef extern from "stack.h":
+    bint stack_suffices(size_t need) noexcept nogil
+    bint stack_elsewhere(size_t need, void (*call)(void*) noexcept nogil, void* job) noexcept nogil
+
+
+# A call that needs another stack.
+cdef struct Refresh:
+    const EntityStates* one
+    Py_ssize_t rows
+    const void* state
+    const void* step
+    const int32_t* delta_at
+    void* moved
+
+
+cdef void call_refresh(void* job) noexcept nogil:
+    cdef Refresh* call = <Refresh*>job
+    call.one.refresh(call.rows, call.state, call.step, call.delta_at, call.moved)
 
 
 cdef class StatePair:
@@ -86,17 +108,18 @@ cdef class StatePair:
                 state = np.zeros((max(rows, 1), entity.state), dtype=dtype)
                 state[:rows, : entity.stored] = stored[e]
                 self.arrays[which].append(state)
-                one.state[<int>which] = <void*>address(state)
+                one.state[<int>which] = writable(state, dtype)
             first = np.ascontiguousarray(system.blocks[e].first, dtype=np.int32)
             self._keep.append(first)
-            one.delta_at = <const int32_t*>address(first)
+            one.delta_at = <const int32_t*>address(first, np.int32, rows)
             one.rows, one.moving = rows, rows if (first >= 0).any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             if table != NULL and e < table.entity_count:
+                one.frame = refresh_frame_of(entity)
                 one.refresh = table.refresh[<Py_ssize_t>e]
         pieces = np.array(self._cut(), dtype=np.int64).reshape(-1, 3)
         self._keep.append(pieces)
-        self._pieces, self._piece = len(pieces), <const int64_t*>address(pieces)
+        self._pieces, self._piece = len(pieces), <const int64_t*>table_address(pieces, 3)
         for e in range(self._count):
             self._settle(e)
         raised.again()
@@ -129,9 +152,12 @@ cdef class StatePair:
 
         In both states: rows that never move are not refreshed again.
         """
+        cdef const void* still
         if self.entities[e].rows:
-            self._refresh(e, 0, 0, address(self._still))
-            self._refresh(e, 0, 1, address(self._still))
+            still = address(self._still, self._still.dtype, self._size)
+            with nogil:
+                self._refresh(e, 0, 0, still)
+                self._refresh(e, 0, 1, still)
 
     cdef void move(self, const void* step, int threads) noexcept nogil:
         cdef Py_ssize_t e
@@ -187,8 +213,16 @@ cdef class StatePair:
         cdef const int32_t* delta_at = one.delta_at + begin
         cdef const void* state = <char*>one.state[source] + offset
         cdef void* moved = <char*>one.state[target] + offset
+        cdef Refresh job
         if not one.plain:
-            one.refresh(end - begin, state, step, delta_at, moved)
+            if stack_suffices(one.frame):
+                one.refresh(end - begin, state, step, delta_at, moved)
+                return
+            job.one, job.rows, job.state, job.step = one, end - begin, state, step
+            job.delta_at, job.moved = delta_at, moved
+            if not stack_elsewhere(one.frame, call_refresh, &job):
+                with gil:
+                    self._raised.keep(MemoryError("no memory for the stack of a kernel"))
         elif self.single:
             add_step(end - begin, one.stride, <const float*>state, <const float*>step, delta_at,
                      <float*>moved)

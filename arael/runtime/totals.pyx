@@ -64,7 +64,7 @@ cdef class Totals:
         """The array as memory that lives as long as this object."""
         kept = np.ascontiguousarray(array, dtype=np.int64)
         self._keep.append(kept)
-        return <const int64_t*>address(kept)
+        return <const int64_t*>address(kept, np.int64)
 
     cdef void clear(
         self, Py_ssize_t part, Py_ssize_t parts, void* gradient, void* values

@@ -10,7 +10,7 @@ import numpy as np
 from libc.math cimport fabs
 from libc.stdint cimport int64_t
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport writable
 from arael.runtime.pool cimport Task, distribute
 from arael.runtime.totals cimport Totals
 
@@ -45,12 +45,12 @@ cdef class Vectors:
             np.zeros(max(n, 1), dtype=dtype) for _ in range(4)
         )
         self._keep = (totals, own)
-        self.gradient = <void*>address(self.gradient_array)
-        self.values = <void*>address(self.value_array)
-        self.step = <void*>address(self.step_array)
-        self.damped = <void*>address(self.damped_array)
-        self._diagonal = <void*>address(self.diagonal_array)
-        self._own = <void*>address(own)
+        self.gradient = writable(self.gradient_array, dtype)
+        self.values = writable(self.value_array, dtype)
+        self.step = writable(self.step_array, dtype, n)
+        self.damped = writable(self.damped_array, dtype, n)
+        self._diagonal = writable(self.diagonal_array, dtype, n)
+        self._own = writable(own, dtype, n)
 
     cdef double take_diagonal(self, double floor) noexcept nogil:
         cdef Py_ssize_t part

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import arael
 from arael.diagnose.gradients import check_gradients
+from arael.runtime import machine
 from arael.runtime.assembling import OPERATIONS
 from arael.runtime.interpreter import GroupInterpreter
 from arael.runtime.tape import PRIMITIVES
@@ -122,3 +123,25 @@ def test_every_operation_on_every_kind_of_number(name: str, single: bool) -> Non
         found = problem.evaluation.group_rows(0)
         for a, b in zip(found, expected, strict=True):
             np.testing.assert_allclose(a, b, rtol=3e-6 if single else 1e-14, atol=0)
+
+
+def test_without_memory_for_registers_a_solve_ends_in_memory_error() -> None:
+    x = np.linspace(0, 1, 70)
+    model = arael.runtime_model(
+        arael.runtime_residual("exp(a * x) - 2", parameters={"a": 0.5}, data={"x": x})
+    )
+    problem = model._problem()
+    machine.limit_workspace(64)
+    try:
+        for use in (
+            model.solve,
+            model.cost,
+            problem.evaluation.linearised,
+            lambda: problem.evaluation.group_rows(0),
+            lambda: problem.evaluation.group_cost(0),
+        ):
+            with pytest.raises(MemoryError, match="registers of runtime residuals"):
+                use()
+    finally:
+        machine.limit_workspace()
+    assert model.solve().status == "converged"

@@ -38,6 +38,11 @@ def finely(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(vectors, "GRAIN", 20)
 
 
+def test_only_long_linearisations_have_more_shares_than_eight() -> None:
+    found = [shares._count(1e6 * ms) for ms in (0.1, 1, 7, 15.9, 16, 33, 64, 500)]
+    assert found == [1, 5, 8, 8, 16, 32, 64, 64]
+
+
 class TestPool:
     """Every item of a job is done once."""
 
@@ -121,6 +126,25 @@ class TestEvaluation:
         tolerance = 1e-4 if precision == "f32" else 1e-12
         for a, b in zip(first, (*whole.linearised(), whole.total_cost()), strict=True):
             np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance * np.abs(b).max())
+
+    def test_more_shares_than_eight_have_the_same_bits(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        instance = scene()
+        eight = problem_of(instance).evaluation.linearised()
+        monkeypatch.setattr(shares, "WIDE_GRAIN", 1.0)
+        monkeypatch.setattr(shares, "_WIDE_ROOM", 100.0)
+        split = Problem(instance._compiled.layout, instance._store, instance._compiled.kernels)
+        assert split.evaluation.shares > shares.SHARES
+        found = []
+        for threads in (1, 2, 3, 8, 16, 64):
+            split.evaluation.threads = threads
+            found.append((*split.evaluation.linearised(), split.evaluation.total_cost()))
+        for one in found:
+            for a, b in zip(one, found[0], strict=True):
+                np.testing.assert_array_equal(a, b)
+        for a, b in zip(found[0], eight, strict=False):
+            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12 * np.abs(b).max())
 
     @pytest.mark.parametrize("way", ["guarded", "machine", "compiled"])
     def test_other_constraints(

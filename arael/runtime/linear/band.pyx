@@ -10,10 +10,11 @@ band storage, and LAPACK factorises bands so wide that they do not fit the cache
 from libc.math cimport isfinite
 from libc.string cimport memset
 
+from arael.runtime.address cimport table_address, writable
 from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address, put
+from arael.runtime.linear.blocks cimport put
 
 from arael.runtime.linear import bandwidth
 from arael.runtime.linear.blas import load as load_blas
@@ -69,8 +70,8 @@ cdef class BandSolver(LinearSolver):
         inverse = aligned(self.n, self.dtype)
         table = block_table(pattern, self._leading)
         self._keep = (matrix, inverse, table)
-        self._matrix, self._inverse = address(matrix), address(inverse)
-        self._blocks = <const long long*>address(table)
+        self._matrix, self._inverse = writable(matrix, self.dtype), writable(inverse, self.dtype)
+        self._blocks = <const long long*>table_address(table, 4)
         self._bytes = matrix.nbytes
         self._count = len(table)
         self.plan = {

@@ -3,17 +3,22 @@
 # Matrices and vectors are `void*`: f64 or f32 as `single` tells, so that one virtual table serves
 # both precisions and the loop above needs no fused types.
 
+from arael.runtime.raised cimport Kept
+
+
 cdef class LinearSolver:
     cdef readonly bint single       # f32 if true, else f64
     cdef readonly object pattern    # BlockPattern
     cdef readonly dict plan         # name, why, n, nnz_l, flops, ... of the symbolic analysis
     cdef readonly Py_ssize_t n      # scalars
     cdef readonly int threads       # that factor and solve may use; see `use_threads`
+    cdef readonly Kept raised       # what Python code under factor or solve raised; see `factor`
 
     # Factorise H with its diagonal replaced by `diagonal` (n scalars, damping included).
     # `values` are the blocks as the pattern lays them out; neither argument is changed.
     # Returns 0, or 1 + the scalar (original order) at whose pivot the matrix was found not to be
-    # positive definite (NaN included). Never raises, never allocates.
+    # positive definite (NaN included). Never raises, never allocates. A solver that calls Python
+    # keeps what that raises in `raised`, and returns 1: not a rejection, the caller has to look.
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil
 
     # Overwrite b (n scalars, original order) by the solution; needs a successful factor().

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.raised import Kept
 
 class LinearSolver:
     single: bool
@@ -11,6 +12,7 @@ class LinearSolver:
     plan: dict[str, Any]
     n: int
     threads: int
+    raised: Kept
     def __init__(self, pattern: BlockPattern, single: bool = False) -> None: ...
     def use_threads(self, threads: int) -> None: ...
     @property

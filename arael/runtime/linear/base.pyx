@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from arael.runtime.raised cimport Kept
+
 
 cdef class LinearSolver:
     """Base of the linear solvers for symmetric positive definite block matrices.
@@ -20,6 +22,7 @@ cdef class LinearSolver:
         self.single = single
         self.n = pattern.size
         self.threads = 1
+        self.raised = Kept()
         self.plan = {}
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -69,6 +72,7 @@ cdef class LinearSolver:
         cdef Py_ssize_t status
         with nogil:
             status = self.factor(<const void*>pv, <const void*>pd)
+        self.raised.again()
         return status
 
     def step(self, values, diagonal, b):
@@ -96,6 +100,7 @@ cdef class LinearSolver:
             status = self.factor_with(<const void*>pv, <const void*>pd, <const void*>px)
             if status == 0:
                 self.finish(<void*>px)
+        self.raised.again()
         return status, x if status == 0 else None
 
     def _system(self, values, diagonal):
@@ -124,5 +129,6 @@ cdef class LinearSolver:
             p = column.ctypes.data
             with nogil:
                 self.solve(<void*>p)
+            self.raised.again()
             columns[:, k] = column
         return columns.reshape(rhs.shape, order="F")

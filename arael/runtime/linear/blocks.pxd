@@ -2,8 +2,6 @@
 
 from arael.runtime.linear.blas cimport real
 
-cdef void* address(array)
-
 cdef void put(
     const long long* blocks, Py_ssize_t begin, Py_ssize_t end, const real* values, real* storage
 ) noexcept nogil

@@ -90,12 +90,6 @@ def block_table(pattern, Py_ssize_t leading):
     )
 
 
-cdef void* address(array):
-    """Where the array's scalars are; the caller keeps the array."""
-    cdef size_t place = array.ctypes.data
-    return <void*>place
-
-
 cdef void put(
     const long long* blocks, Py_ssize_t begin, Py_ssize_t end, const real* values, real* storage
 ) noexcept nogil:

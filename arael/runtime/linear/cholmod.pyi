@@ -1,4 +1,3 @@
 from arael.runtime.linear.base import LinearSolver
 
-class CholmodSolver(LinearSolver):
-    failure: Exception | None
+class CholmodSolver(LinearSolver): ...

@@ -5,9 +5,9 @@ import numpy as np
 
 from libc.math cimport isfinite
 
+from arael.runtime.address cimport address, writable
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address
 
 from arael.runtime.linear.cholmod_api import new_factor
 from arael.runtime.linear.openmp import OpenMP
@@ -25,18 +25,12 @@ cdef class CholmodSolver(LinearSolver):
     single : bool
         Whether the problem is given in f32.
 
-    Attributes
-    ----------
-    failure : Exception or None
-        What scikit-sparse raised in the last `factor` other than "not positive definite".
-
     Raises
     ------
     AraelError
         E0841 where scikit-sparse is missing.
     """
 
-    cdef readonly object failure
     cdef object _matrix             # lower triangle in CSC format, its data in _data
     cdef object _factor
     cdef object _openmp
@@ -60,10 +54,10 @@ cdef class CholmodSolver(LinearSolver):
         self._b = np.zeros(self.n)
         self._keep = (source, self._matrix.data, self._matrix.indices)
         self._count = len(source)
-        self._source = <const long long*>address(source)
-        self._data = <double*>address(self._matrix.data)
-        self._row = <const int*>address(self._matrix.indices)
-        self._right = <double*>address(self._b)
+        self._source = <const long long*>address(source, np.int64)
+        self._data = <double*>writable(self._matrix.data, np.float64, self._count)
+        self._row = <const int*>address(self._matrix.indices, np.intc, self._count)
+        self._right = <double*>writable(self._b, np.float64, self.n)
         self._factor = new_factor(self._matrix) if self.n else None
         self._openmp = OpenMP()     # CHOLMOD is loaded by now
         self.plan = {"solver": "cholmod", "n": self.n}
@@ -80,11 +74,10 @@ cdef class CholmodSolver(LinearSolver):
             return status
         with gil:
             try:
-                self.failure = None
                 with self._openmp.on_one_thread():
                     return 1 + <Py_ssize_t>self._factor.factorise(self._matrix)
-            except Exception as failure:
-                self.failure = failure
+            except BaseException as failure:  # KeyboardInterrupt must end the solve as well
+                self._keep_failure(failure)
                 return 1
 
     cdef void solve(self, void* b) noexcept nogil:
@@ -96,14 +89,18 @@ cdef class CholmodSolver(LinearSolver):
         with gil:
             try:
                 self._b[:] = self._factor.solve(self._b)
-            except Exception as failure:
-                self.failure = failure
-                self._b[:] = np.nan
+            except BaseException as failure:
+                self._keep_failure(failure)
         for i in range(self.n):
             if self.single:
                 (<float*>b)[i] = <float>self._right[i]
             else:
                 (<double*>b)[i] = self._right[i]
+
+    cdef _keep_failure(self, failure):
+        if not isinstance(failure, KeyboardInterrupt):
+            failure.add_note("raised by scikit-sparse, in the linear solver 'cholmod'")
+        self.raised.keep(failure)
 
     cdef Py_ssize_t _fill(self, const real* values, const real* diagonal) noexcept nogil:
         """Copy the entries; CHOLMOD does not look for NaN, so 1 + its row is returned here."""

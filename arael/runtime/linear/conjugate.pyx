@@ -15,9 +15,9 @@ import numpy as np
 
 from libc.math cimport NAN, isfinite, sqrt
 
+from arael.runtime.address cimport address, writable
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.eliminate cimport Block
 from arael.runtime.linear.elimination cimport Elimination, Sums
 
@@ -95,9 +95,10 @@ cdef class ConjugateSolver(LinearSolver):
         vectors = [aligned(self._elimination.n, self.dtype) for _ in range(5)]
         self._keep = (table, vectors)
         self._count = len(table) - 1
-        self._blocks = <const Block*>address(table)
-        self._x, self._r, self._z = address(vectors[0]), address(vectors[1]), address(vectors[2])
-        self._p, self._q = address(vectors[3]), address(vectors[4])
+        self._blocks = <const Block*>address(table, BLOCK)
+        self._x, self._r = writable(vectors[0], self.dtype), writable(vectors[1], self.dtype)
+        self._z, self._p = writable(vectors[2], self.dtype), writable(vectors[3], self.dtype)
+        self._q = writable(vectors[4], self.dtype)
         self._norm = 0
         self.forcing = self._tolerance
         self.plan = {

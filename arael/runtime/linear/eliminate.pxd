@@ -31,9 +31,10 @@ cdef extern from *:
     #endif
     """
     ctypedef struct Entity:
-        pass
+        long long scalar, source, factor, couplings, size
     ctypedef struct Coupling:
-        pass
+        long long source, place
+        int padded, width, turned, kept
     ctypedef struct Block:
         long long place
         int row, column, height, width

@@ -9,6 +9,10 @@ when the module is imported. `use` takes another one, for tests and comparisons.
 
 import numpy as np
 
+from arael.runtime.address cimport address
+
+from arael.runtime.records import check_record, probe_of
+
 cdef extern from *:
     """
     #define KERNELS "eliminate.h"
@@ -42,6 +46,13 @@ COUPLING = np.dtype(
 BLOCK = np.dtype(
     [("place", np.int64)] + [(name, np.int32) for name in ("row", "column", "height", "width")]
 )
+one = probe_of(ENTITY)
+check_record("Entity", ENTITY, (<const Entity*>address(one, ENTITY))[0], sizeof(Entity))
+one = probe_of(COUPLING)
+check_record("Coupling", COUPLING, (<const Coupling*>address(one, COUPLING))[0], sizeof(Coupling))
+one = probe_of(BLOCK)
+check_record("Block", BLOCK, (<const Block*>address(one, BLOCK))[0], sizeof(Block))
+
 #: int32 that a list of pairs must have behind it.
 SLACK = PAIRS_AHEAD + 2
 

@@ -12,14 +12,14 @@ import numpy as np
 
 from libc.string cimport memcpy, memset
 
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.linear cimport eliminate as kernels
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 from arael.runtime.pool cimport distribute
 
 from arael.runtime.linear import parts
-from arael.runtime.linear.eliminate import SLACK
+from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK
 from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.reduction import PADDING
 
@@ -65,19 +65,19 @@ cdef class Elimination:
         self._parts, self._sweeps = len(part_ends) - 1, len(sweep_ends) - 1
         # Fewer sweeps than threads would hold the elimination up.
         self._together = self._sweeps >= min(self._parts, parts.SWEEPS)
-        self._part_ends = <const long long*>address(part_ends)
-        self._sweep_ends = <const long long*>address(sweep_ends)
-        self._tails = <const long long*>address(tails)
-        self._failed, self._outputs = <long long*>address(failed), address(outputs)
+        self._part_ends = <const long long*>address(part_ends, np.int64)
+        self._sweep_ends = <const long long*>address(sweep_ends, np.int64)
+        self._tails = <const long long*>address(tails, np.int64)
+        self._failed, self._outputs = <long long*>writable(failed, np.int64), writable(outputs, dtype)
         self._count = len(reduction.entities) - 1
-        self._entities = <const Entity*>address(reduction.entities)
-        self._couplings = <const Coupling*>address(couplings)
-        self._scalar = <const long long*>address(scalars)
-        self._padded = <const long long*>address(padded)
+        self._entities = <const Entity*>address(reduction.entities, ENTITY)
+        self._couplings = <const Coupling*>address(couplings, COUPLING)
+        self._scalar = <const long long*>address(scalars, np.int64)
+        self._padded = <const long long*>address(padded, np.int64)
         self._padded_size = reduction.padded_size
-        self._factors, self._stored = address(factors), address(stored)
-        self._eliminated, self._work = address(eliminated), address(work)
-        self._input, self._output = address(before), address(after)
+        self._factors, self._stored = writable(factors, dtype), writable(stored, dtype)
+        self._eliminated, self._work = writable(eliminated, dtype), writable(work, dtype)
+        self._input, self._output = writable(before, dtype), writable(after, dtype)
 
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Pass job
@@ -319,12 +319,12 @@ cdef class Sums:
         ends = parts.split_columns(products)
         self._keep = (copies, diagonal, values, damped, ends)
         self._parts = len(ends) - 1
-        self._part_ends = <const long long*>address(ends)
-        self._tasks = <const long long*>address(products.tasks)
-        self._pairs = <const int*>address(products.pairs)
-        self._copies = <const long long*>address(copies)
-        self._diagonal = <const long long*>address(diagonal)
-        self._values, self._damped = address(values), address(damped)
+        self._part_ends = <const long long*>address(ends, np.int64)
+        self._tasks = <const long long*>table_address(products.tasks, 6)
+        self._pairs = <const int*>address(products.pairs, np.int32)
+        self._copies = <const long long*>table_address(copies, 3)
+        self._diagonal = <const long long*>address(diagonal, np.int64)
+        self._values, self._damped = writable(values, dtype), writable(damped, dtype)
 
     cdef void form(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Pass job

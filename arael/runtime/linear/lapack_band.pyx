@@ -4,10 +4,11 @@
 from libc.math cimport isfinite
 from libc.string cimport memset
 
+from arael.runtime.address cimport table_address, writable
 from arael.runtime.linear cimport blas
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address, put
+from arael.runtime.linear.blocks cimport put
 
 from arael.runtime.linear import bandwidth
 from arael.runtime.linear.blas import load as load_blas
@@ -38,7 +39,8 @@ cdef class LapackBandSolver(LinearSolver):
         # Entry (i, j) lies at i - j + j (kd + 1): a full matrix of leading dimension kd.
         table = block_table(pattern, kd)
         self._keep = (matrix, table)
-        self._matrix, self._blocks = address(matrix), <const long long*>address(table)
+        self._matrix = writable(matrix, self.dtype)
+        self._blocks = <const long long*>table_address(table, 4)
         self._width, self._bytes, self._count = kd, matrix.nbytes, len(table)
         self.plan = {
             "solver": "lapack_band",

@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Elimination of an independent set of entities, and another direct solver on what is left."""
 
+from arael.runtime.address cimport writable
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address
 from arael.runtime.linear.elimination cimport Elimination, Sums
 
 from arael.runtime.linear.elimination import Elimination, Sums
@@ -39,7 +39,7 @@ cdef class SchurSolver(LinearSolver):
         self._sums = Sums(self._elimination, products, self.dtype)
         reduced = aligned(inner.n, self.dtype)
         self._keep = reduced
-        self._reduced = address(reduced)
+        self._reduced = writable(reduced, self.dtype)
         self.plan = {
             "solver": "schur",
             "n": self.n,

@@ -21,10 +21,11 @@ import numpy as np
 from libc.math cimport isfinite
 from libc.string cimport memset
 
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.linear cimport blas, tiles
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.blocks cimport address, put
+from arael.runtime.linear.blocks cimport put
 from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_product
 from arael.runtime.linear.tiles cimport PIECE
 from arael.runtime.pool cimport claim, distribute, release
@@ -34,6 +35,7 @@ from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
 from arael.runtime.linear.memory import aligned, leading
 from arael.runtime.linear.scatter import place_blocks
+from arael.runtime.records import check_record, probe_of
 
 
 cdef struct Front:
@@ -52,6 +54,14 @@ cdef struct Front:
     long long inside            # runs before this one go to columns of the parent
     long long runs
     long long strips
+
+
+FRONT = np.dtype([(name, np.int64) for name in (
+    "columns", "below", "tall", "low", "first", "triangle", "panel", "update", "shared", "bundled",
+    "blocks", "children", "inside", "runs", "strips",
+)])
+probe = probe_of(FRONT)
+check_record("Front", FRONT, (<const Front*>address(probe, FRONT))[0], sizeof(Front))
 
 
 # What threads work on: bundles of subtrees ...
@@ -132,15 +142,18 @@ cdef class SparseSolver(LinearSolver):
         if fronts.columns.max(initial=0) > self._large:
             load_blas()
         ns = len(nodes.parent)
-        table = np.zeros((ns + 1, 15), dtype=np.int64)
-        table[1:, 0], table[1:, 1] = fronts.columns, fronts.below
-        table[1:, 2] = leading(fronts.columns, pad)
-        table[1:, 3] = leading(fronts.below + 1, pad)
-        table[1:, 4], table[1:, 5], table[1:, 6] = fronts.first, fronts.triangle, fronts.panel
-        table[1:, 9] = fronts.bundle >= 0
-        table[:, 10], table[:, 11] = block_start, fronts.child_start
-        table[1:, 12] = fronts.run_inside
-        table[:, 13], table[:, 14] = fronts.run_start, fronts.strip_start
+        table = np.zeros((ns + 1, len(FRONT.names)), dtype=np.int64)
+        named = table.view(FRONT)[:, 0]
+        each = named[1:]
+        each["columns"], each["below"] = fronts.columns, fronts.below
+        each["tall"] = leading(fronts.columns, pad)
+        each["low"] = leading(fronts.below + 1, pad)
+        each["first"], each["triangle"], each["panel"] = (
+            fronts.first, fronts.triangle, fronts.panel)
+        each["bundled"] = fronts.bundle >= 0
+        named["blocks"], named["children"] = block_start, fronts.child_start
+        each["inside"] = fronts.run_inside
+        named["runs"], named["strips"] = fronts.run_start, fronts.strip_start
         offset = np.asarray(pattern.offsets)
         width = pattern.sizes[nodes.order]
         begin = np.repeat(offset[nodes.order], width)
@@ -150,20 +163,20 @@ cdef class SparseSolver(LinearSolver):
         inverse = aligned(self.n, self.dtype)
         x = aligned(self.n, self.dtype)
         self._alone, self._together = fronts.alone, fronts.together
-        self._widest = int((table[:, 2] + table[:, 3]).max(initial=0)) + 2 * pad
+        self._widest = int((named["tall"] + named["low"]).max(initial=0)) + 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
                       x)
         self._count = ns
-        self._fronts = <const Front*>address(table)
-        self._blocks = <const long long*>address(blocks)
-        self._children = <const long long*>address(children)
-        self._runs = <const int*>address(fronts.runs)
-        self._strips = <const int*>address(fronts.strips)
-        self._scalar = <const long long*>address(scalar)
-        self._factor_storage = address(storage)
-        self._inverse = address(inverse)
-        self._x = address(x)
+        self._fronts = <const Front*>table_address(table, len(FRONT.names))
+        self._blocks = <const long long*>table_address(blocks, 4)
+        self._children = <const long long*>address(children, np.int64)
+        self._runs = <const int*>address(fronts.runs, np.int32)
+        self._strips = <const int*>address(fronts.strips, np.int32)
+        self._scalar = <const long long*>address(scalar, np.int64)
+        self._factor_storage = writable(storage, self.dtype)
+        self._inverse = writable(inverse, self.dtype)
+        self._x = writable(x, self.dtype)
         self.use_threads(1)
         self.plan = {
             "solver": "sparse",
@@ -182,8 +195,8 @@ cdef class SparseSolver(LinearSolver):
         cdef int count = max(1, min(threads, stacks.bundles))
         if stacks is self._stacks and count == self._rooms:
             return
-        table = self._keep[0]
-        table[1:, 7], table[1:, 8] = stacks.update, stacks.shared
+        named = self._keep[0].view(FRONT)[1:, 0]
+        named["update"], named["shared"] = stacks.update, stacks.shared
         waiting = aligned(stacks.shared_room, self.dtype)
         rooms = [aligned(stacks.room + self._widest, self.dtype) for _ in range(count)]
         places = np.array([room.ctypes.data for room in rooms], dtype=np.uintp)
@@ -192,11 +205,12 @@ cdef class SparseSolver(LinearSolver):
         failures = np.zeros((2, stacks.bundles + 1), dtype=np.int64)
         self._hold = (waiting, rooms, places, busy, sequence, failures, stacks.ends)
         self._rooms, self._bundles, self._behind = count, stacks.bundles, stacks.room
-        self._waiting, self._room = address(waiting), <void**>address(places)
-        self._busy = <int*>address(busy)
-        self._ends = <const long long*>address(stacks.ends)
-        self._sequence = <const long long*>address(sequence)
-        self._failed = <long long*>address(failures)
+        self._waiting = writable(waiting, self.dtype)
+        self._room = <void**>writable(places, np.uintp, count)
+        self._busy = <int*>writable(busy, np.intc, count)
+        self._ends = <const long long*>address(stacks.ends, np.int64)
+        self._sequence = <const long long*>address(sequence, np.int64)
+        self._failed = <long long*>writable(failures, np.int64)
         self._pivot = self._failed + self._bundles + 1
         self._stacks = stacks
 

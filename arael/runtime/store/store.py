@@ -12,6 +12,7 @@ from arael.runtime.store import references
 from arael.runtime.store.messages import problem
 from arael.runtime.store.slots import Ints
 from arael.runtime.store.table import Table
+from arael.runtime.store.use import Use
 from arael.runtime.store.values import blank, default_value
 
 
@@ -26,6 +27,7 @@ class Store:
     bindings : what is bound to its native functions, by name
     residuals : the runtime residuals of this instance, or None
     structure_version : changes whenever that of any table does
+    use : which thread solves this instance; rows are changed and problems prepared under its lock
     """
 
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
@@ -34,6 +36,7 @@ class Store:
         self.bindings: dict[str, Any] = {}
         self.residuals: Any = None
         self.structure_version = 0
+        self.use = Use(layout.root)
         self.tables: dict[str, Table] = {}
         first = first_generations or {}
         for table in layout.tables:
@@ -102,6 +105,10 @@ class Store:
         return store
 
     def adopt(self, other: Store) -> None:
-        """Take over the data of a store made by `fresh`; every handle from before is stale."""
-        for path, table in self.tables.items():
-            table.take_over(other.tables[path])
+        """Take over the data of a store made by `fresh`; every handle from before is stale.
+
+        Raises AraelError: E1040 while the instance is being solved.
+        """
+        with self.use.changing("replace the data"):
+            for path, table in self.tables.items():
+                table.take_over(other.tables[path])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -99,8 +100,8 @@ class Table(Columns):
         Raises
         ------
         AraelError
-            E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs.
-            The table is unchanged then.
+            E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs,
+            E1040 the instance is being solved. The table is unchanged then.
         """
         owners = None
         if parent_rows is not None:
@@ -112,6 +113,12 @@ class Table(Columns):
     ) -> Ints:
         if front and self.layout.collection != "deque":
             raise self._refusal("only a deque grows at the front")
+        with self._changing("add rows to"):
+            return self._add_checked(count, owners, given, many, front)
+
+    def _add_checked(
+        self, count: int, owners: Ints | None, given: Mapping[str, Any], many: bool, front: bool
+    ) -> Ints:
         if self.layout.parent:
             if owners is None:
                 raise self._refusal("rows of a nested collection need their parent")
@@ -128,7 +135,7 @@ class Table(Columns):
                     self._put_refs(
                         path, np.arange(first, first + count), given[path], below(origin, path)
                     )
-        except AraelError:
+        except BaseException:
             self._take_back(slice(first, first + count))
             raise
         return self._slots.handles(slots)
@@ -172,7 +179,8 @@ class Table(Columns):
                 ready[f"{path}.fixed"] = np.asarray(False)
                 for flag in flags_of(column):
                     ready[flag] = np.asarray(self.optimize_new[flag])
-        self._place(count, owners, {**ready, **columns}, False)
+        with self._changing("add rows to"):
+            self._place(count, owners, {**ready, **columns}, False)
 
     def _take_back(self, rows: slice) -> None:
         keep = np.ones(self.size, np.bool_)
@@ -222,9 +230,10 @@ class Table(Columns):
 
     def restore(self, state: Any) -> None:
         """Go back to a `snapshot`; handles that were good then are good again."""
-        self.buffers, self._slots, self.missing = state
-        self._cache.clear()
-        self._touch()
+        with self._changing("replace the rows of"):
+            self.buffers, self._slots, self.missing = state
+            self._cache.clear()
+            self._touch()
 
     def take_over(self, other: Table) -> None:
         """Become what `other` (of a store made by `Store.fresh`) is; it must not be used again."""
@@ -238,24 +247,33 @@ class Table(Columns):
         """Remove the first `count` rows (and what they hold); no other row moves in memory."""
         if count <= 0:
             return
-        gone = np.zeros(self.size, np.bool_)
-        gone[:count] = True
-        self.remove_rows(gone)
+        with self._changing("remove rows of"):
+            gone = np.zeros(self.size, np.bool_)
+            gone[:count] = True
+            self.remove_rows(gone)
 
     def remove(self, handle: int) -> None:
         """Remove one row (and what it holds) by its handle; E0709 if it is stale."""
-        gone = np.zeros(self.size, np.bool_)
-        gone[self.row_of(handle)] = True
-        self.remove_rows(gone)
+        with self._changing("remove rows of"):
+            gone = np.zeros(self.size, np.bool_)
+            gone[self.row_of(handle)] = True
+            self.remove_rows(gone)
 
     def clear(self) -> None:
         """Remove every row and what they hold."""
-        self.remove_rows(np.ones(self.size, np.bool_))
+        with self._changing("remove rows of"):
+            self.remove_rows(np.ones(self.size, np.bool_))
 
     def remove_rows(self, gone: NDArray[np.bool_]) -> None:
-        """Remove the rows of a mask (size,), and the rows that they hold; order is kept."""
-        if not gone.any():
-            return
+        """Remove the rows of a mask (size,), and the rows that they hold; order is kept.
+
+        Raises AraelError: E1040 while the instance is being solved.
+        """
+        if gone.any():
+            with self._changing("remove rows of"):
+                self._remove_rows(gone)
+
+    def _remove_rows(self, gone: NDArray[np.bool_]) -> None:
         for path in self.children:
             child = self.store.tables[path]
             child.remove_rows(gone[child.parent_rows()])
@@ -272,6 +290,10 @@ class Table(Columns):
         self._slots.move(
             self.buffers.view(SLOT), np.arange(self.size, dtype=np.int64) + self.buffers.start
         )
+
+    def _changing(self, what: str) -> AbstractContextManager[None]:
+        """Hold the instance for a change of rows or refs; E1040 while it is being solved."""
+        return self.store.use.changing(f"{what} `{self.label}`")
 
     def _touch(self) -> None:
         self.structure_version = self.store.next_version()
@@ -382,9 +404,14 @@ class Table(Columns):
         return self._cached(f"target {path}", build, self.store)
 
     def set_refs(self, path: str, rows: Ints, given: Handles | Any, origin: Origin) -> None:
-        """Point refs of some rows at `Handles`, or at indices counted as in data files."""
-        self._put_refs(path, rows, given, origin)
-        self._touch()
+        """Point refs of some rows at `Handles`, or at indices counted as in data files.
+
+        Raises AraelError: E0703-E0710, nothing is set then; E1040 while the instance is being
+        solved.
+        """
+        with self._changing("set refs of"):
+            self._put_refs(path, rows, given, origin)
+            self._touch()
 
     def _put_refs(self, path: str, rows: Ints, given: Handles | Any, origin: Origin) -> None:
         column = self.data[path]
@@ -401,8 +428,14 @@ class Table(Columns):
         """Write fields of a struct held by value in one row, by path.
 
         If the struct was absent the values must make it whole; else what is left out keeps its
-        value. Nothing is written if a value is wrong.
+        value. The row is unchanged if a value or ref is wrong.
+
+        Raises AraelError: as `extend`.
         """
+        with self._changing("set a struct of"):
+            self._set_group(group, row, values)
+
+    def _set_group(self, group: Group, row: int, values: Mapping[str, Any]) -> None:
         inside = f"{group.path}."
         origin = Name(lambda: self.row_name(row) or self.layout.struct)
         full = dict(values)
@@ -412,11 +445,23 @@ class Table(Columns):
             self._keep_rest(full, row, inside)
         ready = self.prepare(full, 1, False, origin, inside)
         refs = [p for p in self._ref_order if p.startswith(inside) and full.get(p) is not None]
-        for path, array in ready.items():
-            self.buffers.view(path)[row] = array
-            self.missing.discard(path)
-        for path in refs:
-            self._put_refs(path, np.array([row]), full[path], below(origin, path))
+        # A ref may count in a collection that another ref of the same struct leads to, so refs are
+        # checked where they stand, and all is put back if one is wrong.
+        flags = [f"{path}?" for path in refs if f"{path}?" in self.buffers]
+        written = dict.fromkeys([*ready, *refs, *flags])
+        before = {path: self.buffers.view(path)[row : row + 1].copy() for path in written}
+        missing = set(self.missing)
+        try:
+            for path, array in ready.items():
+                self.buffers.view(path)[row] = array
+                self.missing.discard(path)
+            for path in refs:
+                self._put_refs(path, np.array([row]), full[path], below(origin, path))
+        except BaseException:
+            for path, value in before.items():
+                self.buffers.view(path)[row : row + 1] = value
+            self.missing = missing
+            raise
         self._touch()
 
     def _keep_rest(self, given: dict[str, Any], row: int, below: str) -> None:

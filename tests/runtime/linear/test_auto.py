@@ -113,6 +113,23 @@ def test_cholmod_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "SuiteSparse" in diagnostic.notes[0]
 
 
+@pytest.mark.parametrize("sizes", [[1], [2], [1, 1], [3, 3, 3], [2] * 10])
+def test_tiny_problems_are_compared_and_never_iterated(sizes: list[int]) -> None:
+    for edges in ([], [(k + 1, k) for k in range(len(sizes) - 1)]):
+        plan = make_solver("auto", build(sizes, edges)).plan
+        assert plan["solver"] in CANDIDATES
+        assert plan["costs"].keys() >= {"dense", "band", "sparse"}
+        rest = {
+            name: plan["costs"][name]["predicted_ms"]
+            for name in CANDIDATES
+            if name in plan["costs"]
+        }
+        assert plan["solver"] == min(rest, key=lambda name: rest[name])
+        unknowns = f"{sum(sizes)} unknown{'s' if sum(sizes) > 1 else ''} in"
+        assert f"{plan['solver']} is predicted to factorise {unknowns}" in plan["why"]
+        assert plan["why"].endswith(": so few unknowns that the choice hardly matters")
+
+
 class _NotPositiveDefiniteError(Exception):
     pass
 
