@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnose.bounds import standing_on_bounds
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.sparse import SparseSolver
@@ -31,9 +32,11 @@ class NormalEquations:
     Parameters
     ----------
     problem : at its present values
+    hold_bounds : whether parameters that stand on a bound are held there, as by the solver
 
     Attributes
     ----------
+    on_bound : names of the scalars that are held on a bound, each with the bound, in words
     names : (n,) of the scalars that move
     free : (n,) their numbers in the system
     scale : (size,) the unit of each scalar of the system, 1 where nothing depends on it
@@ -44,10 +47,11 @@ class NormalEquations:
         E1008: an entry is not finite.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, hold_bounds: bool = False) -> None:
         self.problem = problem
         self.names = problem.parameter_names()
         self.free = problem.free
+        self.on_bound: dict[str, str] = {}
         pattern = problem.structure.pattern
         self._row, self._column = coordinates(pattern)
         values = _hessian_values(problem, self._row, self._column)
@@ -65,9 +69,24 @@ class NormalEquations:
         at = lower & (self._row == self._column)
         diagonal[self._row[at]] = values[at]
         diagonal[problem.structure.system.held] = 1
+        if hold_bounds and problem.box.count:
+            self._hold(standing_on_bounds(problem, diagonal), values, diagonal)
         self._unit = (diagonal > 0).astype(np.float64)
         self.scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self._values = values * self.scale[self._row] * self.scale[self._column]
+
+    def _hold(self, found: dict[int, str], values: Floats, diagonal: Floats) -> None:
+        """Take scalars out of the system: their rows and columns become those of the identity."""
+        held = np.zeros(self.problem.size, dtype=bool)
+        held[list(found)] = True
+        values[(held[self._row] | held[self._column]) & (self._row != self._column)] = 0
+        values[held[self._row] & (self._row == self._column)] = 1
+        diagonal[held] = 1
+        free = dict(zip(self.free.tolist(), self.names, strict=True))
+        self.on_bound = {free[scalar]: text for scalar, text in found.items() if scalar in free}
+        moves = ~held[self.free]
+        self.free = self.free[moves]
+        self.names = [name for name, stays in zip(self.names, moves, strict=True) if stays]
 
     @property
     def tolerance(self) -> float:
