@@ -148,7 +148,7 @@ def test_relative_to_what_is_fixed_takes_it_as_exact(solved) -> None:
     turned = found.relative("poses[1].th", "poses[3].th")
     np.testing.assert_allclose(turned, [[found.sigma()[5] ** 2]], rtol=1e-12)
     np.testing.assert_array_equal(found.relative(fixed, fixed), np.zeros((3, 3)))
-    axes, _ = found.ellipsoid("poses[1].t", relative_to=("poses", 3))
+    axes, _ = found.ellipsoid("poses[1].t", relative_to="poses[3].t")
     np.testing.assert_allclose(axes, found.ellipsoid("poses[1].t")[0])
     # fixed in part: the angle of poses[6] is exact, its position is not
     half = found.relative(pose, solved.poses[6])
