@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import msgspec
 
 from arael.compiler import cache, processor
+from arael.diagnostics.model_warnings import warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.log import log
 from arael.runtime.layout import Layout, from_json, to_json
@@ -91,6 +92,8 @@ def load(
 
     Warns
     -----
+    ModelWarning
+        Something in the model is probably not meant (``W....``), with the text of `arael check`.
     InterpretedWarning
         No C compiler was found, so the NumPy interpreter stands in.
     SlowFunctionWarning
@@ -101,6 +104,7 @@ def load(
 
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
+    warn_of_model(layout.warnings)
     if functions:
         from arael.face.native import bind_all
 

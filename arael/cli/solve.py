@@ -75,8 +75,6 @@ def command(
 
     _check_targets(output, covariance, plot, report)
     loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
-    for warning in loaded.layout.warnings:
-        click.echo(warning, err=True)
     instance = loaded()
     arael.read(instance, data)
     apply_settings(instance, loaded.layout, settings)
