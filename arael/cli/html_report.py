@@ -5,10 +5,9 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Sequence
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,15 +34,10 @@ def write_report(
     Raises
     ------
     AraelError
-        E0853 if the file cannot be written.
+        E0715 if the file cannot be written; what was there stays then.
     """
     text = "\n".join(_page(instance, layout, result, model, data))
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise AraelError(
-            Diagnostic("E0853", f"cannot write the report: {error.strerror}", origin=path)
-        ) from error
+    write_whole(path, lambda file: file.write(text.encode()))
 
 
 def _page(instance: Any, layout: Layout, result: Result, model: str, data: str) -> Iterable[str]:
