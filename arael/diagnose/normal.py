@@ -98,6 +98,18 @@ class NormalEquations:
         return float(max(len(self.free), 1) * epsilon * max(self.largest, 1.0))
 
     @cached_property
+    def dense(self) -> Floats:
+        """Scaled J'J over the scalars that move, (n, n), without SciPy, which loads slowly."""
+        size = self.problem.size
+        found = np.zeros((size, size))
+        lower = self._row >= self._column
+        found[self._row[lower], self._column[lower]] = self._values[lower]
+        found += np.tril(found, -1).T
+        np.fill_diagonal(found, self._unit)
+        kept: Floats = found[np.ix_(self.free, self.free)]
+        return kept
+
+    @cached_property
     def matrix(self) -> Any:
         """Scaled J'J over the scalars that move, scipy sparse, CSR, both triangles."""
         from scipy.sparse import coo_array
@@ -157,7 +169,7 @@ class NormalEquations:
     def _spectrum(self) -> tuple[Floats, Floats]:
         n = len(self.free)
         if n <= _DENSE:
-            values, vectors = np.linalg.eigh(self.matrix.toarray())
+            values, vectors = np.linalg.eigh(self.dense)
             return values, vectors
         count = 12
         while True:
@@ -189,7 +201,7 @@ class NormalEquations:
         if not n:
             return 0.0
         if n <= _DENSE:
-            return float(np.linalg.eigvalsh(self.matrix.toarray())[-1])
+            return float(np.linalg.eigvalsh(self.dense)[-1])
         vector = np.random.default_rng(0).standard_normal(n)
         for _ in range(20):
             vector = self.matrix @ (vector / np.linalg.norm(vector))
