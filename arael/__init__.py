@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from arael import sym as sym
     from arael.config import LmConfig as LmConfig
+    from arael.diagnostics.model_warnings import ModelWarning as ModelWarning
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
     from arael.functions import Function as Function
@@ -41,6 +42,7 @@ _HOMES = {
     "Function": "arael.functions",
     "LmConfig": "arael.config",
     "Model": "arael.model",
+    "ModelWarning": "arael.diagnostics.model_warnings",
     "Pass": "arael.schedule",
     "Ref": "arael.model",
     "Result": "arael.result",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 import math
+import numbers
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
@@ -98,6 +100,11 @@ class LmConfig:
     observer: Observer | None = None
     damping: Literal["ladder", "nielsen"] | Driver = "ladder"
 
+    def __post_init__(self) -> None:
+        # NumPy's scalars become Python's, so that the checks and the loop see one type of each.
+        for name in (*_COUNTS, *_NOT_NEGATIVE, *_OPTIONAL, "lambda_ceiling", "verbose"):
+            object.__setattr__(self, name, _plain(getattr(self, name)))
+
     @classmethod
     def of(cls, **settings: Any) -> LmConfig:
         """A checked configuration from settings by name; AraelError E1010 for a bad one."""
@@ -172,7 +179,7 @@ class LmConfig:
                 raise _refused(
                     f"`{name}` is {value!r}", f"it must be a whole number from {least} on"
                 )
-        for name in ("lambda_floor", "time_limit"):
+        for name in _OPTIONAL:
             value = getattr(self, name)
             if value is not None and (not _is_number(value) or not value >= 0):
                 raise _refused(
@@ -185,7 +192,8 @@ class LmConfig:
             )
         if not isinstance(self.verbose, bool):
             raise _refused(f"`verbose` is {self.verbose!r}", "it must be true or false")
-        if self.damping not in ("ladder", "nielsen") and not callable(self.damping):
+        named = isinstance(self.damping, str) and self.damping in ("ladder", "nielsen")
+        if not named and not callable(self.damping):
             raise _refused(
                 f"`damping` is {self.damping!r}", 'it must be "ladder", "nielsen" or a callable'
             )
@@ -203,7 +211,20 @@ _NOT_NEGATIVE = (
     "predicted_reduction_tolerance",
     "min_diagonal",
 )
+_OPTIONAL = ("lambda_floor", "time_limit")
 _COUNTS = {"max_iters": 1, "min_iters": 0, "patience": 0, "retry_budget": 0, "num_threads": 0}
+
+
+def _plain(value: Any) -> Any:
+    """A number or truth value of any library as Python's own; anything else as it is."""
+    if isinstance(value, bool):
+        return value
+    if type(value).__name__ in ("bool", "bool_") and hasattr(value, "dtype"):
+        return bool(value)
+    try:
+        return operator.index(value)
+    except TypeError:
+        return float(value) if isinstance(value, numbers.Real) else value
 
 
 def _is_number(value: object) -> bool:

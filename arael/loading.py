@@ -20,6 +20,7 @@ from arael.compiler.cache import models
 from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
+from arael.diagnostics.model_warnings import warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
 from arael.runtime.layout import Layout
@@ -92,6 +93,8 @@ def load(
 
     Warns
     -----
+    ModelWarning
+        Something in the model is probably not meant (``W....``), with the text of `arael check`.
     InterpretedWarning
         No C compiler was found, so the NumPy interpreter stands in.
     SlowFunctionWarning
@@ -102,6 +105,7 @@ def load(
 
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
+    warn_of_model(layout.warnings)
     if functions:
         from arael.face.native import bind_all
 

@@ -76,10 +76,13 @@ def solve(
         E1001-E1007: the problem cannot be solved, with the result so far in ``best``. The model
         keeps the solution of the passes before.
     AraelError
-        E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0702 data that
-        the root lacks, E0701-E0706 data of a pass that does not fit, E1040 another thread is
-        solving this instance.
+        E1010 a bad setting, E1011 an unknown pass, E1012 an unknown path to freeze, E0840-E0842 an
+        unknown solver or a bad option of it, E0702 data that the root lacks, E0701-E0706 data of a
+        pass that does not fit, E1040 another thread is solving this instance.
     """
+    from arael.runtime.linear.options import typed_options
+
+    options = typed_options(solver, solver_options)
     model._store.check_complete()
     layout = layout_of(model)
     if observer is not None:
@@ -109,7 +112,7 @@ def solve(
                 if problem is None:
                     problem = session.keep(problem_of(model, frozen))
             problem.check_start()
-            linear, seconds = session.linear(problem, solver, solver_options or {})
+            linear, seconds = session.linear(problem, solver, options)
             try:
                 with blas_threads(pass_config.num_threads):
                     outcome = minimise(problem, pass_config, linear, write, seconds)

@@ -3,7 +3,8 @@
 Allowed: ``pass fine { scale = 1.0  rel_precision = 1e-6  freeze poses.ea  free landmarks }``;
 ``freeze Pose.ea`` and ``freeze Pose``, wherever that struct sits.
 
-Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not a parameter.
+Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not a parameter,
+freezing what it freed before.
 """
 
 from __future__ import annotations
@@ -72,12 +73,15 @@ class Passes:
     def _pass(self, node: tree.Pass) -> Pass:
         settings: list[PassSetting] = []
         config: dict[str, float | int | bool | str] = {}
-        lists: dict[bool, list[str]] = {True: [], False: []}
+        lists: dict[bool, list[tuple[str, Span]]] = {True: [], False: []}
         given: dict[str, Span] = {}
         for step in node.steps:
             if isinstance(step, tree.Freeze):
                 for path in step.paths:
-                    lists[step.free] += self._parameters(path)
+                    found = [(full, path.span) for full in self._parameters(path)]
+                    if not step.free:
+                        self._contradiction(path, found, lists[True])
+                    lists[step.free] += found
                 continue
             name = str(step.target).removeprefix("root.")
             if name in given:
@@ -89,7 +93,32 @@ class Passes:
                 )
             given.setdefault(name, step.target.span)
             self._setting(step, name, settings, config)
-        return Pass(node.name.id, tuple(settings), config, tuple(lists[False]), tuple(lists[True]))
+        frozen, freed = ([path for path, _ in lists[free]] for free in (False, True))
+        return Pass(node.name.id, tuple(settings), config, tuple(frozen), tuple(freed))
+
+    def _contradiction(
+        self, path: tree.Path, found: list[tuple[str, Span]], freed: list[tuple[str, Span]]
+    ) -> None:
+        """Report a path that is frozen though something of it was freed before.
+
+        What a pass freezes is frozen first and what it frees is freed then, so that `free` would
+        go over a `freeze` that is written after it.
+        """
+        for full, _ in found:
+            for earlier, first in freed:
+                if _is_within(full, earlier) or _is_within(earlier, full):
+                    self.report.error(
+                        "E0207",
+                        path.span,
+                        f"`{path}` is frozen after it, or a part of it, was freed",
+                        label="frozen here",
+                        labels=[Label(first, "freed here")],
+                        help=[
+                            "remove one of the two, or free after freezing: "
+                            "`freeze poses  free poses.ea` holds all but `ea`"
+                        ],
+                    )
+                    return
 
     def _setting(
         self,
@@ -282,6 +311,10 @@ def _full(place: Place, path: str) -> str:
     """A path within a place as one from the root."""
     start = f"{place.table.path}." if place.table.path else ""
     return f"{start}{place.prefix}{path}"
+
+
+def _is_within(path: str, outer: str) -> bool:
+    return path == outer or path.startswith(f"{outer}.")
 
 
 def _is_part(field: FieldDecl | None, name: str) -> bool:

@@ -61,9 +61,13 @@ def command(model: str, data: str | None, gradients: bool, as_json: bool) -> Non
 
 def _instance(model: str, data: str) -> Any:
     """Read `data` into an instance, which checks every value."""
+    import warnings
+
     import arael
 
-    instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", arael.ModelWarning)  # they are printed without data too
+        instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
     arael.read(instance, data)
     return instance
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import click
 
 from arael.cli.exits import Exit
 from arael.cli.options import json_option
+from arael.cli.summary import plain
 
 if TYPE_CHECKING:
     from arael.model import Model
@@ -40,52 +43,33 @@ def command(
     """Fit FORMULA to the points in DATA, a CSV file.
 
     For example `arael fit "a * exp(-b * x) + c" points.csv`. Names in FORMULA that are columns of
-    DATA are data; all others are parameters, which start at 1 unless --start says otherwise.
+    DATA are data; all others are parameters, which start at 1 unless --start says otherwise. The
+    column that FORMULA predicts is `y`, that of --y, or that on the left of `v = FORMULA`. A
+    FORMULA that holds the column `y` itself, or `0 = FORMULA`, is a residual: it is made small.
     Without --sigma the scatter of the points is taken for it.
     """
-    from arael.io.csv_numbers import read_numbers
+    from arael.cli.fit_formula import read_formula
+    from arael.io.csv_numbers import Points
     from arael.residuals.face import runtime_model, runtime_residual
 
-    columns = read_numbers(data)
-    measured = _target(target, columns, data)
-    names = _names(formula)
-    starts = _starts(start, [name for name in names if name not in columns], columns)
-    read = [name for name in dict.fromkeys([*names, measured]) if name in columns]
+    points = Points(data)
+    found = read_formula(formula, target, points.titles, data)
+    starts = _starts(start, found.parameters, points.titles)
     residual = runtime_residual(
-        f"(({formula}) - {measured}) / sigma_",
+        f"({found.residual}) / sigma_",
         label="formula",
         parameters=starts,
-        data={
-            **{name: columns[name] for name in read},
-            "sigma_": 1.0 if sigma is None else sigma,
-        },
+        data={**points.columns(found.columns), "sigma_": 1.0 if sigma is None else sigma},
         loss=loss,
     )
     model = runtime_model(residual)
     result = model.solve(rel_precision=1e-10, abs_precision=0.0, max_iters=300, verbose=verbose)
-    _show(model, residual, result, sigma is None, as_json)
+    _show(model, residual, result, sigma is None, found.predicts, as_json)
     return Exit.OK if result.converged else Exit.NOT_CONVERGED
 
 
-def _target(wanted: str | None, columns: dict[str, Any], data: str) -> str:
-    name = wanted or "y"
-    if name not in columns:
-        raise click.BadParameter(
-            f"{data} has no column '{name}'; it has {', '.join(columns)}", param_hint="'--y'"
-        )
-    return name
-
-
-def _names(formula: str) -> tuple[str, ...]:
-    """Free names of the formula; every mistake in it is told here, with its place in it."""
-    from arael import sym
-
-    found = sym.parse(formula)
-    return tuple(found.free_vars)
-
-
 def _starts(
-    given: tuple[str, ...], parameters: list[str], columns: dict[str, Any]
+    given: tuple[str, ...], parameters: Sequence[str], columns: Iterable[str]
 ) -> dict[str, float]:
     if not parameters:
         raise click.BadParameter(
@@ -110,33 +94,47 @@ def _starts(
 
 
 def _show(
-    model: Model, residual: RuntimeResidual, result: Result, scatter: bool, as_json: bool
+    model: Model,
+    residual: RuntimeResidual,
+    result: Result,
+    scatter: bool,
+    predicts: str | None,
+    as_json: bool,
 ) -> None:
     count, unknowns = len(residual.residuals), len(residual.parameters)
-    rms = (result.end_cost / max(count - unknowns, 1)) ** 0.5
-    sigmas = model.covariance().sigma() * (rms if scatter else 1.0)
+    rms = (result.end_cost / count) ** 0.5
+    # An estimate of one point's sigma: what is fitted takes up `unknowns` of the residuals.
+    spare = count - unknowns
+    deviation = (result.end_cost / spare) ** 0.5 if spare > 0 else math.nan
+    sigmas = model.covariance().sigma() * (deviation if scatter else 1.0)
     found = {
         name: {"value": float(value), "sigma": float(sigma)}
         for (name, value), sigma in zip(residual.parameters.items(), sigmas, strict=True)
     }
     if as_json:
-        click.echo(
-            json.dumps(
-                {
-                    "status": result.status,
-                    "parameters": found,
-                    "points": count,
-                    "cost": result.end_cost,
-                    "rms": rms,
-                    "iterations": result.iterations,
-                },
-                indent=2,
-            )
-        )
+        outcome = {
+            "status": result.status,
+            "predicts": predicts,
+            "parameters": found,
+            "points": count,
+            "cost": result.end_cost,
+            "rms": rms,
+            "residual_sd": deviation,
+            "iterations": result.iterations,
+        }
+        click.echo(json.dumps(plain(outcome), indent=2))
         return
     width = max(map(len, found))
     for name, one in found.items():
-        click.echo(f"{name:<{width}} = {one['value']:.6g} +- {one['sigma']:.2g}")
-    click.echo(
-        f"{result.status} after {result.iterations} iterations, {count} points, rms {rms:.3g}"
-    )
+        spread = "unknown" if math.isnan(one["sigma"]) else f"{one['sigma']:.2g}"
+        click.echo(f"{name:<{width}} = {one['value']:.6g} +- {spread}")
+    unit = "" if scatter else " sigmas"
+    texts = [f"{result.status} after {result.iterations} iterations", f"{count} points"]
+    texts.append(f"rms {rms:.3g}{unit}")
+    if spare > 0:
+        texts.append(f"residual standard deviation {deviation:.3g}{unit}")
+    elif scatter:
+        texts.append("as many parameters as points: no scatter to take a sigma from")
+    click.echo(", ".join(texts))
+    if predicts is None:
+        click.echo("the formula was made small as a residual: it predicts no column")

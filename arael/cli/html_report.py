@@ -5,14 +5,14 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Sequence
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from arael.cli.solution import Solution
     from arael.result import Result
     from arael.runtime.layout import Layout
 
@@ -28,25 +28,28 @@ svg { max-width: 100%; height: auto; }
 
 
 def write_report(
-    instance: Any, layout: Layout, result: Result, model: str, data: str, path: str
+    instance: Any,
+    layout: Layout,
+    result: Result,
+    solution: Solution,
+    model: str,
+    data: str,
+    path: str,
 ) -> None:
-    """Write the passes, the cost by constraint, timings and figures of a solve as HTML.
+    """Write solution, passes, cost by constraint, timings and figures of a solve as HTML.
 
     Raises
     ------
     AraelError
-        E0853 if the file cannot be written.
+        E0715 if the file cannot be written; what was there stays then.
     """
-    text = "\n".join(_page(instance, layout, result, model, data))
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise AraelError(
-            Diagnostic("E0853", f"cannot write the report: {error.strerror}", origin=path)
-        ) from error
+    text = "\n".join(_page(instance, layout, result, solution, model, data))
+    write_whole(path, lambda file: file.write(text.encode()))
 
 
-def _page(instance: Any, layout: Layout, result: Result, model: str, data: str) -> Iterable[str]:
+def _page(
+    instance: Any, layout: Layout, result: Result, solution: Solution, model: str, data: str
+) -> Iterable[str]:
     title = escape(f"{model} on {data}")
     yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title>'
     yield f"<style>{_STYLE}</style>\n<h1>{title}</h1>"
@@ -55,6 +58,7 @@ def _page(instance: Any, layout: Layout, result: Result, model: str, data: str) 
         f"{result.end_cost:.6g} in {result.iterations} iterations, {result.seconds:.3f} s. "
         f"Linear solver: {escape(str(result.plan))}.</p>"
     )
+    yield from _solution(solution)
     rows = [
         (p.name, p.status, f"{p.start_cost:.6g}", f"{p.end_cost:.6g}", p.iterations,
          p.accepted_iterations, f"{p.seconds:.4f}")
@@ -69,6 +73,26 @@ def _page(instance: Any, layout: Layout, result: Result, model: str, data: str) 
     yield from _table("Time", ("phase", "seconds"), phases)
     for name, figure in _figures(instance, layout, result):
         yield f"<h2>{escape(name)}</h2>\n{_svg(figure)}"
+
+
+def _solution(solution: Solution) -> Iterable[str]:
+    if solution.scalars:
+        head = ("parameter", "value", "standard deviation", "unit", "")
+        cells = [
+            (s.name, _number(s.value, 6), _number(s.sigma, 2), s.unit, s.note)
+            for s in solution.scalars
+        ]
+        yield from _table("Solution", head, cells)
+    yield from (f"<p>{escape(note)}</p>" for note in solution.notes)
+    for shown in solution.shown:
+        values = [(name, *(_number(v, 6) for v in row)) for name, row in shown.rows]
+        yield from _table(shown.asked, ("", *shown.head), values)
+
+
+def _number(value: object, digits: int) -> str:
+    if value is None:
+        return ""
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def _table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> Iterable[str]:

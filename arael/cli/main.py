@@ -55,7 +55,11 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     """Show a warning as the user should see it: without a place in arael's source."""
-    click.echo(f"warning: {message}", err=True)
+    from arael.diagnostics.model_warnings import ModelWarning
+
+    # Those of a model are rendered, with code and place.
+    text = str(message) if issubclass(category, ModelWarning) else f"warning: {message}"
+    click.echo(text, err=True)
 
 
 def _run(args: Sequence[str]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import write_whole
 
 ENDINGS = (".npz", ".json")
 DENSE_LIMIT = 8000
@@ -35,36 +37,34 @@ def check_ending(path: str) -> None:
 
 
 def write_marginals(instance: Any, parameters: int, path: str) -> None:
-    """Write the uncertainty of every parameter.
+    """Write the uncertainty of every parameter, whole or not at all.
 
-    JSON: names and their sigma. NPZ: ``names`` (n,), ``sigma`` (n,), ``units`` (n,); up to
+    JSON: ``sigma`` by name, and ``on_bound``, the parameters that are not free since they stand on
+    a bound. NPZ: ``names`` (n,), ``sigma`` (n,), ``units`` (n,), ``on_bound`` (names); up to
     `DENSE_LIMIT` parameters also ``covariance`` (n, n), beyond it the marginal covariances
     (rows, k, k) of every collection that is solved for, under its path.
 
     Raises
     ------
     AraelError
-        E0853 if the file cannot be written, E1008 if the system is singular.
+        E0715 if the file cannot be written, E1008 if the system is singular.
     """
     found = instance.covariance()
     sigma = found.sigma()
-    try:
-        if Path(path).suffix.lower() == ".json":
-            rows = dict(zip(found.names, sigma.tolist(), strict=True))
-            Path(path).write_text(json.dumps({"sigma": rows}), encoding="utf-8")
-        else:
-            with open(path, "wb") as file:
-                np.savez_compressed(
-                    file,
-                    names=np.array(found.names),
-                    sigma=sigma,
-                    units=np.array(found.units),
-                    **_matrices(instance, found, parameters),
-                )
-    except OSError as error:
-        raise AraelError(
-            Diagnostic("E0853", f"cannot write the result: {error.strerror}", origin=path)
-        ) from error
+    content = io.BytesIO()
+    if Path(path).suffix.lower() == ".json":
+        rows = dict(zip(found.names, sigma.tolist(), strict=True))
+        content.write(json.dumps({"sigma": rows, "on_bound": found.on_bound}).encode())
+    else:
+        np.savez_compressed(
+            content,
+            names=np.array(found.names, dtype=np.str_),
+            sigma=sigma,
+            units=np.array(found.units, dtype=np.str_),
+            on_bound=np.array(list(found.on_bound), dtype=np.str_),
+            **_matrices(instance, found, parameters),
+        )
+    write_whole(path, lambda file: file.write(content.getbuffer()))
 
 
 def _matrices(instance: Any, found: Any, parameters: int) -> dict[str, Any]:

@@ -61,17 +61,22 @@ def command(name: str) -> None:
                     "E0854", "the file is there already", origin=file, help=("name another",)
                 )
             )
-    for file, text in texts.items():
-        _write(file, text)
+    _write_all(texts)
     click.echo(f"wrote {name}.arael and {name}.json; solve with")
     click.echo(f"  arael solve {name}.arael {name}.json")
 
 
-def _write(file: str, text: str) -> None:
+def _write_all(texts: dict[str, str]) -> None:
+    """Write all files or none."""
+    from arael.io.files import write_whole
+
+    written: list[str] = []
     try:
-        with open(file, "x", encoding="utf-8") as out:
-            out.write(text)
-    except OSError as error:
-        raise AraelError(
-            Diagnostic("E0853", f"cannot write the file: {error.strerror}", origin=file)
-        ) from error
+        for file, text in texts.items():
+            content = text.encode()
+            write_whole(file, lambda out, content=content: out.write(content))  # type: ignore[misc]
+            written.append(file)
+    except BaseException:
+        for file in written:
+            Path(file).unlink(missing_ok=True)
+        raise

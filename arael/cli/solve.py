@@ -43,6 +43,13 @@ if TYPE_CHECKING:
 @click.option(
     "--covariance", type=click.Path(dir_okay=False), help="Write sigmas here (.npz, .json)."
 )
+@click.option(
+    "--show",
+    "shown",
+    multiple=True,
+    metavar="NAME[FROM:TO]",
+    help="Show solved rows of this collection; the first 5 without a range.",
+)
 @plot_option
 @click.option("--report", type=click.Path(dir_okay=False), help="Write an HTML page on the solve.")
 @json_option
@@ -59,6 +66,7 @@ def command(
     interpret: bool | None,
     verbose: bool,
     covariance: str | None,
+    shown: tuple[str, ...],
     plot: str | None,
     report: str | None,
     as_json: bool,
@@ -72,29 +80,40 @@ def command(
     import arael
     from arael.cli import summary
     from arael.cli.instances import apply_settings
+    from arael.cli.solution import check_shown, solution_of
 
     _check_targets(output, covariance, plot, report)
     loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
-    for warning in loaded.layout.warnings:
-        click.echo(warning, err=True)
     instance = loaded()
     arael.read(instance, data)
     apply_settings(instance, loaded.layout, settings)
-    _rehearse_writing(instance, output)
+    check_shown(shown, loaded.layout)
+    note = _rehearse_writing(instance, loaded.layout, output)
 
     result = run(instance, solver, passes, threads, max_iters, verbose, as_json)
+    solution = solution_of(instance, loaded.layout, shown)
     if not as_json:
         click.echo(str(result))
+        for text in solution.lines():
+            click.echo(text)
         if result.status == "aborted":
             click.echo("interrupted: this is the best state found until then", err=True)
+    if note:
+        click.echo(f"note: {note}", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
     if report is not None:
         from arael.cli.html_report import write_report
 
-        write_report(instance, loaded.layout, result, model, data, report)
+        write_report(instance, loaded.layout, result, solution, model, data, report)
         written.append(report)
     if as_json:
-        found = {"model": model, "data": data, **summary.as_dict(result), "written": written}
+        found = {
+            "model": model,
+            "data": data,
+            **summary.as_dict(result),
+            **solution.as_dict(),
+            "written": written,
+        }
         click.echo(json.dumps(found))
     else:
         for path in written:
@@ -167,13 +186,24 @@ def _check_targets(
         require_writable(path)
 
 
-def _rehearse_writing(instance: Any, output: str | None) -> None:
-    """Find out before a long solve that the output's format cannot hold the model's data."""
+def _rehearse_writing(instance: Any, layout: Layout, output: str | None) -> str:
+    """Find out before a long solve that the output's format cannot hold the model's data.
+
+    Returns
+    -------
+    A note on what the file will not hold, or "".
+    """
     if output is None or Path(output).name.endswith((".json", ".npz")):
-        return
+        return ""
     import tempfile
 
     import arael
+    from arael.cli.csv_loss import check_csv_output
+    from arael.io import formats
+
+    note = ""
+    if formats.format_of(output, b"") == "csv":
+        note = check_csv_output(instance, layout, output)
 
     with tempfile.TemporaryDirectory(prefix="arael-") as folder:
         try:
@@ -185,6 +215,7 @@ def _rehearse_writing(instance: Any, output: str | None) -> None:
                 for d in error.diagnostics
             )
             raise AraelError(found) from None
+    return note
 
 
 def _write_all(

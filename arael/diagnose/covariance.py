@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from arael.diagnose.freedom import refuse_free_directions
 from arael.diagnose.normal import NormalEquations
+from arael.diagnose.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.geometry import ellipsoid
 from arael.runtime.linear.selected import SelectedInverse
@@ -34,15 +35,20 @@ _KEPT = 300
 class Covariance:
     """Covariance of all scalars that move, at the values the model had when it was asked for.
 
-    What is kept fixed has no variance. A `where` is a ref (``path.landmarks[4]``), the name of a
-    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
-    Entry (i, j) is in the unit of scalar i times that of scalar j (`units`); rotations are in
-    radians of the parameter's own tangent: Euler angles directly, others by a rotation vector.
+    What is kept fixed has no variance, and neither has a parameter that stands on a bound: the
+    solution does not move with the measurements there. A `where` is a ref
+    (``path.landmarks[4]``), the name of a row or of a parameter (``"poses[3]"``,
+    ``"poses[3].pos"``), or a pair (path of the table, row). Entry (i, j) is in the unit of scalar i
+    times that of scalar j (`units`); rotations are in radians of the parameter's own tangent: Euler
+    angles directly, others by a rotation vector.
 
     Attributes
     ----------
     names : (n,) names of the scalars
-    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" where it does not
+    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" where it does not;
+        of a transform the translation has the declared unit, the rotation is in radians
+    on_bound : parameters that are left out because they stand on a bound, by name, each with the
+        bound in words
 
     Raises
     ------
@@ -51,8 +57,9 @@ class Covariance:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._equations = NormalEquations(problem)
+        self._equations = NormalEquations(problem, hold_bounds=True)
         self._problem = problem
+        self.on_bound = self._equations.on_bound
         self.names = self._equations.names
         self._number = {name: i for i, name in enumerate(self.names)}
         self._columns: dict[int, Floats] = {}
@@ -66,16 +73,9 @@ class Covariance:
         found: list[str] = []
         system = self._problem.structure.system
         for entity, blocks in zip(self._problem.layout.entities, system.blocks, strict=True):
-            table = self._problem.layout.table(entity.table)
-            own = [""] * entity.tangent
-            for use in entity.params:
-                unit = table.column(use.column).unit
-                if use.kind in _TURNS:
-                    unit = unit or "rad"
-                own[use.tangent_start : use.tangent_start + use.tangent] = [unit] * use.tangent
-            free = blocks.free[blocks.first >= 0]
-            found += [unit for row in free for unit, moves in zip(own, row, strict=True) if moves]
-        return found
+            own = tangent_units(self._problem.layout, entity)
+            found += own * int(np.count_nonzero(blocks.first >= 0))
+        return [found[scalar] for scalar in self._equations.free]
 
     @cached_property
     def matrix(self) -> Floats:
@@ -113,7 +113,9 @@ class Covariance:
         rows = np.flatnonzero(first >= 0)
         blocks = self._selected.diagonal_blocks(first[rows], entity.tangent)
         units = scale[first[rows, None] + np.arange(entity.tangent)]
-        moves = self._problem.structure.system.blocks[self._index(entity)].free[rows]
+        free = np.zeros(self._problem.size, dtype=bool)
+        free[self._equations.free] = True
+        moves = free[first[rows, None] + np.arange(entity.tangent)]
         blocks *= (units * moves)[:, :, None] * (units * moves)[:, None, :]
         found[rows] = blocks[:, tangents[:, None], tangents]
         return found
@@ -153,8 +155,9 @@ class Covariance:
 
         Of the scalars that bear the same name in both (``pos.x``): a landmark relative to a pose is
         the difference of their positions. What both share, such as where the whole map is, cancels.
+        What is fixed, frozen or on a bound is exact: its variance and its covariances are zero.
         """
-        of_a, of_b = self._local_names(a), self._local_names(b)
+        of_a, of_b = self._members(a), self._members(b)
         common = [name for name in of_a if name in of_b]
         if not common:
             raise AraelError(
@@ -167,8 +170,8 @@ class Covariance:
             )
         i = np.array([of_a[name] for name in common])
         j = np.array([of_b[name] for name in common])
-        cross = self._block(i, j)
-        return self._block(i, i) - cross - cross.T + self._block(j, j)
+        cross = self._with_exact(i, j)
+        return self._with_exact(i, i) - cross - cross.T + self._with_exact(j, j)
 
     def ellipsoid(self, where: Where, relative_to: Where | None = None) -> tuple[Floats, Floats]:
         """One-sigma ellipsoid of `where`, or of its difference from `relative_to`.
@@ -183,7 +186,8 @@ class Covariance:
         return ellipsoid(self.relative(where, relative_to))
 
     def __repr__(self) -> str:
-        return f"<Covariance of {len(self.names)} parameters>"
+        held = f", {len(self.on_bound)} more on bounds" if self.on_bound else ""
+        return f"<Covariance of {len(self.names)} parameters{held}>"
 
     # --- entries -------------------------------------------------------------------------------
 
@@ -200,6 +204,26 @@ class Covariance:
                 self._columns = kept
             self._columns |= {i: solved[:, k] for k, i in enumerate(missing)}
         return np.stack([self._columns[int(i)][a] for i in b], axis=1)
+
+    def _with_exact(self, a: Ints, b: Ints) -> Floats:
+        """`_block` with zeros where a number is -1: what is exact varies with nothing."""
+        found = np.zeros((len(a), len(b)))
+        i, j = np.flatnonzero(a >= 0), np.flatnonzero(b >= 0)
+        if len(i) and len(j):
+            found[np.ix_(i, j)] = self._block(a[i], b[j])
+        return found
+
+    def _members(self, where: Where) -> dict[str, int]:
+        """Names within `where` of all its scalars, and their columns; -1 of what is exact."""
+        name = self._name(where)
+        names = scalar_names_within(self._problem, name)
+        if not names:
+            return self._local_names(where)  # refuses it
+        head = f"{name}." if name else ""
+        return {
+            full.removeprefix(head) if full != name else "": self._number.get(full, -1)
+            for full in names
+        }
 
     def _name(self, where: Where) -> str:
         if isinstance(where, str):
@@ -226,12 +250,20 @@ class Covariance:
             head = f"{name}."
             found = {n[len(head) :]: i for n, i in self._number.items() if n.startswith(head)}
         if not found:
+            bounds = [
+                f"`{full}` stands on {text}"
+                for full, text in self.on_bound.items()
+                if full == name or full.startswith(f"{name}.")
+            ]
             raise AraelError(
                 Diagnostic(
                     "E1009",
                     f"`{name}` is not solved for, so it has no covariance",
                     origin="covariance",
-                    help=("it is fixed, frozen or absent, or the name is misspelt",),
+                    notes=tuple(bounds),
+                    help=("it is fixed, frozen or absent, or the name is misspelt",)
+                    if not bounds
+                    else ("a bound that holds is exact; widen it if it should not hold",),
                 )
             )
         return found
@@ -260,13 +292,6 @@ class Covariance:
                 help=(f"there are {', '.join(known)}",) if known else (),
             )
         )
-
-    def _index(self, entity: Any) -> int:
-        return next(i for i, e in enumerate(self._problem.layout.entities) if e is entity)
-
-
-# Parameters whose tangent is an angle or a rotation vector.
-_TURNS = frozenset({"euler", "rotation", "quaternion", "angle", "direction"})
 
 
 def covariance(problem: Problem) -> Covariance:

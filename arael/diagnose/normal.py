@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnose.bounds import standing_on_bounds
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.sparse import SparseSolver
@@ -31,9 +32,11 @@ class NormalEquations:
     Parameters
     ----------
     problem : at its present values
+    hold_bounds : whether parameters that stand on a bound are held there, as by the solver
 
     Attributes
     ----------
+    on_bound : names of the scalars that are held on a bound, each with the bound, in words
     names : (n,) of the scalars that move
     free : (n,) their numbers in the system
     scale : (size,) the unit of each scalar of the system, 1 where nothing depends on it
@@ -44,10 +47,11 @@ class NormalEquations:
         E1008: an entry is not finite.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, hold_bounds: bool = False) -> None:
         self.problem = problem
         self.names = problem.parameter_names()
         self.free = problem.free
+        self.on_bound: dict[str, str] = {}
         pattern = problem.structure.pattern
         self._row, self._column = coordinates(pattern)
         values = _hessian_values(problem, self._row, self._column)
@@ -65,9 +69,24 @@ class NormalEquations:
         at = lower & (self._row == self._column)
         diagonal[self._row[at]] = values[at]
         diagonal[problem.structure.system.held] = 1
+        if hold_bounds and problem.box.count:
+            self._hold(standing_on_bounds(problem, diagonal), values, diagonal)
         self._unit = (diagonal > 0).astype(np.float64)
         self.scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self._values = values * self.scale[self._row] * self.scale[self._column]
+
+    def _hold(self, found: dict[int, str], values: Floats, diagonal: Floats) -> None:
+        """Take scalars out of the system: their rows and columns become those of the identity."""
+        held = np.zeros(self.problem.size, dtype=bool)
+        held[list(found)] = True
+        values[(held[self._row] | held[self._column]) & (self._row != self._column)] = 0
+        values[held[self._row] & (self._row == self._column)] = 1
+        diagonal[held] = 1
+        free = dict(zip(self.free.tolist(), self.names, strict=True))
+        self.on_bound = {free[scalar]: text for scalar, text in found.items() if scalar in free}
+        moves = ~held[self.free]
+        self.free = self.free[moves]
+        self.names = [name for name, stays in zip(self.names, moves, strict=True) if stays]
 
     @property
     def tolerance(self) -> float:
@@ -77,6 +96,18 @@ class NormalEquations:
         single = self.problem.layout.precision == "f32"
         epsilon = float(np.finfo(np.float32).eps) ** 2 * 8 if single else np.finfo(np.float64).eps
         return float(max(len(self.free), 1) * epsilon * max(self.largest, 1.0))
+
+    @cached_property
+    def dense(self) -> Floats:
+        """Scaled J'J over the scalars that move, (n, n), without SciPy, which loads slowly."""
+        size = self.problem.size
+        found = np.zeros((size, size))
+        lower = self._row >= self._column
+        found[self._row[lower], self._column[lower]] = self._values[lower]
+        found += np.tril(found, -1).T
+        np.fill_diagonal(found, self._unit)
+        kept: Floats = found[np.ix_(self.free, self.free)]
+        return kept
 
     @cached_property
     def matrix(self) -> Any:
@@ -138,7 +169,7 @@ class NormalEquations:
     def _spectrum(self) -> tuple[Floats, Floats]:
         n = len(self.free)
         if n <= _DENSE:
-            values, vectors = np.linalg.eigh(self.matrix.toarray())
+            values, vectors = np.linalg.eigh(self.dense)
             return values, vectors
         count = 12
         while True:
@@ -170,7 +201,7 @@ class NormalEquations:
         if not n:
             return 0.0
         if n <= _DENSE:
-            return float(np.linalg.eigvalsh(self.matrix.toarray())[-1])
+            return float(np.linalg.eigvalsh(self.dense)[-1])
         vector = np.random.default_rng(0).standard_normal(n)
         for _ in range(20):
             vector = self.matrix @ (vector / np.linalg.norm(vector))

@@ -1,9 +1,12 @@
-"""A CSV file of numbers, as columns by name, where no model says what it holds."""
+"""A CSV file of points, as columns of numbers by name, where no model says what it holds."""
 
 from __future__ import annotations
 
 import math
 import os
+import re
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,46 +19,141 @@ from arael.runtime.store.messages import problem, shorten
 
 MOST_MISTAKES = 20
 
+_COMMENT = re.compile(rb"^[ \t]*#[^\r\n]*", re.MULTILINE)
+_UNIT = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*$")
 
-def read_numbers(path: StrPath) -> dict[str, NDArray[np.float64]]:
-    """Columns of a CSV file, each (rows,), by the names in its first line.
+
+class Points:
+    """Rows of a CSV file below a line of names; cells are read as numbers when asked for.
+
+    Lines that begin with ``#`` are comments. If the names are in one, as `numpy.savetxt` writes
+    them, they are taken from there.
+
+    Parameters
+    ----------
+    path : the file
+
+    Attributes
+    ----------
+    titles : by the name under which a formula reads a column, the title in the file. ``Time (s)``
+        is read as ``Time``, ``wheel speed`` as ``wheel_speed``.
 
     Raises
     ------
     AraelError
-        With file, line and column, several at once: E0712 unreadable, E0711 not CSV or without
-        rows, E0718 a column twice, E0704 wrong number of cells, E0703 not a number, E0705 not
-        finite.
+        With file and line, several at once: E0712 unreadable, E0711 not CSV, without names or
+        without rows, E0718 a column twice, E0704 wrong number of cells.
     """
-    name = os.path.basename(os.fspath(path))
-    header, rows, lines = csv_rows(read_bytes(path), name)
-    found: list[Diagnostic] = [
-        problem("E0718", f"the column `{shorten(column)}` is given twice", name)
-        for column in sorted({c for c in header if header.count(c) > 1})
-    ]
-    if not rows:
-        found.append(problem("E0711", "there is no row below the names of the columns", name))
-    values = np.empty((len(rows), len(header)))
-    for number, (line, row) in enumerate(zip(lines, rows, strict=True)):
-        if len(found) >= MOST_MISTAKES:
-            break
-        if len(row) != len(header):
-            text = f"expected {len(header)} cells, found {len(row)}"
-            found.append(problem("E0704", text, f"{name}:{line}"))
-            continue
-        for column, cell in enumerate(row):
-            value = _number(cell)
-            if value is None or not math.isfinite(value):
-                code = "E0703" if value is None else "E0705"
-                wanted = "a number" if value is None else "a finite number"
-                text = f'expected {wanted}, found "{shorten(cell)}"'
-                found.append(problem(code, text, f"{name}:{line}: {header[column]}"))
-            else:
-                values[number, column] = value
-    if found:
-        raise AraelError(found)
-    columns: dict[str, Any] = {c: values[:, k].copy() for k, c in enumerate(header)}
-    return columns
+
+    def __init__(self, path: StrPath) -> None:
+        self._file = os.path.basename(os.fspath(path))
+        content = read_bytes(path).removeprefix(b"\xef\xbb\xbf")
+        text = _COMMENT.sub(b"", content)
+        if not text.strip():
+            raise AraelError(problem("E0711", "there are no rows, only comments", self._file))
+        header, rows, lines = csv_rows(text, self._file)
+        if _all_numbers(header):
+            first = 1 + text[: len(text) - len(text.lstrip())].count(b"\n")
+            rows, lines = [header, *rows], [first, *lines]
+            header = self._from_comment(content, header)
+        self._header, self._rows, self._lines = header, rows, lines
+        found: list[Diagnostic] = [
+            problem("E0718", f"the column `{shorten(title)}` is given twice", self._file)
+            for title, count in sorted(Counter(header).items())
+            if count > 1
+        ]
+        if not rows:
+            what = "there is no row below the names of the columns"
+            found.append(problem("E0711", what, self._file))
+        for line, row in zip(lines, rows, strict=True):
+            if len(row) != len(header) and len(found) < MOST_MISTAKES:
+                what = f"expected {len(header)} cells, found {len(row)}"
+                found.append(problem("E0704", what, f"{self._file}:{line}"))
+        self._wrong = found
+        self.titles = readable_names(header)
+
+    def columns(self, names: Iterable[str]) -> dict[str, NDArray[np.float64]]:
+        """Columns by name, each (rows,).
+
+        Raises
+        ------
+        AraelError
+            With file, line and column, several at once: E0703 not a number, E0705 not finite, and
+            what is wrong with the file as a whole.
+        """
+        wanted = {self.titles[name]: name for name in names}
+        found = list(self._wrong)
+        values: dict[str, Any] = {name: np.empty(len(self._rows)) for name in wanted.values()}
+        for number, (line, row) in enumerate(zip(self._lines, self._rows, strict=True)):
+            if len(row) != len(self._header):
+                continue
+            for title, cell in zip(self._header, row, strict=True):
+                if title not in wanted or len(found) >= MOST_MISTAKES:
+                    continue
+                value = _number(cell)
+                if value is None or not math.isfinite(value):
+                    code = "E0703" if value is None else "E0705"
+                    expected = "a number" if value is None else "a finite number"
+                    what = f'expected {expected}, found "{shorten(cell)}"'
+                    found.append(problem(code, what, f"{self._file}:{line}: {title}"))
+                else:
+                    values[wanted[title]][number] = value
+        if found:
+            raise AraelError(found)
+        return values
+
+    def _from_comment(self, content: bytes, first: list[str]) -> list[str]:
+        """The names in the last comment above the first row, if it has as many as there are."""
+        comments = []
+        for line in content.decode().splitlines():
+            if line.strip() and not line.lstrip().startswith("#"):
+                break
+            comments.append(line.lstrip(" \t#").rstrip())
+        for comment in reversed(comments):
+            delimiter = next((d for d in ",\t;" if d in comment), ",")
+            names = [name.strip() for name in comment.split(delimiter)]
+            if len(names) == len(first) and all(names) and not _all_numbers(names):
+                return names
+        raise AraelError(
+            problem(
+                "E0711",
+                "expected the names of the columns in the first line, found numbers",
+                self._file,
+                help=f"put a line such as `{','.join('xyzuvw'[: len(first)])}` above them",
+            )
+        )
+
+
+def readable_names(titles: Iterable[str]) -> dict[str, str]:
+    """Titles of columns by the names that formulas read them under.
+
+    A unit in brackets at the end is left out, where the name is then still that of one column.
+    """
+    kept = list(dict.fromkeys(titles))
+    short = {title: _identifier(_UNIT.sub("", title)) for title in kept}
+    counts = Counter(short.values())
+    found: dict[str, str] = {}
+    for title in kept:
+        name = title if _is_name(title) else short[title]
+        if name != title and (counts[name] > 1 or not name or name in kept):
+            name = _identifier(title)
+        if name and name not in found:
+            found[name] = title
+    return found
+
+
+def _is_name(text: str) -> bool:
+    return re.fullmatch(r"[A-Za-z_]\w*", text, re.ASCII) is not None
+
+
+def _identifier(title: str) -> str:
+    """A title as a name: other characters become ``_``; "" if nothing is left."""
+    name = re.sub(r"\W+", "_", title, flags=re.ASCII).strip("_")
+    return f"_{name}" if name[:1].isdigit() else name
+
+
+def _all_numbers(cells: list[str]) -> bool:
+    return all(_number(cell) is not None for cell in cells)
 
 
 def _number(cell: str) -> float | None:

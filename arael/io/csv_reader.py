@@ -78,7 +78,7 @@ def csv_rows(content: bytes, name: str) -> tuple[list[str], list[list[str]], lis
     except UnicodeDecodeError as failure:
         line = content.count(b"\n", 0, failure.start) + 1
         raise error("E0711", "not UTF-8 text", f"{name}:{line}") from None
-    first = text.split("\n", 1)[0]
+    first = text.lstrip("\r\n").split("\n", 1)[0]
     delimiter = next((d for d in ",\t;" if d in first), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     rows, lines = [], []

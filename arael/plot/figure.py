@@ -110,23 +110,25 @@ def check_format(path: Path) -> None:
 
 
 def save(figure: Figure, path: Path) -> str:
-    """Write the figure; return the file's name.
+    """Write the figure, whole or not at all; return the file's name.
 
     Raises
     ------
     AraelError
-        E0853 if it cannot be written, E0861 if its ending is no picture format.
+        E0715 if it cannot be written, E0861 if its ending is no picture format.
     """
+    import io
+
     import matplotlib
 
+    from arael.io.files import write_whole
+
     check_format(path)
-    try:
-        with matplotlib.rc_context(_STYLE):
-            figure.savefig(path, dpi=150, metadata=_no_date(path))
-    except OSError as error:
-        raise AraelError(
-            Diagnostic("E0853", f"cannot write the picture: {error.strerror}", origin=str(path))
-        ) from error
+    content = io.BytesIO()
+    with matplotlib.rc_context(_STYLE):
+        kind = path.suffix.lower().removeprefix(".")
+        figure.savefig(content, format=kind, dpi=150, metadata=_no_date(path))
+    write_whole(path, lambda file: file.write(content.getbuffer()))
     return str(path)
 
 

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.evaluation import Evaluation
 from arael.runtime.structure import Structure
+from arael.runtime.system import System
 
 class Box:
     """The bounded scalars of a system."""
@@ -14,3 +15,7 @@ class Box:
     def __init__(
         self, evaluation: Evaluation, structure: Structure, diagonal_at: NDArray[np.int64]
     ) -> None: ...
+
+def stored_places(
+    system: System, scalars: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]: ...

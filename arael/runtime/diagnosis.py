@@ -82,7 +82,6 @@ def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:
     output = group.residuals + column if derivatives else column
     notes = [f"it acts on `{problem.instance_place(number, instance)}`"]
     notes += _cause(problem, number, instance, output)
-    notes += [f"`{name}` raised {said}" for name, said in problem.natives.said.items()]
     return Diagnostic(
         "E1002" if derivatives else "E1001",
         f"`{problem.instance_name(number, instance)}`: {what} is {_shown(value)} at the start",

@@ -9,6 +9,5 @@ cdef class NativeTable:
     cdef readonly object failure  # what it raised, else None
     cdef readonly list names     # in order of `items`
     cdef readonly dict bindings  # by name, kept alive
-    cdef readonly dict said      # by name, what a Python function raised that has no value there
 
     cdef double through_python(self, const Native* native, const double* x) noexcept

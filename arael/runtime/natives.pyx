@@ -155,10 +155,6 @@ cdef class NativeTable:
     ----------
     functions : the native ones of ``Layout.functions``
     bindings : `arael.runtime.native_binding.Binding` by name; what is missing yields NaN
-
-    Attributes
-    ----------
-    said : by name, what a Python function last raised where it has no value
     """
 
     def __cinit__(self, functions, bindings):
@@ -170,7 +166,6 @@ cdef class NativeTable:
         cdef Native* native
         self.names = [f.name for f in functions]
         self.bindings = {name: bindings[name] for name in self.names if name in bindings}
-        self.said = {}
         for number, function in enumerate(functions):
             native = &self.items[number]
             native.arity = len(function.params)
@@ -204,15 +199,16 @@ cdef class NativeTable:
         free(self.items)
 
     cdef double through_python(self, const Native* native, const double* x) noexcept:
-        """Call a Python function; what it raises is kept for `raise_failure`."""
+        """Call a Python function; what it raises is kept for `raise_failure`.
+
+        ValueError of Python's mathematics is no exception to this: taken for NaN, it would become
+        a rejected step, and a solve that a defect of the function stopped would end as converged.
+        """
         if self.failed:
             return NAN
         arguments = tuple([x[k] for k in range(native.arity)])
         try:
             return (<object>native.function)(*arguments)
-        except (ArithmeticError, ValueError) as error:
-            # What Python's mathematics raises where C's has no value: the step is rejected.
-            self.said[self.names[native - self.items]] = f"{type(error).__name__}: {error}"
         except BaseException as error:
             shown = ", ".join([f"{value:.6g}" for value in arguments])
             error.add_note(f"in the function bound to `{self.names[native - self.items]}`, "

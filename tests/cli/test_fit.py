@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
+from arael.io.csv_numbers import readable_names
 from tests.cli.conftest import Arael
 
 FORMULA = "a * exp(-b * t) + c"
@@ -68,6 +69,13 @@ def test_text_start_and_target(arael: Arael, points: Path) -> None:
         (("a * t", "--start", "q=1"), 2, "'q' is no parameter of the formula; it has a"),
         (("a * t", "--start", "a=one"), 2, "expected NAME=NUMBER"),
         (("a * t", "--y", "z"), 2, "no column 'z'; it has t, y"),
+        (("a * t + c - c",), 2, "the formula does not depend on 'c'"),
+        (("a * t + 0 * c + sign(d)",), 2, "the formula does not depend on 'c', 'd'"),
+        (("a * np.exp(t)",), 2, "write 'exp' for 'np.exp'"),
+        (("a * math.fabs(t)",), 2, "write 'abs' for 'math.fabs'"),
+        (("y = a * t - y",), 2, 'is written "0 = a * t - y"'),
+        (("y = a * t", "--y", "t"), 2, "'y' is on the left of FORMULA, and 't' is given with --y"),
+        (("z = a * t",), 2, "no column 'z'; it has t, y"),
     ],
 )
 def test_mistakes(
@@ -92,3 +100,88 @@ def test_a_file_that_is_no_table_of_numbers(arael: Arael, tmp_path: Path) -> Non
         assert part in done.err
     path.write_text("t,y\n")
     assert "E0711" in arael("fit", "a * t", path).err
+
+
+def test_rms_and_standard_deviation_are_what_they_are_called(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y\n0,0\n1,2\n2,1\n3,3\n")
+    found = arael("fit", "a * x + b", path, "--json").json
+    residuals = np.polyval(np.polyfit([0, 1, 2, 3], [0, 2, 1, 3], 1), [0, 1, 2, 3]) - [0, 2, 1, 3]
+    assert found["rms"] == pytest.approx(np.sqrt(np.mean(residuals**2)))
+    assert found["residual_sd"] == pytest.approx(np.sqrt(np.sum(residuals**2) / 2))
+    text = arael("fit", "a * x + b", path).out
+    assert "rms 0.671, residual standard deviation 0.949" in text
+    assert "rms 6.71 sigmas" in arael("fit", "a * x + b", path, "--sigma", "0.1").out
+
+
+def test_as_many_parameters_as_points_have_no_scatter(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y\n0,0\n1,2\n")
+    done = arael("fit", "a * x + b", path)
+    assert "a = 2 +- unknown" in done.out and "no scatter to take a sigma from" in done.out
+    assert arael("fit", "a * x + b", path, "--json").json["parameters"]["a"]["sigma"] is None
+    known = arael("fit", "a * x + b", path, "--json", "--sigma", "1").json["parameters"]
+    assert known["b"]["sigma"] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("formula", ["(a * t + b - y) / 0.1", "0 = (a * t + b - y) / 0.1"])
+def test_a_formula_with_the_measured_column_is_a_residual(
+    arael: Arael, points: Path, formula: str
+) -> None:
+    expected = arael("fit", "y = a * t + b", points, "--json").json
+    found = arael("fit", formula, points, "--json").json
+    assert found["predicts"] is None and expected["predicts"] == "y"
+    for name in "ab":
+        for what in ("value", "sigma"):
+            assert found["parameters"][name][what] == pytest.approx(
+                expected["parameters"][name][what], rel=1e-6
+            )
+    assert "made small as a residual" in arael("fit", formula, points).out
+
+
+def test_a_robust_residual(arael: Arael, points: Path) -> None:
+    """The best starship fit of a line, found by SciPy."""
+    from scipy.optimize import least_squares
+
+    t, y = np.loadtxt(points, delimiter=",", skiprows=1).T
+    best = least_squares(lambda p: 3 * np.arctan((p[0] * t + p[1] - y) / 0.1 / 3), [-0.3, 1.5]).x
+    starts = ["--start", "a=-0.3", "--start", "b=1.5"]
+    found = arael("fit", "starship((a*t+b-y)/0.1, 3)", points, *starts, "--json").json
+    assert [p["value"] for p in found["parameters"].values()] == pytest.approx(best, rel=1e-4)
+
+
+def test_columns_that_are_not_read_may_hold_text(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(
+        "# made by hand\nTime (s),wheel speed [m/s],note\n0,1,ok\n# half\n1,3,bad\n2,5,\n"
+    )
+    found = arael("fit", "wheel_speed = a * Time + b", path, "--json").json
+    assert found["parameters"]["a"]["value"] == pytest.approx(2)
+    by_title = arael("fit", "a * Time + b", path, "--y", "wheel speed [m/s]", "--json").json
+    assert by_title["parameters"] == found["parameters"]
+    wrong = arael("fit", "wheel_speed = a * note", path)
+    assert 'expected a number, found "bad"\n --> points.csv:5: note' in wrong.err
+    missing = arael("fit", "a * Time", path).err
+    assert "no column 'y'" in missing and "0 = FORMULA; it has Time, wheel_speed, note" in missing
+
+
+def test_names_of_columns_in_a_comment(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    table = np.array([[0, 1], [1, 3], [2, 5.0]])
+    np.savetxt(path, table, delimiter=",", header="t,y")
+    found = arael("fit", "a * t + b", path, "--json").json
+    assert found["parameters"]["a"]["value"] == pytest.approx(2) and found["points"] == 3
+    np.savetxt(path, table, delimiter=",")
+    without = arael("fit", "a * t + b", path)
+    assert without.code == 2
+    assert "E0711" in without.err and "found numbers" in without.err
+    assert "put a line such as `x,y` above them" in without.err
+    path.write_text("# nothing\n")
+    assert "there are no rows, only comments" in arael("fit", "a * t", path).err
+
+
+def test_titles_that_differ_in_their_unit_only() -> None:
+    titles = readable_names(["v (m)", "v (s)", "w (m)", "w", "2nd", "ok"])
+    assert titles == {
+        "v_m": "v (m)", "v_s": "v (s)", "w_m": "w (m)", "w": "w", "_2nd": "2nd", "ok": "ok"
+    }  # fmt: skip

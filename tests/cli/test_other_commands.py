@@ -177,7 +177,7 @@ def test_explain(arael: Arael) -> None:
     assert "there is no diagnostic" in unknown.err
 
 
-OWN = ("E0630", "E0850", "E0852", "E0853", "E0854", "E0855", "E0860", "E0861")
+OWN = ("E0630", "E0850", "E0852", "E0853", "E0854", "E0855", "E0856", "E0857", "E0860", "E0861")
 
 
 def test_every_code_of_the_command_line_is_explained(arael: Arael) -> None:

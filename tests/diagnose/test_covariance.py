@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import arael
 from arael.diagnose import normal
+from arael.diagnose.scalars import tangent_units
 from arael.diagnostics.records import AraelError
 from tests.diagnose.maps import planar
 
@@ -108,3 +110,100 @@ def test_refusals(solved) -> None:
         with pytest.raises(AraelError, match=message) as error:
             ask()
         assert error.value.diagnostics[0].code == "E1009"
+
+
+FRAMES = """
+struct Frame {
+    param T: transform [m]
+    param S: similarity [km]
+    x: vec3 [m]
+    y: vec3 [km]
+    constraint near { [(T * x - x) / 0.1, (S * y - y) / 0.1] }
+}
+root Frames { frames: list of Frame }
+"""
+
+
+def test_units_of_a_transform_are_those_of_its_parts(tmp_path) -> None:
+    path = tmp_path / "frames.arael"
+    path.write_text(FRAMES, encoding="utf-8")
+    layout = arael.load(path, interpret=True).layout
+    own = tangent_units(layout, layout.entities[0])
+    names = layout.entities[0].tangent_names
+    assert len(own) == len(names) == 13
+    assert own == ["m"] * 3 + ["rad"] * 3 + ["km"] * 3 + ["rad"] * 3 + [""]
+
+
+def test_relative_to_what_is_fixed_takes_it_as_exact(solved) -> None:
+    solved.poses[3].t.fixed = True
+    solved.poses[3].th.fixed = True
+    solved.poses[6].th.fixed = True
+    found = solved.covariance()
+    pose, fixed = solved.poses[1], solved.poses[3]
+    np.testing.assert_array_equal(found.relative(pose, fixed), found.marginal(pose))
+    np.testing.assert_array_equal(found.relative(fixed, pose), found.marginal(pose))
+    np.testing.assert_array_equal(
+        found.relative("poses[1].t", "poses[3].t"), found.marginal("poses[1].t")
+    )
+    turned = found.relative("poses[1].th", "poses[3].th")
+    np.testing.assert_allclose(turned, [[found.sigma()[5] ** 2]], rtol=1e-12)
+    np.testing.assert_array_equal(found.relative(fixed, fixed), np.zeros((3, 3)))
+    axes, _ = found.ellipsoid("poses[1].t", relative_to="poses[3].t")
+    np.testing.assert_allclose(axes, found.ellipsoid("poses[1].t")[0])
+    # fixed in part: the angle of poses[6] is exact, its position is not
+    half = found.relative(pose, solved.poses[6])
+    assert half[2, 2] == found.marginal(pose)[2, 2]
+    ab = found.cross("poses[1].t", "poses[6].t")
+    expected = found.marginal("poses[1].t") + found.marginal("poses[6].t") - ab - ab.T
+    np.testing.assert_allclose(half[:2, :2], expected, atol=1e-15)
+    with pytest.raises(AraelError, match=r"`poses\[99\]` is not solved for"):
+        found.relative(pose, "poses[99]")
+
+
+BOUNDED = """
+struct Point {
+    x: real
+    y: real
+    constraint c { root.slope * x + root.offset - y }
+}
+root Line {
+    param slope: real in 0 .. 1
+    param offset: real
+    points: list of Point
+}
+"""
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_a_parameter_on_its_bound_is_not_free(tmp_path, precision: str) -> None:
+    path = tmp_path / "bounded.arael"
+    path.write_text(BOUNDED, encoding="utf-8")
+    model = arael.load(path, interpret=True, precision=precision)(slope=0.5, offset=0)
+    model.points.extend(x=[0.0, 1, 2, 3], y=[0.0, 2, 4, 6])
+    free = model.covariance()
+    assert free.names == ["slope", "offset"] and free.on_bound == {}
+    model.solve()
+    assert model.slope.value == 1
+    held = model.covariance()
+    assert held.names == ["offset"] and held.units == [""]
+    assert held.on_bound == {"slope": "its upper bound 1"}
+    np.testing.assert_allclose(held.sigma(), [0.5], rtol=1e-6)
+    np.testing.assert_allclose(held.matrix, [[0.25]], rtol=1e-6)
+    np.testing.assert_allclose(held.marginals("slope"), [[[0]]])
+    assert repr(held) == "<Covariance of 1 parameters, 1 more on bounds>"
+    with pytest.raises(AraelError, match="`slope` is not solved for") as caught:
+        held.marginal("slope")
+    assert caught.value.diagnostics[0].notes == ("`slope` stands on its upper bound 1",)
+    # On a bound from which the cost leads inwards, it is free.
+    model.slope = 0
+    assert model.covariance().names == ["slope", "offset"]
+
+
+def test_a_solution_exactly_on_a_bound_is_on_it(tmp_path) -> None:
+    path = tmp_path / "bounded.arael"
+    path.write_text(BOUNDED, encoding="utf-8")
+    model = arael.load(path, interpret=True)(slope=1, offset=0.1)
+    model.points.extend(x=[0.1, 1.3, 2, 3], y=[0.2, 1.4, 2.1, 3.1])
+    model.solve()
+    model.slope = 1.0
+    assert model.covariance().names == ["offset"]

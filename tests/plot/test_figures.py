@@ -103,7 +103,7 @@ def test_unknown_ending_is_told() -> None:
 
 
 def test_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(AraelError, match="E0853"):
+    with pytest.raises(AraelError, match="E0715"):
         figures.save(map_figure({}, []), tmp_path / "no" / "x.png")
 
 

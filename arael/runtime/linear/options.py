@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numbers
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -31,20 +33,60 @@ SOLVERS: dict[str, tuple[str, ...]] = {
     "lapack_band": _BANDS,
 }
 
+_NAMES = ("ordering", "reduced", "preconditioner")
+
+
+def typed_options(name: Any, options: Any) -> dict[str, Any]:
+    """Options as a caller gave them, as a dict of values of the right types.
+
+    Raises
+    ------
+    AraelError
+        E0840 where `name` is no string, E0842 where `options` is no mapping by name or a value is
+        of the wrong type.
+    """
+    if not isinstance(name, str):
+        raise _unknown(name)
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping) or not all(isinstance(key, str) for key in options):
+        raise _impossible("solver_options", 'a dict by name, as {"ordering": "natural"}', options)
+    found = dict(options)
+    for option, value in options.items():
+        if option in ("tolerance", "floor") and not _is(value, numbers.Real):
+            raise _impossible(option, "a number between 0 and 1", value)
+        if option == "iterations" and not _is(value, numbers.Integral):
+            raise _impossible(option, "a whole number from 1", value)
+        if option in _BANDS and value is not None and not _is(value, numbers.Integral):
+            raise _impossible(option, "a whole number from 0, or None", value)
+        if option in _NAMES and not isinstance(value, str):
+            raise _impossible(option, "the name of one", value)
+        if option == "formed" and not isinstance(value, str | bool):
+            raise _impossible(option, "'auto', True or False", value)
+        if option == "eliminate" and not isinstance(value, str):
+            found[option] = _rows(value)
+    return found
+
+
+def _rows(value: Any) -> list[Any]:
+    """Names of collections or numbers of block rows, as a list."""
+    rows = list(value) if isinstance(value, Iterable) else [value]
+    named = all(isinstance(row, str) for row in rows)
+    if not isinstance(value, Iterable) or not (
+        named or all(_is(row, numbers.Integral) for row in rows)
+    ):
+        raise _impossible("eliminate", "'auto', names of collections, or block rows", value)
+    return rows if named else [int(row) for row in rows]
+
+
+def _is(value: Any, kind: type) -> bool:
+    return isinstance(value, kind) and not isinstance(value, bool)
+
 
 def check_options(name: str, options: dict[str, Any]) -> None:
     """Raise E0840 for an unknown solver, E0842 for an option it does not take or cannot use."""
     if name not in SOLVERS:
-        near = closest(name, SOLVERS)
-        raise AraelError(
-            Diagnostic(
-                "E0840",
-                f"there is no linear solver {name!r}",
-                origin="solver options",
-                notes=(f"solvers are {', '.join(SOLVERS)}",),
-                help=(f"did you mean {near[0]!r}?",) if near else (),
-            )
-        )
+        raise _unknown(name)
     for option in options:
         if option not in SOLVERS[name]:
             near = closest(option, SOLVERS[name])
@@ -70,6 +112,19 @@ def check_options(name: str, options: dict[str, Any]) -> None:
             raise _impossible(option, "a number between 0 and 1", options[option])
     if "iterations" in options and not options["iterations"] >= 1:
         raise _impossible("iterations", "a number from 1", options["iterations"])
+
+
+def _unknown(name: Any) -> AraelError:
+    near = closest(name, SOLVERS) if isinstance(name, str) else []
+    return AraelError(
+        Diagnostic(
+            "E0840",
+            f"there is no linear solver {name!r}",
+            origin="solver options",
+            notes=(f"solvers are {', '.join(SOLVERS)}",),
+            help=(f"did you mean {near[0]!r}?",) if near else (),
+        )
+    )
 
 
 def _impossible(option: str, expected: str, found: Any) -> AraelError:

@@ -1,0 +1,156 @@
+"""What the formula of `arael fit` says: what is measured, what is fitted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from arael.diagnostics.records import AraelError
+from arael.diagnostics.suggest import closest
+
+if TYPE_CHECKING:
+    from arael.sym import Expr
+
+_EQUATION = re.compile(r"\s*([^=<>!()]+?)\s*=(?!=)(.*)", re.DOTALL)
+_NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w|\s*\()")
+_MODULE = re.compile(r"\b(np|numpy|math|scipy|sp|sympy|torch|jnp)\.(\w+)")
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula and its names.
+
+    Attributes
+    ----------
+    residual : the formula that is made small
+    predicts : name of the column that is predicted; None where the formula is the residual itself
+    columns : names of the columns that it reads
+    parameters : names of what is fitted
+    """
+
+    residual: str
+    predicts: str | None
+    columns: tuple[str, ...]
+    parameters: tuple[str, ...]
+
+
+def read_formula(text: str, target: str | None, titles: Mapping[str, str], data: str) -> Formula:
+    """Read ``FORMULA``, ``NAME = FORMULA`` or ``0 = FORMULA``, a residual.
+
+    Parameters
+    ----------
+    text : as given
+    target : the column that ``--y`` names
+    titles : columns of the file by the names that formulas have for them
+    data : the file's name, for messages
+
+    Raises
+    ------
+    AraelError
+        With every mistake in the formula at its place in it.
+    click.BadParameter
+        A column that there is not, a parameter that cancels out, a Python expression.
+    """
+    if module := _MODULE.search(text):
+        name = _known_function(module[2])
+        raise click.BadParameter(
+            f"write '{name}' for '{module[0]}': formulas are in arael's language, not in Python",
+            param_hint="'FORMULA'",
+        )
+    formula, left = text, None
+    if equation := _EQUATION.fullmatch(text):
+        left, formula = equation[1], equation[2]
+        if target is not None and _column(target, titles) != _column(left, titles):
+            raise click.BadParameter(
+                f"'{left}' is on the left of FORMULA, and '{target}' is given with --y",
+                param_hint="'--y'",
+            )
+    from arael import sym
+
+    parsed = sym.parse(formula)
+    names = list(parsed.free_vars)
+    own = left is None and target is None and "y" in titles and "y" in names
+    if own or (left == "0" and target is None):
+        measured, residual = None, formula
+    else:
+        measured = _measured(left or target or "y", titles, data, left is not None)
+        residual = f"({formula}) - {measured}"
+        if measured in names:
+            raise click.BadParameter(
+                f"'{measured}' is what the formula predicts, and stands in it; "
+                f'a residual, which is made small, is written "0 = {formula.strip()}"',
+                param_hint="'FORMULA'",
+            )
+    parameters = [name for name in names if name not in titles]
+    _refuse_what_cancels(formula, parsed, parameters, titles)
+    read = [name for name in dict.fromkeys([*names, measured]) if name in titles]
+    return Formula(residual, measured, tuple(read), tuple(parameters))
+
+
+def _measured(wanted: str, titles: Mapping[str, str], data: str, equation: bool) -> str:
+    name = _column(wanted, titles)
+    if name in titles:
+        return name
+    near = closest(wanted, titles)
+    advice = f"did you mean '{near[0]}'? " if near else ""
+    if wanted == "y" and not near:
+        advice = "name what FORMULA predicts, NAME = FORMULA or --y NAME, or write 0 = FORMULA; "
+    raise click.BadParameter(
+        f"{data} has no column '{wanted}'; {advice}it has {', '.join(titles)}",
+        param_hint="'FORMULA'" if equation else "'--y'",
+    )
+
+
+def _column(wanted: str, titles: Mapping[str, str]) -> str:
+    """The name of a column given by its name or by its title in the file."""
+    return next((name for name, title in titles.items() if title == wanted), wanted)
+
+
+def _known_function(name: str) -> str:
+    """What a function of NumPy or `math` is called here."""
+    return {
+        "arctan2": "atan2",
+        "arctan": "atan",
+        "arcsin": "asin",
+        "arccos": "acos",
+        "power": "pow",
+        "maximum": "max",
+        "minimum": "min",
+        "deg2rad": "deg2rad",
+        "fabs": "abs",
+        "absolute": "abs",
+    }.get(name, name)
+
+
+def _refuse_what_cancels(
+    formula: str, parsed: Expr, parameters: list[str], titles: Mapping[str, str]
+) -> None:
+    """Refuse parameters that the formula does not depend on: ``0 * c``, ``c - c``, ``sign(c)``."""
+    written = dict.fromkeys(_NAME.findall(formula))
+    gone = [name for name in written if name not in titles and _is_symbol(name)]
+    gone = [name for name in gone if name not in parameters or _is_flat(parsed, name)]
+    if gone:
+        which = ", ".join(f"'{name}'" for name in gone)
+        raise click.BadParameter(
+            f"the formula does not depend on {which}: its derivative is zero everywhere, so that "
+            "no point tells anything about it; leave it out",
+            param_hint="'FORMULA'",
+        )
+
+
+def _is_symbol(name: str) -> bool:
+    """Whether a name is neither a constant nor a word of the language."""
+    from arael import sym
+
+    try:
+        return name in sym.parse(name).free_vars
+    except AraelError:
+        return False
+
+
+def _is_flat(parsed: Expr, name: str) -> bool:
+    return str(parsed.diff(name)) == "0"

@@ -1,0 +1,16 @@
+"""Warnings of a model as warnings of Python."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+
+
+class ModelWarning(UserWarning):
+    """Something about a model that is probably not meant; its text is that of `arael check`."""
+
+
+def warn_of_model(texts: Iterable[str], stacklevel: int = 3) -> None:
+    """Issue each rendered warning of a model, at the place of the caller's caller."""
+    for text in texts:
+        warnings.warn(text.rstrip("\n"), ModelWarning, stacklevel=stacklevel)
