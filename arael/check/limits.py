@@ -9,6 +9,6 @@ MAX_TABLES = 1000  # places where collections sit
 MAX_COLUMNS = 20_000  # columns of all tables together
 MAX_REFS = 50  # refs that one ref is resolved through
 MAX_NESTING = 100  # nesting of an expression as written, through function calls
-MAX_DEPTH = 250  # longest chain of operations of an expanded expression
+MAX_DEPTH = 100_000
 MAX_OPERATIONS = 200_000  # scalar operations of one constraint, functions expanded
 MAX_MODEL_OPERATIONS = 1_000_000  # the same over the whole model
