@@ -70,11 +70,7 @@ def _ambiguous(t: Typist, node: tree.Name, found: Sequence[Candidate]) -> Broken
         message,
         label=" or ".join(c.what for c in found),
         labels=labels,
-        help=[
-            f"write {' or '.join(longer)}, or rename {first}"
-            if longer
-            else f"rename {first}"
-        ],
+        help=[f"write {' or '.join(longer)}, or rename {first}" if longer else f"rename {first}"],
     )
 
 

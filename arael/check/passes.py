@@ -178,9 +178,7 @@ class Passes:
         setting = int(value) if name in WHOLE and value.is_integer() else value
         refusal = refused(name, setting)
         if refusal:
-            self.report.error(
-                "E0310", node.span, f"`{name}` cannot be {setting:g}", label=refusal
-            )
+            self.report.error("E0310", node.span, f"`{name}` cannot be {setting:g}", label=refusal)
             return None
         return setting
 

@@ -162,7 +162,9 @@ class Typist:
         self.exhausted = True
         if self.expansion > MAX_EXPANDED:
             what = f"more than {MAX_EXPANDED} operations come from calls of functions"
-            help_ = "functions are written out at each call: one that calls another twice doubles it"
+            help_ = (
+                "functions are written out at each call: one that calls another twice doubles it"
+            )
         else:
             what = f"more than {MAX_OPERATIONS} scalar operations, functions expanded"
             help_ = "split the constraint, or move work into the data"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def _format(name: str, check: bool, diff: bool) -> bool:
     from arael.syntax.fmt import format_source
 
     if name == "-":
-        source = source_of(click.get_binary_stream("stdin").read(), "standard input")
+        source = source_of(sys.stdin.buffer.read(), "standard input")
     else:
         source = read_source(name)
     text, new = source.text, format_source(source)

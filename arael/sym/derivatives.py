@@ -178,7 +178,7 @@ def partials_of(node: Expr) -> Partials:
     """Operands of `node` with the derivatives by them."""
     if node.op == "call":
         return list(zip(node.args, node.data.partials(node.args), strict=True))
-    if node.op in _PRESCRIBED:
+    if node.op in WRITTEN_OUT:
         formal, slopes = _slopes(node.op)
         at = dict(zip(map(id, formal), node.args, strict=True))
         return list(zip(node.args, rewrite(slopes, at), strict=True))
@@ -212,5 +212,5 @@ def _is_prescribed(name: str) -> bool:
     return name not in PRIMITIVES and SCALARS[name].arity > 0
 
 
-_PRESCRIBED = frozenset(name for name in SCALARS if _is_prescribed(name))
+WRITTEN_OUT = frozenset(name for name in SCALARS if _is_prescribed(name))
 """Functions whose derivatives come with them, or from the formula they stand for."""

@@ -43,7 +43,21 @@ _HEADER_PARTS = ("LBRACE", "THEN", "ELSE")
 
 # Operators with which no statement can begin; signs can, see `building.body`.
 _LEADING = frozenset(
-    "STAR SLASH DOTSTAR DOTSLASH CARET EQ NE LT LE GT GE AND OR".split()
+    [
+        "STAR",
+        "SLASH",
+        "DOTSTAR",
+        "DOTSLASH",
+        "CARET",
+        "EQ",
+        "NE",
+        "LT",
+        "LE",
+        "GT",
+        "GE",
+        "AND",
+        "OR",
+    ]
 )
 
 _MAX_STUCK = 4
@@ -121,11 +135,7 @@ def _refuse_depth(token: Token, log: ErrorLog) -> None:
 
 def _leads(automaton: Automaton, token: Token) -> bool:
     """Tell whether `token` begins a line, but can only go on with the statement above."""
-    return (
-        token.type in _LEADING
-        and automaton.accepts(token.type)
-        and automaton.accepts(NEWLINE)
-    )
+    return token.type in _LEADING and automaton.accepts(token.type) and automaton.accepts(NEWLINE)
 
 
 def _refuse_leading(before: Token, token: Token, log: ErrorLog) -> None:

@@ -94,7 +94,9 @@ LONG_SUM = "root R { param a: real\n constraint c { a + " + " + ".join(
     f"{i} * a^2" for i in range(1, 700)
 ) + " } }"  # fmt: skip
 LONG_PRODUCT = "root R { param a: vec2\n constraint c { " + " * ".join(["a.x"] * 700) + " } }"
-DATA_SUM = "root R : f32 { param a: real; d: real\n constraint c { a * (d" + " + d * a^0 - d^2" * 400
+DATA_SUM = (
+    "root R : f32 { param a: real; d: real\n constraint c { a * (d" + " + d * a^0 - d^2" * 400
+)
 DATA_SUM += ") } }"
 LETS_DEEP = (
     "root R { param a: real\n constraint c {\n let x0 = a\n"

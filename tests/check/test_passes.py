@@ -94,6 +94,7 @@ def test_a_field_with_the_name_of_a_setting_is_ambiguous() -> None:
     assert codes(text) == ["E0202"]
     assert codes(text.replace("{ patience = 2", "{ root.patience = 2")) == []
 
+
 @pytest.mark.parametrize("name", sorted(SETTINGS - SWITCHES))
 @pytest.mark.parametrize("value", [-1.0, 0, 1, 1.5, 2.0**31])
 def test_settings_have_the_bounds_of_lm_config(name: str, value: float) -> None:
