@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from itertools import islice
 from typing import Any, cast
 
 from arael.sym.complain import fail
 from arael.sym.expr import Expr, const, postorder, rewrite
-from arael.sym.limits import MAX_DERIVATIVES
+from arael.sym.limits import MAX_DERIVATIVES, MAX_DIFFERENTIATED
 from arael.sym.operations import WRITTEN, Written
 from arael.sym.shapes import Matrix, Vector, as_value
 from arael.sym.tidy import tidy
@@ -132,7 +133,17 @@ class _Differentiation:
 
     def __init__(self, roots: list[Expr]) -> None:
         self.roots = roots
-        self.order = list(postorder(roots))
+        self.order = list(islice(postorder(roots), MAX_DIFFERENTIATED + 1))
+        if len(self.order) > MAX_DIFFERENTIATED:
+            fail(
+                "E0653",
+                f"what is differentiated has more than {MAX_DIFFERENTIATED} operations",
+                origin="diff",
+                help=(
+                    "each derivative of a derivative is about three times as large: work out "
+                    "numbers with `eval`, or differentiate a part",
+                ),
+            )
         self._partials: dict[int, Partials] = {}
 
     def by(self, names: Sequence[str]) -> list[list[Expr]]:
