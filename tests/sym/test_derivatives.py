@@ -10,6 +10,7 @@ from hypothesis import given
 
 from arael import sym
 from arael.diagnostics.records import AraelError
+from arael.sym.calculator import Calculator
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.sym.formulas import NAMES, all_functions, central, of_symbols, points, trees
@@ -144,5 +145,5 @@ def test_nested_diff_in_a_calculator_is_bounded() -> None:
     for _ in range(14):
         text = f"diff({text}, x)"
     with pytest.raises(AraelError) as caught:
-        list(sym.Calculator().run(text))
+        list(Calculator().run(text))
     assert caught.value.diagnostics[0].code == "E0653"
