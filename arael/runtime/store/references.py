@@ -138,7 +138,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
             f"{found} where a ref is needed",
             name(i),
             column,
-            help="rows count from 0; -1 stands for no row, which only `ref ...?` may be"
+            help="rows count from 0; -1 stands for no row"
             if found == "-1"
             else "",
         )
