@@ -201,6 +201,16 @@ class LmConfig:
             raise _refused(f"`observer` is {self.observer!r}", "it must be callable")
 
 
+def refused(name: str, value: object) -> str:
+    """Why the setting `name` cannot have this value; "" if it can."""
+    try:
+        replace(LmConfig(), **{name: value}).validate()  # type: ignore[arg-type]
+    except AraelError as error:
+        (found,) = error.diagnostics
+        return found.help[0] if found.message.startswith(f"`{name}` ") else ""
+    return ""
+
+
 _NOT_NEGATIVE = (
     "abs_precision",
     "rel_precision",

@@ -173,6 +173,27 @@ def test_an_arena_removes_anywhere_and_only_an_arena_does() -> None:
         assert codes(error)[0] in ("E0424", "E0709")
 
 
+def test_messages_of_refused_removals_are_in_plain_words() -> None:
+    path = new_path()
+    with pytest.raises(AraelError, match="`remove` of a list: only an arena removes anywhere"):
+        path.pose_pairs.remove(0)
+    with pytest.raises(AraelError, match="`popleft` of an arena: only a deque removes"):
+        path.landmarks.popleft()
+
+
+@pytest.mark.parametrize("given", [-1, [0, -1]])
+def test_minus_one_for_a_ref_is_not_called_null(given: object) -> None:
+    path = new_path()
+    for i in range(2):
+        path.pose_pairs.append(prev=i, cur=i)
+    with pytest.raises(AraelError) as error:
+        if isinstance(given, list):
+            path.pose_pairs.prev = given
+        else:
+            path.pose_pairs[0].prev = given
+    assert error.value.diagnostics[0].message == "-1 where a ref is needed"
+
+
 def test_wrong_names_and_values_are_named() -> None:
     path = new_path()
     with pytest.raises(AttributeError):

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
 from arael.check.reading import bind_field
+from arael.check.scope import Candidate
 from arael.check.stored import as_stored
 from arael.check.suggest import nearest
 from arael.check.typed import (
@@ -41,14 +45,7 @@ def name(t: Typist, node: tree.Name) -> Binding:
         first = found[0].entity
         agree = first is not None and all(c.entity and c.entity.same(first) for c in found)
         if not agree:
-            return t.fail(
-                "E0202",
-                node.span,
-                f"`{node.id}` means two things here",
-                label=" or ".join(c.what for c in found),
-                labels=[Label(c.span, c.what) for c in found if c.span is not None],
-                help=["rename one of them, or write the longer way: `self.x`, `root.x`"],
-            )
+            return _ambiguous(t, node, found)
     if found:
         return found[0].bind(node.span)
     if node.id in CONSTANTS:
@@ -56,6 +53,25 @@ def name(t: Typist, node: tree.Name) -> Binding:
     if node.id in IDENTITIES:
         return t.make(Apply(type=IDENTITIES[node.id], span=node.span, name=node.id, args=()))
     return _unknown(t, node)
+
+
+def _ambiguous(t: Typist, node: tree.Name, found: Sequence[Candidate]) -> Broken:
+    """Report a name that fits twice, once for the declarations that collide."""
+    message = f"`{node.id}` means two things here"
+    labels = [Label(c.span, c.what) for c in found if c.span is not None]
+    if t.report.reported("E0202", message, labels):
+        return BROKEN
+    names = [re.sub(r"^a ", "the ", c.what) for c in found]
+    longer = [f"`{c.longer}` for {what}" for c, what in zip(found, names, strict=True) if c.longer]
+    first = re.sub(r" of.*", "", names[0])
+    return t.fail(
+        "E0202",
+        node.span,
+        message,
+        label=" or ".join(c.what for c in found),
+        labels=labels,
+        help=[f"write {' or '.join(longer)}, or rename {first}" if longer else f"rename {first}"],
+    )
 
 
 def _unknown(t: Typist, node: tree.Name) -> Broken:
@@ -148,6 +164,8 @@ def _of_value(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
     if node.name == "value":
         return _stored(t, node, value)
     type_ = value.type
+    if isinstance(value, Read) and value.parameter == "rotation":
+        return _of_rotation(t, node, value)
     if type_ == QUATERNION:
         if node.name in QUATERNION_PARTS:
             return _component(t, node, value, QUATERNION_PARTS[node.name])
@@ -183,6 +201,38 @@ def _of_value(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
         node.name_span,
         f"{type_} has no part `{node.name}`",
         label="unknown part",
+        labels=t.origin(value),
+        help=help_,
+    )
+
+
+_ANGLES = {"x": "roll", "y": "pitch", "z": "yaw", "roll": "roll", "pitch": "pitch", "yaw": "yaw"}
+
+
+def _of_rotation(t: Typist, node: tree.Attribute, value: Typed) -> Broken:
+    """Refuse a part of a rotation: it would be one of its quaternion, where `euler` has an angle.
+
+    A model changed from ``euler`` to ``rotation`` would go on with other numbers.
+    """
+    whole = node.obj.span.text
+    angle = _ANGLES.get(node.name)
+    help_ = []
+    if angle is not None:
+        part = VECTOR_PARTS.get(node.name, ("roll", "pitch", "yaw").index(angle))
+        help_.append(f"write `{whole}.euler_angles().{'xyz'[part]}` for the {angle} angle")
+    elif node.name in METHODS:
+        help_.append(f"`{node.name}` is a method: write `{node.name}()`")
+    help_.append(
+        f"turn vectors with `{whole}.rotation_matrix() * v`; a parameter `quaternion` has the "
+        "parts w, x, y, z and vec"
+    )
+    return t.fail(
+        "E0313",
+        node.name_span,
+        f"a `rotation` has no part `{node.name}`",
+        label="a component of its quaternion, or an angle?"
+        if node.name in QUATERNION_PARTS
+        else "unknown part",
         labels=t.origin(value),
         help=help_,
     )

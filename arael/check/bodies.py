@@ -8,7 +8,7 @@ from arael.check.binding import Binding, Broken, Collection, Entity, describe
 from arael.check.constants import Constants
 from arael.check.expressions import HANDLERS, condition
 from arael.check.guards import Fact, facts_of
-from arael.check.limits import MAX_MODEL_OPERATIONS
+from arael.check.limits import MAX_MODEL_EXPANDED, MAX_MODEL_OPERATIONS
 from arael.check.losses import loss_of
 from arael.check.paths import Paths
 from arael.check.places import Place
@@ -32,6 +32,7 @@ class Bodies:
         self.constants = constants
         self.report = report
         self.operations = 0
+        self.expansion = 0
         self.full = False
 
     def constraint(self, place: Place, node: tree.Constraint) -> ConstraintSite | None:
@@ -90,13 +91,16 @@ class Bodies:
                 self._lets(t, node.body, lets)
                 residual = residual_of(t, node.body.result)
         self.operations += t.operations
-        if self.operations > MAX_MODEL_OPERATIONS:
+        self.expansion += t.expansion
+        if self.operations > MAX_MODEL_OPERATIONS or self.expansion > MAX_MODEL_EXPANDED:
             self.full = True
             t.fail(
                 "E0606",
                 node.span,
                 "the constraints of this model are too large together",
-                label=f"more than {MAX_MODEL_OPERATIONS} scalar operations up to here",
+                label=f"more than {MAX_MODEL_OPERATIONS} scalar operations up to here"
+                if self.operations > MAX_MODEL_OPERATIONS
+                else f"calls of functions add more than {MAX_MODEL_EXPANDED} operations up to here",
             )
         if residual is None or len(self.report.findings.errors) > before:
             return None

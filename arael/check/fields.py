@@ -21,6 +21,7 @@ from arael.check.types import (
     BadSize,
     shape_of,
     size_of,
+    sized,
     type_text,
     value_type,
 )
@@ -226,7 +227,7 @@ class Fields:
             return
         structs = [s.name for s in self.declarations.structs.values() if s.node.kind == "struct"]
         advice = type_advice(type_.name)
-        near = nearest(type_.name, [*structs, *FIXED_TYPES, *PARAM_TYPES])
+        near = sized(type_.name) or nearest(type_.name, [*structs, *FIXED_TYPES, *PARAM_TYPES])
         self.report.error(
             "E0203",
             type_.span,

@@ -19,6 +19,7 @@ from arael.check.places import Place, Sites
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
 from arael.check.typed import BOOL, STRING
+from arael.config import refused
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Pass, PassSetting
 from arael.syntax import tree
@@ -196,21 +197,19 @@ class Passes:
             expected = "" if found.type == BOOL else "true or false"
         elif found.type == BOOL or len(found.values) != 1:
             expected = "a number"
-        elif name in WHOLE and not (value.is_integer() and 0 <= value < 2**31):
-            expected = "a whole number, 0 or more"
-        elif value < 0:
-            expected = "a number, 0 or more"
         if expected:
             self.report.error(
-                "E0310",
-                node.span,
-                f"`{name}` takes {expected}",
-                label=f"this is {found.type}" if "number, 0" not in expected else "out of range",
+                "E0310", node.span, f"`{name}` takes {expected}", label=f"this is {found.type}"
             )
             return None
         if name in SWITCHES:
             return bool(value)
-        return int(value) if name in WHOLE else value
+        setting = int(value) if name in WHOLE and value.is_integer() else value
+        refusal = refused(name, setting)
+        if refusal:
+            self.report.error("E0310", node.span, f"`{name}` cannot be {setting:g}", label=refusal)
+            return None
+        return setting
 
     def _parameters(self, path: tree.Path) -> list[str]:
         """The paths of what is frozen or freed, checked; none after a complaint."""

@@ -36,6 +36,13 @@ class Reporter:
         if len(self.findings.errors) >= MAX_ERRORS:
             self.stop()
 
+    def reported(self, code: str, message: str, labels: Sequence[Label]) -> bool:
+        """Whether an error of this code, message and secondary places was reported before."""
+        return any(
+            (d.code, d.message, d.labels[: len(labels)]) == (code, message, tuple(labels))
+            for d in self.findings.items
+        )
+
     def stop(self) -> None:
         """Raise `AraelError` with all findings, in order of place, if any of them is an error."""
         self.in_order()

@@ -17,7 +17,7 @@ from arael.check.binding import Binding, Broken
 from arael.check.builtins import is_number
 from arael.check.constants import Constants
 from arael.check.expressions import HANDLERS
-from arael.check.limits import MAX_OPERATIONS
+from arael.check.limits import MAX_EXPANDED, MAX_MODEL_EXPANDED, MAX_OPERATIONS
 from arael.check.report import Reporter
 from arael.check.scope import ConstantScope
 from arael.check.typed import REAL, Formal, MatrixType, Typed, TypedFunction, VectorType
@@ -29,24 +29,33 @@ from arael.syntax import tree
 def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunction, ...]:
     """Every function of the model; without a body those that do not work on scalars."""
     found = []
-    operations = 0
+    operations = expansion = 0
     for name, function in constants.declarations.functions.items():
         if name in constants.declarations.broken:
             continue
         prescribed = function.derivs is not None
-        if not prescribed and operations > MAX_OPERATIONS:
+        if not prescribed and (operations > MAX_OPERATIONS or expansion > MAX_EXPANDED):
             found.append(_as_text(function))  # a library of large formulas
             continue
         speaking = report if prescribed else Reporter(Findings())
         try:
-            typed, cost = _typed(function, constants, speaking)
+            typed, t = _typed(function, constants, speaking)
         except AraelError:
             if prescribed:
                 raise
             operations += MAX_OPERATIONS  # it was refused for its size
             found.append(_as_text(function))
             continue
-        operations += cost
+        operations += t.operations
+        expansion += t.expansion
+        if prescribed and expansion > MAX_MODEL_EXPANDED:
+            t.fail(
+                "E0606",
+                function.name.span,
+                "the functions of this model are too large together",
+                label=f"calls add more than {MAX_MODEL_EXPANDED} operations up to here",
+            )
+            return tuple(found)
         if typed is None and prescribed:
             constants.declarations.broken.add(name)
             continue
@@ -56,7 +65,7 @@ def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunctio
 
 def _typed(
     function: tree.Function, constants: Constants, report: Reporter
-) -> tuple[TypedFunction | None, int]:
+) -> tuple[TypedFunction | None, Typist]:
     before = len(report.findings.errors)
     formals = {p.id: Formal(type=REAL, span=p.span, index=i) for i, p in enumerate(function.params)}
     locals_: dict[str, tuple[Binding, Span]] = {
@@ -74,9 +83,9 @@ def _typed(
             for p, node in zip(function.params, function.derivs, strict=True)
         ]
     if len(report.findings.errors) > before:
-        return None, t.operations
+        return None, t
     kept = None if derivs is None else tuple(d for d in derivs if d is not None)
-    return replace(_as_text(function), body=body, derivs=kept), t.operations
+    return replace(_as_text(function), body=body, derivs=kept), t
 
 
 def _as_text(function: tree.Function) -> TypedFunction:

@@ -14,12 +14,16 @@ from arael.diagnostics.records import Span
 
 @dataclass(frozen=True)
 class Candidate:
-    """One thing that a name may mean; `bind` makes the binding for a use at a span."""
+    """One thing that a name may mean; `bind` makes the binding for a use at a span.
+
+    `longer` is another way to write it that means nothing else, "" if there is none.
+    """
 
     what: str
     span: Span | None
     bind: Callable[[Span], Binding]
     entity: Entity | None = None
+    longer: str = ""
 
 
 class Scope(Protocol):
@@ -105,32 +109,33 @@ class BodyScope:
                     declared.span,
                     lambda span: self.bind(own, name, span),
                     followed,
+                    f"self.{name}",
                 )
             )
-        for what, entity in self._entities(name):
+        for what, entity, longer in self._entities(name):
             found.append(
-                Candidate(what, None, lambda _, e=entity: e, entity)  # type: ignore[misc]
+                Candidate(what, None, lambda _, e=entity: e, entity, longer)  # type: ignore[misc]
             )
         if name in self.declarations.consts:
             found.append(_const(self.declarations, self.constant, name))
         return found
 
-    def _entities(self, name: str) -> Iterable[tuple[str, Entity]]:
+    def _entities(self, name: str) -> Iterable[tuple[str, Entity, str]]:
         root = self.paths.root(self.home)
         if name == "self":
-            yield "this entity", self.own
+            yield "this entity", self.own, "self"
         elif name == "root":
-            yield "the root", root
+            yield "the root", root, "root"
         elif name == "parent":
             owner = self.paths.owner(self.own)
             if owner is not None:
-                yield "the owner of this entity", owner
+                yield "the owner of this entity", owner, "parent"
         else:
             struct = self.own.place.struct.name
             if name == struct.lower():
-                yield f"this {struct}", self.own
+                yield f"this {struct}", self.own, "self"
             elif name == self.paths.root_name:
-                yield f"the root {root.place.struct.name}", root
+                yield f"the root {root.place.struct.name}", root, "root"
 
     def names(self) -> Iterable[str]:
         """Names that a misspelt one may have meant."""

@@ -125,6 +125,7 @@ def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths
             target=target,
             within=within,
             doc=field.node.doc,
+            skip=field.node.role == "skip",
         )
     if field.kind == "constraint_index":
         return Column(
@@ -150,6 +151,7 @@ def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths
         param=field.param,
         within=within,
         doc=field.node.doc,
+        skip=field.node.role == "skip",
     )
 
 

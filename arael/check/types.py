@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from arael.check.limits import MAX_MATRIX, MAX_VECTOR
@@ -67,6 +68,15 @@ class BadSize:
     """A vector or matrix type whose size cannot be; `reason` completes the message."""
 
     reason: str
+
+
+def sized(name: str) -> str:
+    """What ``vec4`` or ``mat34`` is written as: ``vec<4>``, ``mat<3,4>``; "" of other names."""
+    found = re.fullmatch(r"vec([1-9]\d*)|mat([1-9])(?:x?([1-9]))?", name)
+    if found is None:
+        return ""
+    n, rows, columns = found.groups()
+    return f"vec<{n}>" if n else f"mat<{rows},{columns or rows}>"
 
 
 def value_type(node: tree.NamedType) -> ValueType | BadSize | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
 from arael.check.declared import Declarations
 from arael.check.guards import Fact
-from arael.check.limits import MAX_DEPTH, MAX_NESTING, MAX_OPERATIONS
+from arael.check.limits import MAX_EXPANDED, MAX_NESTING, MAX_OPERATIONS
 from arael.check.paths import Paths
 from arael.check.reading import read_column
 from arael.check.report import Reporter
@@ -17,7 +17,6 @@ from arael.check.scope import ConstantBinder, Scope
 from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed
 from arael.check.types import size_of
 from arael.check.units_typing import Units
-from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Slot, Step
 from arael.syntax import tree
@@ -53,6 +52,7 @@ class Typist:
     facts : which optionals are known to be there, at this point of the body
     calls : functions being expanded, with the places of their calls
     operations : scalar operations made so far
+    expansion : expressions made so far within calls of functions
     origins : where a value that an expression reads was declared, by identity
     units : what is known of the units of expressions
     """
@@ -67,6 +67,7 @@ class Typist:
     facts: frozenset[Fact] = frozenset()
     calls: list[tuple[str, Span]] = field(default_factory=list)
     operations: int = 0
+    expansion: int = 0
     exhausted: bool = False
     nesting: int = 0
     origins: dict[int, Label] = field(default_factory=dict)
@@ -76,7 +77,7 @@ class Typist:
     formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
         default_factory=dict
     )  # formulas of components by row and path; None while one is being typed
-    _depths: dict[int, tuple[int, Typed]] = field(default_factory=dict)
+    made: list[Typed] = field(default_factory=list)  # alive as long as their ids are known
 
     @property
     def paths(self) -> Paths:
@@ -149,25 +150,25 @@ class Typist:
 
     def make(self, node: Typed, cost: int = 0) -> Typed | Broken:
         """Count `node` against the bounds of a body; `cost` where it is not one per scalar."""
-        depth = 1 + max((self._depths.get(id(o), (0, o))[0] for o in operands(node)), default=0)
-        self._depths[id(node)] = (depth, node)
+        self.made.append(node)
         self.operations += max(cost, size_of(node.type))
-        if self.operations > MAX_OPERATIONS or depth > MAX_DEPTH:
-            what = (
-                f"more than {MAX_OPERATIONS} scalar operations"
-                if self.operations > MAX_OPERATIONS
-                else f"more than {MAX_DEPTH} operations one upon the other"
-            )
-            self.exhausted = True
-            return self.fail(
-                "E0606",
-                node.span,
-                "expression is too large",
-                label=f"{what}, functions expanded",
-                help=["split the constraint, or move work into the data"],
-            )
+        self.expansion += bool(self.calls)
+        if self.operations > MAX_OPERATIONS or self.expansion > MAX_EXPANDED:
+            return self._too_large(node.span)
         self.units.note(self, node)
         return node
+
+    def _too_large(self, span: Span) -> Broken:
+        self.exhausted = True
+        if self.expansion > MAX_EXPANDED:
+            what = f"more than {MAX_EXPANDED} operations come from calls of functions"
+            help_ = (
+                "functions are written out at each call: one that calls another twice doubles it"
+            )
+        else:
+            what = f"more than {MAX_OPERATIONS} scalar operations, functions expanded"
+            help_ = "split the constraint, or move work into the data"
+        return self.fail("E0606", span, "expression is too large", label=what, help=[help_])
 
     def apply(self, node: tree.Expr, name: str, args: Sequence[Typed], type_: object) -> Binding:
         """An operation whose types have been checked."""

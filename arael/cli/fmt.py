@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from arael.cli.exits import Exit
-from arael.diagnostics.records import AraelError, Diagnostic, Source
+from arael.diagnostics.records import AraelError, Diagnostic
 
 
 @click.command("fmt", short_help="Format model files.")
@@ -47,10 +47,13 @@ def _expanded(files: tuple[str, ...]) -> list[str]:
 
 def _format(name: str, check: bool, diff: bool) -> bool:
     """Format one file; True if it was, or would be, changed."""
-    from arael.syntax.files import read_source
+    from arael.syntax.files import read_source, source_of
     from arael.syntax.fmt import format_source
 
-    source = Source("standard input", sys.stdin.read()) if name == "-" else read_source(name)
+    if name == "-":
+        source = source_of(sys.stdin.buffer.read(), "standard input")
+    else:
+        source = read_source(name)
     text, new = source.text, format_source(source)
     if name == "-" and not (check or diff):
         click.echo(new, nl=False)

@@ -72,7 +72,10 @@ def summary(layout: Layout) -> dict[str, Any]:
 
 
 def _table(table: Table) -> dict[str, Any]:
-    fields = [{"path": c.path, "type": c.type, "role": c.role, "doc": c.doc} for c in table.columns]
+    fields = [
+        {"path": c.path, "type": c.type, "role": c.role, "skip": c.skip, "doc": c.doc}
+        for c in table.columns
+    ]
     return {
         "path": table.path,
         "struct": table.struct,
@@ -130,7 +133,7 @@ def _default(column: Column) -> str:
 
 
 def _head(column: Column) -> str:
-    prefix = {"param": "param ", "skip": "skip "}.get(column.role, "")
+    prefix = "skip " if column.skip else "param " if column.role == "param" else ""
     return prefix + column.path
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import Source, Span
@@ -15,14 +16,27 @@ if TYPE_CHECKING:
     from arael.compiler.groups import Kernel
 
 
+_MAX_INDENT = 200
+_MAX_LINES = 100_000
+
+
 def outline(node: Any) -> str:
-    """Text of a tree of dataclasses, a line a node; spans are left out."""
-    return "\n".join(_lines(node, "", ""))
+    """Text of a tree of dataclasses, a line a node; spans are left out.
+
+    Below 100 levels, and after `_MAX_LINES` lines, ``...`` stands for the rest: a long sum leans to
+    the left, and what is shared is written out wherever it is used.
+    """
+    lines = list(islice(_lines(node, "", ""), _MAX_LINES + 1))
+    if len(lines) > _MAX_LINES:
+        lines[-1] = "..."
+    return "\n".join(lines)
 
 
 def _lines(node: Any, label: str, indent: str) -> Iterator[str]:
     head = f"{indent}{label}"
-    if _is_plain(node):
+    if len(indent) > _MAX_INDENT:
+        yield f"{indent}..."
+    elif _is_plain(node):
         yield f"{head}{node!r}"
     elif isinstance(node, (tuple, list)):
         if not node:

@@ -321,23 +321,21 @@ def _frontier(
 ) -> list[int]:
     """Find fixed nodes read by moving ones, or results, descending where not `wanted`."""
     found: set[int] = set()
-
-    def visit(node: int) -> None:
-        op = graph.ops[node]
-        if op == "const" or node in moving or node in found:
-            return
-        if op == "input" or (op != "neg" and wanted(node)):
-            found.add(node)
-            return
-        for arg in graph.operands(node):
-            visit(arg)
-
+    seen: set[int] = set()
+    waiting = list(outputs)
     for node in live:
         if node in moving and graph.ops[node] != "input":
-            for arg in graph.operands(node):
-                visit(arg)
-    for node in outputs:
-        visit(node)
+            waiting += graph.operands(node)
+    while waiting:
+        node = waiting.pop()
+        op = graph.ops[node]
+        if op == "const" or node in moving or node in seen:
+            continue
+        seen.add(node)
+        if op == "input" or (op != "neg" and wanted(node)):
+            found.add(node)
+        else:
+            waiting += graph.operands(node)
     return sorted(found)
 
 

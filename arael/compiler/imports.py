@@ -1,11 +1,12 @@
 """Files that a model imports: where they may lie, and how many there may be.
 
-A model may come from a stranger, and what is wrong with a file is shown with its text. So an import
-reads models beside the importing file or below it, and nothing else.
+A model may come from a stranger, and what is wrong with a file is shown with its text. So imports
+read models in the folder of the model or below it, and nothing else.
 """
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -35,6 +36,7 @@ class Imports:
         self.texts: dict[Path, str] = {}
         self.read: dict[str, Source] = {}
         self._files: dict[Path, File] = {}
+        self._folder: Path | None = None
 
     def __call__(self, item: Import) -> File:
         """Give the file that an import names.
@@ -42,11 +44,12 @@ class Imports:
         Raises
         ------
         AraelError
-            E0220 for a path that leads elsewhere than beside or below the importing file, E0221
-            where the model has too many files; and what is wrong with the file.
+            E0220 for a path that leads out of the folder of the model, which is the file with the
+            first import, E0221 where the model has too many files; and what is wrong with the file.
         """
-        path = _within(item)
-        real = path.resolve()
+        if self._folder is None:
+            self._folder = Path(item.span.source.name).parent
+        path, real = _within(item, self._folder)
         known = self._files.get(real)
         if known is not None:
             self.read.setdefault(str(path), known.source)
@@ -66,28 +69,36 @@ class Imports:
         return self._files[real]
 
 
-def _within(item: Import) -> Path:
-    """The path that an import means, if it may be read."""
+def _within(item: Import, folder: Path) -> tuple[Path, Path]:
+    """The path that an import means, as written and resolved, if it may be read."""
     written = item.path.value
     beside = Path(item.span.source.name).parent
     name = PurePosixPath(written)
     if name.is_absolute() or re.search(r"[\\:\0]", written) or written.startswith("~"):
         raise _outside(item, "an import is relative to the file that it stands in, with `/`")
-    if ".." in name.parts:
-        raise _outside(item, "`..` leaves the folder of the model")
     if name.suffix != ".arael":
         raise _outside(item, "an import names a model: a file that ends in `.arael`")
     path = beside / name
-    if not path.resolve().is_relative_to(beside.resolve()):
-        raise _outside(item, "this is a link to somewhere else")
-    return path
+    try:
+        real = path.resolve()
+        inside = real.is_relative_to(folder.resolve())
+    except (OSError, RuntimeError):  # RuntimeError: a circle of links, before Python 3.13
+        raise _outside(item, "this is a link that leads to itself") from None
+    if not inside:
+        lexical = Path(os.path.abspath(path))
+        leaves = not lexical.is_relative_to(os.path.abspath(folder))
+        raise _outside(
+            item,
+            "`..` leaves the folder of the model" if leaves else "this is a link to somewhere else",
+        )
+    return path, real
 
 
 def _outside(item: Import, why: str) -> AraelError:
     return AraelError(
         Diagnostic(
             "E0220",
-            f"cannot import {item.path.value!r}: only models beside this file or below it",
+            f"cannot import {item.path.value!r}: only files in the folder of the model or below it",
             item.path.span,
             why,
             help=("move or copy the file beside the model, and import it by its name",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeGuard
 
 from arael.check.typed import Apply, Read, TransformType, Typed
 from arael.symbolic import linear, rigid
@@ -42,9 +43,16 @@ class Transforms:
     def _matrix(self, e: Typed) -> Matrix:
         if isinstance(e, Read) and e.version == "trial" and e.parameter:
             return linear.matrix(self.cached(e), 3, 3)
-        if isinstance(e, Apply) and e.name == "inverse":
+        if _is_inverse(e):
             return linear.transpose(self.matrix(e.args[0]))
         return rigid.matrix_of(self.graph, self.nodes(e))
+
+    def needs(self, e: Apply) -> tuple[Typed, ...]:
+        """Operands of which `apply` takes the scalars, in its order."""
+        first = e.args[0]
+        if e.name != "mul":
+            return (first,)
+        return (e.args[1], first.args[0] if _is_inverse(first) else first)
 
     def apply(self, e: Apply) -> Nodes:
         """Result of an operation whose first operand is a transform."""
@@ -69,7 +77,7 @@ class Transforms:
     def _product(self, a: Typed, b: Typed) -> Nodes:
         g, right = self.graph, self.nodes(b)
         rigid_right = isinstance(b.type, TransformType)
-        if isinstance(a, Apply) and a.name == "inverse":
+        if _is_inverse(a):
             # Not by way of the inverse's own translation, which would turn it there and back.
             back = a.args[0]
             left, r = self.nodes(back), self.matrix(back)
@@ -80,3 +88,7 @@ class Transforms:
         if rigid_right:
             return rigid.compose(g, left, right, r)
         return rigid.apply(g, left, r, right)
+
+
+def _is_inverse(e: Typed) -> TypeGuard[Apply]:
+    return isinstance(e, Apply) and e.name == "inverse"

@@ -33,6 +33,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.check.walk import operands
 from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
@@ -108,11 +109,31 @@ class Scalariser:
 
     def nodes(self, expression: Typed) -> Nodes:
         """Scalars of `expression`; the same list for the same expression."""
-        found = self._done.get(id(expression))
-        if found is None:
-            found = self._scalarise(expression)
-            self._done[id(expression)] = found
-        return found
+        done = self._done
+        # With a stack of its own: sums may have thousands of terms, one operation upon the other.
+        waiting = [expression]
+        while waiting:
+            e = waiting[-1]
+            missing = [] if id(e) in done else [o for o in self._needs(e) if id(o) not in done]
+            if missing:
+                waiting += reversed(missing)
+                continue
+            waiting.pop()
+            if id(e) not in done:
+                done[id(e)] = self._scalarise(e)
+        return done[id(expression)]
+
+    def _needs(self, e: Typed) -> tuple[Typed, ...]:
+        """Operands whose scalars `e` is made of, in the order in which they are made."""
+        if isinstance(e, Formula):
+            return () if self.uses.formula(e.slot, e.column) is not None else (e.of,)
+        if not isinstance(e, Apply):
+            return operands(e)
+        if self._cached(e) is not None:
+            return ()
+        if e.args and isinstance(e.args[0].type, TransformType):
+            return self._transforms.needs(e)
+        return e.args
 
     def assume(self, expression: Typed, nodes: Nodes) -> None:
         """Let `expression` have these scalars."""

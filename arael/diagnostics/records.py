@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 Severity = Literal["error", "warning", "note"]
 
@@ -90,13 +90,38 @@ class Diagnostic:
         return f"{place}: {head}" if place else head
 
 
+_MAX_SHOWN = 10
+
+
 class AraelError(Exception):
-    """Raised for everything a user can mend; carries its diagnostics."""
+    """Raised for everything a user can mend; carries its diagnostics.
+
+    As text, and so in a traceback or a notebook, it is the diagnostics as the command line prints
+    them: with the line of the source, notes and help, without colour, the first ten of them. The
+    text is made when it is asked for.
+    """
 
     def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic]) -> None:
         found = (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
-        super().__init__("\n".join(str(d) for d in found))
+        super().__init__(found)
         self.diagnostics: tuple[Diagnostic, ...] = found
+
+    def __str__(self) -> str:
+        from arael.diagnostics.render import render
+
+        text = render(self.diagnostics[:_MAX_SHOWN]).rstrip("\n")
+        more = len(self.diagnostics) - _MAX_SHOWN
+        return f"{text}\n\nand {more} more" if more > 0 else text
+
+    def __repr__(self) -> str:
+        # Not that of the records, which hold whole files.
+        first = str(self.diagnostics[0]) if self.diagnostics else ""
+        more = len(self.diagnostics) - 1
+        return f"<{type(self).__name__} {first}{f' and {more} more' if more > 0 else ''}>"
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        """Show the whole text where IPython displays the exception as a value."""
+        printer.text(str(self))
 
 
 @dataclass

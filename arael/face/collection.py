@@ -212,7 +212,7 @@ class Collection(Fields):
         if found != collection:
             raise error(
                 "E0424",
-                f"`{method}` of a {found}: only a {collection} {what}",
+                f"`{method}` of {_with_article(found)}: only {_with_article(collection)} {what}",
                 self._table.label,
                 help=f"declare it as `{collection} of {self._table.layout.struct}` "
                 f"at {self._table.layout.where}",
@@ -281,6 +281,10 @@ def fill(collection: Collection, items: Any, origin: str) -> None:
         if not isinstance(item, Mapping):
             raise error("E0703", "expected a list of dicts", origin)
         collection.append(**item)
+
+
+def _with_article(collection: str) -> str:
+    return f"{'an' if collection == 'arena' else 'a'} {collection}"
 
 
 def _rank(column: Column | None) -> int:

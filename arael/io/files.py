@@ -19,6 +19,8 @@ from arael.runtime.store.messages import error
 # The most that is read from one file, after decompression, unless the caller says otherwise.
 DEFAULT_LIMIT = 2 * 1024**3
 
+_CHUNK = 1 << 20
+
 StrPath = str | os.PathLike[str]
 
 
@@ -34,7 +36,7 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
     check_readable(path)
     try:
         with open(path, "rb") as file:
-            content = file.read(limit + 1)
+            content = _read_at_most(file, limit + 1)
     except OSError as failure:
         raise unreadable(name, failure) from None
     if not content:
@@ -44,6 +46,17 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
     if content[:2] == b"\x1f\x8b":
         return _gunzip(content, name, limit)
     return content
+
+
+def _read_at_most(file: BinaryIO, count: int) -> bytes:
+    """Read up to `count` bytes. ``file.read(count)`` would ask for `count` bytes of memory first."""
+    size = os.fstat(file.fileno()).st_size
+    parts = [file.read(min(size + 1, count))]
+    left = count - len(parts[0])
+    while left > 0 and parts[-1]:  # what has no size, as a pipe, or grew meanwhile
+        parts.append(file.read(min(left, _CHUNK)))
+        left -= len(parts[-1])
+    return b"".join(parts)
 
 
 def check_readable(path: StrPath) -> None:

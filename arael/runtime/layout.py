@@ -102,6 +102,7 @@ class Column(msgspec.Struct, frozen=True):
     where : place of the declaration (``slam.arael:31:5``), for messages
     default : flat values where the data leaves the field out; None: it must be given
     within : path of the nearest optional struct around (or at) this field, "" if none
+    skip : declared with `skip`, so that no constraint reads it; a value or a ref
     """
 
     path: str
@@ -116,6 +117,7 @@ class Column(msgspec.Struct, frozen=True):
     target: Target | None = None
     within: str = ""
     doc: str = ""
+    skip: bool = False
 
 
 class ByValue(msgspec.Struct, frozen=True):

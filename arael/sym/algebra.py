@@ -134,5 +134,5 @@ def _too_large(what: str) -> None:
         "E0653",
         f"the expression is too large for algebra: {what}",
         origin="expression",
-        help=("work on its parts; `diff`, `eval` and `cse` have no such bound",),
+        help=("work on its parts; `eval` and `cse` have no such bound, `diff` a far larger one",),
     )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from itertools import islice
 from typing import Any, cast
 
 from arael.sym.complain import fail
 from arael.sym.expr import Expr, const, postorder, rewrite
-from arael.sym.limits import MAX_DERIVATIVES
+from arael.sym.limits import MAX_DERIVATIVES, MAX_DIFFERENTIATED
 from arael.sym.operations import WRITTEN, Written
 from arael.sym.shapes import Matrix, Vector, as_value
 from arael.sym.tidy import tidy
@@ -132,7 +133,17 @@ class _Differentiation:
 
     def __init__(self, roots: list[Expr]) -> None:
         self.roots = roots
-        self.order = list(postorder(roots))
+        self.order = list(islice(postorder(roots), MAX_DIFFERENTIATED + 1))
+        if len(self.order) > MAX_DIFFERENTIATED:
+            fail(
+                "E0653",
+                f"what is differentiated has more than {MAX_DIFFERENTIATED} operations",
+                origin="diff",
+                help=(
+                    "each derivative of a derivative is about three times as large: work out "
+                    "numbers with `eval`, or differentiate a part",
+                ),
+            )
         self._partials: dict[int, Partials] = {}
 
     def by(self, names: Sequence[str]) -> list[list[Expr]]:
@@ -178,7 +189,7 @@ def partials_of(node: Expr) -> Partials:
     """Operands of `node` with the derivatives by them."""
     if node.op == "call":
         return list(zip(node.args, node.data.partials(node.args), strict=True))
-    if node.op in _PRESCRIBED:
+    if node.op in WRITTEN_OUT:
         formal, slopes = _slopes(node.op)
         at = dict(zip(map(id, formal), node.args, strict=True))
         return list(zip(node.args, rewrite(slopes, at), strict=True))
@@ -212,5 +223,5 @@ def _is_prescribed(name: str) -> bool:
     return name not in PRIMITIVES and SCALARS[name].arity > 0
 
 
-_PRESCRIBED = frozenset(name for name in SCALARS if _is_prescribed(name))
+WRITTEN_OUT = frozenset(name for name in SCALARS if _is_prescribed(name))
 """Functions whose derivatives come with them, or from the formula they stand for."""

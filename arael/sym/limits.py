@@ -28,7 +28,10 @@ MAX_SUPERSCRIPT = 64
 """Largest whole number that an exponent is treated as exactly by algebra."""
 
 MAX_DERIVATIVES = 16
-"""Order of the highest derivative."""
+"""Order of the highest derivative asked for at once."""
+
+MAX_DIFFERENTIATED = 30_000
+"""Operations of what is differentiated, each kept once: derivatives of derivatives grow threefold."""
 
 MAX_DEFINITIONS = 1000
 """Variables and functions that a calculator holds."""

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from arael.sym.building import build
 from arael.sym.complain import fail
+from arael.sym.derivatives import WRITTEN_OUT
 from arael.sym.expr import Expr, const, postorder, symbol
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic.folding import fold
@@ -21,10 +22,12 @@ class Bridge:
     """Takes expressions over to SymPy, and back.
 
     Operations that SymPy does not know, or would work out at any price (``floor`` of a number with
-    many digits), cross as symbols of their own.
+    many digits), cross as symbols of their own. So do conditions, ``max`` and the like, which
+    algebra here takes as they are, unless everything is to go over as a `whole`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, whole: bool = False) -> None:
+        self._whole = whole
         self._opaque: dict[Expr, Any] = {}
         self._meaning: dict[Any, Expr] = {}
 
@@ -34,7 +37,7 @@ class Bridge:
         """`root` as a SymPy expression over the real numbers."""
         import sympy as sp
 
-        table = _operations()
+        table = _operations(self._whole)
         made: dict[int, Any] = {}
         values: dict[int, float | None] = {}
         for node in postorder([root]):
@@ -44,6 +47,14 @@ class Bridge:
                 made[id(node)] = sp.Symbol(node.data, real=True)
             elif node.op == "const":
                 made[id(node)] = _sympy_number(node.data)
+            elif (
+                self._whole and value is not None and math.isfinite(value) and _extreme(node, value)
+            ):
+                made[id(node)] = sp.Float(value, 17)
+            elif self._whole and node.op in WRITTEN_OUT and node.op not in table:
+                from arael.sym.sympy_whole import written
+
+                made[id(node)] = written(node.op, args, to_sympy)
             elif node.op not in table or _untold(node, args) or _extreme(node, value):
                 made[id(node)] = self._stand_in(node)
             elif node.op == "pow":
@@ -97,6 +108,8 @@ class Bridge:
                 made[node] = _product(node, args)
             elif isinstance(node, sp.Pow):
                 made[node] = _power(*args)
+            elif isinstance(node, (sp.Piecewise, sp.logic.boolalg.Boolean)):
+                made[node] = _piecewise(node, args)
             else:
                 made[node] = _function(node, args)
         return made[root]
@@ -105,10 +118,12 @@ class Bridge:
 def to_sympy(e: Expr) -> Any:
     """Return `e` as a SymPy expression over real symbols of the same names.
 
-    What SymPy has no name for (``safe_sqrt``, conditions, functions of the user) stays behind as a
-    symbol. Numbers that are short binary fractions become rational.
+    ``if``, ``cbrt`` become `Piecewise`, ``min`` and ``max`` `Min` and `Max`, ``safe_sqrt`` and its
+    like the formulas they stand for. At jumps and kinks, SymPy's derivatives may have a
+    `DiracDelta` where those here are 0. Functions of the user with derivatives of their own stay
+    behind as symbols. Numbers that are short binary fractions become rational.
     """
-    return Bridge().over(e)
+    return Bridge(whole=True).over(e)
 
 
 def from_sympy(expression: Any) -> Expr:
@@ -122,10 +137,14 @@ def from_sympy(expression: Any) -> Expr:
     return Bridge().back(expression)
 
 
-def _operations() -> dict[str, Callable[..., Any]]:
+def _operations(whole: bool) -> dict[str, Callable[..., Any]]:
     import sympy as sp
 
+    more: dict[str, Callable[..., Any]] = {}
+    if whole:
+        from arael.sym.sympy_whole import OPERATIONS as more
     return {
+        **more,
         "add": lambda a, b: a + b,
         "sub": lambda a, b: a - b,
         "mul": lambda a, b: a * b,
@@ -200,6 +219,12 @@ def _parts(node: Any) -> list[Any]:
     import sympy as sp
     from sympy.core.function import Application
 
+    if isinstance(node, sp.Piecewise):
+        return [part for pair in node.args for part in pair.args]
+    if isinstance(node, sp.core.relational.Relational):
+        return list(node.args)
+    if isinstance(node, sp.Heaviside):
+        return list(node.args[:1])
     if isinstance(node, sp.Add):
         return list(node.as_ordered_terms())
     if isinstance(node, sp.Mul):
@@ -274,6 +299,43 @@ def _power(base: Expr, exponent: Expr) -> Expr:
     return build("pow", base, exponent)
 
 
+_RELATIONS = {
+    "StrictLessThan": ("lt", False),
+    "LessThan": ("le", False),
+    "StrictGreaterThan": ("lt", True),
+    "GreaterThan": ("le", True),
+    "Equality": ("eq", False),
+    "Unequality": ("ne", False),
+}
+
+
+def _piecewise(node: Any, args: list[Expr]) -> Expr:
+    """Conditions, and what depends on them."""
+    import sympy as sp
+
+    if node in (sp.true, sp.false):
+        return build("eq", const(float(node is sp.true)), const(1.0))
+    name = type(node).__name__
+    if name in _RELATIONS:
+        op, swapped = _RELATIONS[name]
+        return build(op, *(reversed(args) if swapped else args))
+    if name == "ITE":
+        condition, arm, other = args
+        first = build("and", condition, arm)
+        return build("or", first, build("and", build("not", condition), other))
+    if name in ("And", "Or", "Not"):
+        result = args[0] if name != "Not" else build("not", args[0])
+        for other in args[1:]:
+            result = build(name.lower(), result, other)
+        return result
+    if name != "Piecewise" or node.args[-1].cond != sp.true:
+        _unknown(node)  # without a last arm it has no value somewhere
+    result = args[-2]
+    for arm, condition in reversed(list(zip(args[:-2:2], args[1:-2:2], strict=True))):
+        result = build("select", condition, arm, result)
+    return result
+
+
 def _function(node: Any, args: list[Expr]) -> Expr:
     import sympy as sp
 
@@ -289,7 +351,10 @@ def _function(node: Any, args: list[Expr]) -> Expr:
         for other in args[1:]:
             result = build(name.lower(), result, other)
         return result
-    if name in (*_KNOWN, "log", "abs", "sign", "floor", "ceil") and args:
+    if name == "Heaviside" and node.args[1] != sp.Rational(1, 2):
+        _unknown(node)
+    name = name.lower()
+    if name in (*_KNOWN, "log", "abs", "sign", "heaviside", "floor", "ceil") and args:
         return build(name, *args)
     _unknown(node)
 

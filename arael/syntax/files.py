@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 import stat
 from pathlib import Path
@@ -17,11 +18,22 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     Raises
     ------
     AraelError
-        Where there is no such file (with similar names of that folder), where it cannot be read, is
-        no text, is too large, or holds nothing.
+        Where there is no such file (with similar names of that folder), where it cannot be read or
+        its name is no text, is no text itself, is too large, or holds nothing.
     """
     name = os.fspath(path)
-    data = _read_bytes(name)
+    return source_of(_read_bytes(name), name)
+
+
+def source_of(data: bytes, name: str) -> Source:
+    """Text of a model from its bytes; `name` is what messages call it.
+
+    Raises
+    ------
+    AraelError
+        E0103 where it is no text, with the place of the first byte that is not UTF-8; E0107 where
+        it holds nothing.
+    """
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise _error("E0103", "this file is UTF-16, not UTF-8", name, "save it as UTF-8")
     zero = data.find(b"\0")
@@ -32,14 +44,23 @@ def read_source(path: str | os.PathLike[str]) -> Source:
             name,
             "a model is a text file that ends in .arael",
         )
+    data = data.removeprefix(codecs.BOM_UTF8)
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode("utf-8")
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise _error(
-            "E0103", f"this file is not UTF-8: byte 0x{data[error.start]:02x} in line {line}", name,
-            "save it as UTF-8",
-        ) from None  # fmt: skip
+        source = Source(name, data.decode("utf-8", "replace"))
+        at = len(data[: error.start].decode("utf-8"))
+        byte = data[error.start]
+        surrogate = byte == 0xED and data[error.start + 1 : error.start + 2] >= b"\xa0"
+        raise AraelError(
+            Diagnostic(
+                "E0103",
+                f"this file is not UTF-8: byte 0x{byte:02x} in line {source.position(at)[0]}",
+                Span(source, at, at + 1),
+                "half of a surrogate pair" if surrogate else "not a character in UTF-8",
+                help=("save the file as UTF-8",),
+            )
+        ) from None
     source = Source(name, text)
     if not any(line.strip() and not line.lstrip().startswith("#") for line in text.splitlines()):
         raise AraelError(
@@ -56,6 +77,12 @@ def read_source(path: str | os.PathLike[str]) -> Source:
 
 
 def _read_bytes(name: str) -> bytes:
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        raise _error(
+            "E0102", "the name of this file is not UTF-8", name, "rename the file, or its folder"
+        ) from None
     try:
         mode = os.stat(name).st_mode
         if stat.S_ISDIR(mode):

@@ -14,7 +14,7 @@ MAX_NESTING = 64
 """Depth of brackets within brackets."""
 
 MAX_HEIGHT = 200
-"""Height of an expression's tree; a sum of n terms has height n."""
+"""Height of an expression's tree; a chain of operators such as ``a + b + c`` counts once."""
 
 MAX_STACK = 2000
 """Symbols that the parser holds while their statement is not complete."""

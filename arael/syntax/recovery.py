@@ -41,6 +41,25 @@ _CONTINUES = frozenset(
 # The parts of a header that may stand on the next line.
 _HEADER_PARTS = ("LBRACE", "THEN", "ELSE")
 
+# Operators with which no statement can begin; signs can, see `building.body`.
+_LEADING = frozenset(
+    [
+        "STAR",
+        "SLASH",
+        "DOTSTAR",
+        "DOTSLASH",
+        "CARET",
+        "EQ",
+        "NE",
+        "LT",
+        "LE",
+        "GT",
+        "GE",
+        "AND",
+        "OR",
+    ]
+)
+
 _MAX_STUCK = 4
 
 
@@ -59,12 +78,19 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
     """
     index = stuck = mended = 0
     passed: set[int] = set()
+    reported = False
     while True:
         token = tokens[index]
         if token.type == NEWLINE and _joins(automaton, tokens[index + 1]):
             passed.add(index)
             index += 1
+        elif token.type == NEWLINE and _leads(automaton, tokens[index + 1]):
+            if not reported:
+                _refuse_leading(tokens[index - 1], tokens[index + 1], log)
+            reported = True  # once for a statement that goes on over many lines
+            index += 1
         elif automaton.feed(token):
+            reported = reported and token.type != NEWLINE
             if token.type == END:
                 return passed
             index += 1
@@ -105,6 +131,23 @@ def _refuse_depth(token: Token, log: ErrorLog) -> None:
         help="name parts of it with `let`",
     )
     log.stop()
+
+
+def _leads(automaton: Automaton, token: Token) -> bool:
+    """Tell whether `token` begins a line, but can only go on with the statement above."""
+    return token.type in _LEADING and automaton.accepts(token.type) and automaton.accepts(NEWLINE)
+
+
+def _refuse_leading(before: Token, token: Token, log: ErrorLog) -> None:
+    log.error(
+        "E0133",
+        "a line does not go on with an operator",
+        token.start,
+        token.end,
+        "cannot begin a statement",
+        labels=[(before.start, before.end, "the statement ended here")],
+        help=f"put the `{token.text}` at the end of the line above, or brackets around it all",
+    )
 
 
 def _joins(automaton: Automaton, token: Token) -> bool:

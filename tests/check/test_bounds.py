@@ -9,8 +9,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from arael.check.check import check
 from arael.check.report import MAX_ERRORS, MAX_WARNINGS
-from arael.diagnostics.records import AraelError
+from arael.cli.outline import outline
+from arael.compiler.compiler import derive, emit
+from arael.diagnostics.records import AraelError, Findings, Source
+from arael.syntax.fmt import format_source
+from arael.syntax.parser import parse
 from tests.check.models import MODELS, codes, diagnostics
 
 
@@ -26,10 +31,14 @@ FUNCTIONS_WIDE = (
     "fn f0(x) = [x, x]\n" + chain("fn f{i}(x) = [f{j}(x), f{j}(2 * x)]", 25) + "\n"
     "root R { param a: real\n constraint c { f24(a) } }"
 )
-LETS_DEEP = (
-    "root R { param a: real\n constraint c {\n let x0 = a\n"
-    + chain("let x{i} = sin(x{j})", 400)
-    + "\n x399 } }"
+FUNCTIONS_DOUBLING = (
+    "fn f0(x) = x * x + 1\n" + chain("fn f{i}(x) = f{j}(sin(x)) * f{j}(x / 2)", 14) + "\n"
+    "root R { param a: real\n constraint c { f13(a) } }"
+)
+FUNCTIONS_DOUBLING_TWICE = (
+    "fn f0(x) derivs [2 * x] = x * x + 1\n"
+    + chain("fn f{i}(x) derivs [f{j}(cos(x)) + f{j}(x)] = f{j}(sin(x)) * f{j}(x / 2)", 14)
+    + "\nroot R { param a: real\n constraint c { f13(a) } }"
 )
 MATRICES = "root R { param a: real; m: mat<64,64>\n constraint c { a * (m * m * m)[0, 0] } }"
 BY_VALUE = (
@@ -57,7 +66,8 @@ CONSTANTS += "\nconst c300 = 1\nroot R { param a: real\n constraint c { a * c1 }
     [
         pytest.param(FUNCTIONS_DEEP, "E0607", id="functions deep"),
         pytest.param(FUNCTIONS_WIDE, "E0606", id="functions wide"),
-        pytest.param(LETS_DEEP, "E0606", id="lets deep"),
+        pytest.param(FUNCTIONS_DOUBLING, "E0606", id="functions doubling"),
+        pytest.param(FUNCTIONS_DOUBLING_TWICE, "E0606", id="functions doubling, with derivatives"),
         pytest.param(MATRICES, "E0606", id="matrices"),
         pytest.param(BY_VALUE, "E0412", id="by value"),
         pytest.param(COLLECTIONS, "E0412", id="collections"),
@@ -78,6 +88,45 @@ def test_lets_that_double_are_cheap_because_they_are_shared() -> None:
         + "\n x199 } }"
     )
     assert codes(text) == []
+
+
+LONG_SUM = "root R { param a: real\n constraint c { a + " + " + ".join(
+    f"{i} * a^2" for i in range(1, 700)
+) + " } }"  # fmt: skip
+LONG_PRODUCT = "root R { param a: vec2\n constraint c { " + " * ".join(["a.x"] * 700) + " } }"
+DATA_SUM = (
+    "root R : f32 { param a: real; d: real\n constraint c { a * (d" + " + d * a^0 - d^2" * 400
+)
+DATA_SUM += ") } }"
+LETS_DEEP = (
+    "root R { param a: real\n constraint c {\n let x0 = a\n"
+    + chain("let x{i} = sin(x{j})", 700)
+    + "\n x699 } }"
+)
+TRANSFORMS_DEEP = (
+    "root R { param a: transform\n constraint c {\n let x0 = a\n"
+    + chain("let x{i} = x{j}.inverse() * a", 30)
+    + "\n x29.log() } }"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param(LONG_SUM, id="sum"),
+        pytest.param(LONG_PRODUCT, id="product"),
+        pytest.param(DATA_SUM, id="sum of data"),
+        pytest.param(LETS_DEEP, id="lets"),
+        pytest.param(TRANSFORMS_DEEP, id="transforms"),
+    ],
+)
+def test_long_chains_compile(text: str) -> None:
+    """No stage before the kernels recurses over a chain: its length is bounded by operations."""
+    model = check(parse(Source("model.arael", text)), findings=Findings())
+    program = derive(model, "model.arael")
+    assert len(emit(program, "hash")) > 10_000
+    assert format_source(Source("model.arael", text))
+    assert outline(model)
 
 
 def test_errors_and_warnings_are_bounded_in_number() -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from arael.check.passes import SETTINGS, SWITCHES
+from arael.config import LmConfig, refused
+from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Pass, PassSetting
 from tests.check.models import checked, codes, standard
 
@@ -90,3 +93,19 @@ def test_a_field_with_the_name_of_a_setting_is_ambiguous() -> None:
     """
     assert codes(text) == ["E0202"]
     assert codes(text.replace("{ patience = 2", "{ root.patience = 2")) == []
+
+
+@pytest.mark.parametrize("name", sorted(SETTINGS - SWITCHES))
+@pytest.mark.parametrize("value", [-1.0, 0, 1, 1.5, 2.0**31])
+def test_settings_have_the_bounds_of_lm_config(name: str, value: float) -> None:
+    text = "root R { param x: real\n constraint c { x }\n solve { pass a { NAME = VALUE } } }"
+    whole = int(value) if float(value).is_integer() else value
+    found = codes(text.replace("NAME", name).replace("VALUE", str(value)))
+    assert found == (["E0310"] if refused(name, whole) else [])
+
+
+def test_a_refused_setting_is_refused_by_lm_config() -> None:
+    for name, value in (("max_iters", 0), ("rel_precision", -1.0)):
+        assert refused(name, value)
+        with pytest.raises(AraelError, match=name):
+            LmConfig(**{name: value}).validate()  # type: ignore[arg-type]

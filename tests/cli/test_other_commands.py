@@ -142,6 +142,25 @@ def test_info(arael: Arael, line: Path) -> None:
     assert constraint["operations_before"] >= constraint["residuals"] > 0
 
 
+def test_info_shows_skip_on_values_and_refs(arael: Arael, tmp_path: Path) -> None:
+    model = tmp_path / "rig.arael"
+    model.write_text(
+        "struct P { param x: real; skip note: string; skip left: ref P in root.ps\n"
+        "right: ref P in root.ps\nconstraint c { x - right.x } }\nroot R { ps: list of P }\n"
+    )
+    shown = arael("info", str(model)).out
+    assert "skip note" in shown and "skip left" in shown and "skip right" not in shown
+    (table,) = [t for t in arael("info", str(model), "--json").json["tables"] if t["path"] == "ps"]
+    assert [f["path"] for f in table["fields"] if f["skip"]] == ["note", "left"]
+
+
+def test_emit_of_a_long_sum_is_cut_below_a_depth(arael: Arael, tmp_path: Path) -> None:
+    model = tmp_path / "long.arael"
+    model.write_text("root R { param x: real; constraint c { " + " + ".join(["x"] * 800) + " } }\n")
+    for stage in ("ast", "types"):
+        assert "..." in arael("emit", str(model), "--stage", stage).out
+
+
 def test_info_of_slam_shows_documentation_and_guards(arael: Arael) -> None:
     done = arael("info", "slam")
     assert "GPS fixes, where there are any." in done.out

@@ -96,6 +96,30 @@ def test_nothing_outside_is_read(tmp_path: Path, path: str) -> None:
     assert found.span is not None and found.span.source.name == str(main)
 
 
+def test_dots_that_stay_in_the_folder_of_the_model_are_followed(tmp_path: Path) -> None:
+    write(tmp_path, unit="const UNIT = 3\nfn twice(x) = x\n")
+    write(tmp_path / "parts", goal='import "../unit.arael"\nconst GOAL = UNIT\n')
+    for path in ("parts/goal.arael", "parts/../parts/goal.arael"):
+        main = write(tmp_path, main=f'import "{path}"\n' + ROOT)
+        assert solved(main) == pytest.approx(3.0)
+
+
+def test_dots_out_of_the_folder_of_the_model_are_refused(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    write(tmp_path, unit="const UNIT = 3\n")
+    write(home / "parts", goal='import "../../unit.arael"\nconst GOAL = UNIT\n')
+    (found,) = said(write(home, main='import "parts/goal.arael"\n' + ROOT))
+    assert (found.code, found.label) == ("E0220", "`..` leaves the folder of the model")
+
+
+def test_a_circle_of_links_is_refused(tmp_path: Path) -> None:
+    main = write(tmp_path, main='import "one.arael"\n' + ROOT)
+    (tmp_path / "one.arael").symlink_to("two.arael")
+    (tmp_path / "two.arael").symlink_to("one.arael")
+    (found,) = said(main)
+    assert (found.code, found.label) == ("E0220", "this is a link that leads to itself")
+
+
 def test_links_within_the_folder_are_fine(tmp_path: Path) -> None:
     main = write(tmp_path, main='import "link.arael"\n' + ROOT, real="const GOAL = 2\n")
     (tmp_path / "link.arael").symlink_to(tmp_path / "more.arael")

@@ -10,6 +10,7 @@ from hypothesis import given
 
 from arael import sym
 from arael.diagnostics.records import AraelError
+from arael.sym.calculator import Calculator
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.sym.formulas import NAMES, all_functions, central, of_symbols, points, trees
@@ -129,3 +130,20 @@ def test_a_long_sum_is_no_trouble() -> None:
     for i in range(5000):
         f = f + sym.sin(i * x)
     assert f.diff("x").eval(x=0.0) == 1 + sum(range(5000))
+
+
+def test_derivatives_of_derivatives_are_bounded() -> None:
+    f = sym.parse("sqrt(1 + sin(x)^2) * atan(x)")
+    with pytest.raises(AraelError) as caught:
+        for _ in range(14):
+            f = f.diff("x")
+    assert caught.value.diagnostics[0].code == "E0653"
+
+
+def test_nested_diff_in_a_calculator_is_bounded() -> None:
+    text = "sqrt(1 + sin(x)^2) * atan(x)"
+    for _ in range(14):
+        text = f"diff({text}, x)"
+    with pytest.raises(AraelError) as caught:
+        list(Calculator().run(text))
+    assert caught.value.diagnostics[0].code == "E0653"

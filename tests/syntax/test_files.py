@@ -8,6 +8,7 @@ import pytest
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.syntax.files import read_source
 from arael.syntax.limits import MAX_BYTES
+from arael.syntax.parser import parse
 
 
 def refusal(path: Path) -> Diagnostic:
@@ -33,6 +34,23 @@ def test_missing_file_suggests_a_neighbour(tmp_path: Path) -> None:
     assert "slam.arael" in found.help[0]
     assert "slam.arael" in refusal(tmp_path / "slam").help[0]
     assert refusal(tmp_path / "nowhere" / "x.arael").code == "E0101"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="file names are Unicode on Windows")
+def test_a_name_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = Path(os.fsdecode(os.fsencode(tmp_path / "caf") + b"\xe9.arael"))
+    try:
+        path.write_text("root R { x: real }")
+    except OSError:
+        pytest.skip("this file system takes names in UTF-8 only; run it on ext4, for example")
+    found = refusal(path)
+    assert (found.code, "not UTF-8" in found.message) == ("E0102", True)
+
+
+def test_a_link_to_itself_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.arael").symlink_to("b.arael")
+    (tmp_path / "b.arael").symlink_to("a.arael")
+    assert refusal(tmp_path / "a.arael").code == "E0102"
 
 
 def test_folder(tmp_path: Path) -> None:
@@ -86,6 +104,31 @@ def test_bad_byte_is_named_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "m.arael"
     path.write_bytes(b"root R {\n  x: real\n  # \xe9\n}")
     assert refusal(path).message == "this file is not UTF-8: byte 0xe9 in line 3"
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "byte order mark"])
+@pytest.mark.parametrize(
+    ("bad", "label"),
+    [(b"\xe9", "not a character in UTF-8"), (b"\xed\xa0\x80", "half of a surrogate pair")],
+    ids=["latin-1", "surrogate"],
+)
+def test_bad_byte_is_shown_in_its_place(
+    tmp_path: Path, mark: bytes, bad: bytes, label: str
+) -> None:
+    path = tmp_path / "m.arael"
+    path.write_bytes(mark + "# é\r\nroot R { é".encode() + bad + b" }")
+    found = refusal(path)
+    assert str(found.span) == f"{path}:2:11"
+    assert found.label == label
+    assert f"byte 0x{bad[0]:02x} in line 2" in found.message
+
+
+def test_places_do_not_count_a_byte_order_mark(tmp_path: Path) -> None:
+    path = tmp_path / "m.arael"
+    path.write_bytes(b"\xef\xbb\xbfroot R { x real }")
+    with pytest.raises(AraelError) as caught:
+        parse(read_source(path))
+    assert str(caught.value.diagnostics[0].span).endswith("m.arael:1:11")
 
 
 def test_name_with_a_zero_byte() -> None:

@@ -131,7 +131,17 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
         handles[dense >= 0] = target.handles(dense[dense >= 0])
     null = handles == NULL
     if null.any() and not table.ref_is_optional(column):
-        raise error("E0707", "null where a ref is needed", name(int(np.argmax(null))), column)
+        i = int(np.argmax(null))
+        found = "-1" if _is_minus_one(given, i) else "null"
+        raise error(
+            "E0707",
+            f"{found} where a ref is needed",
+            name(i),
+            column,
+            help="rows count from 0; -1 stands for no row"
+            if found == "-1"
+            else "",
+        )
     if isinstance(given, Handles) and target.layout.parent:
         _, owners = walk(table, column.target.base, rows)
         wrong = (dense >= 0) & (owners != target.parent_rows_of(np.where(dense < 0, 0, dense)))
@@ -144,6 +154,15 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
                 column,
             )
     return handles
+
+
+def _is_minus_one(given: Any, row: int) -> bool:
+    """Whether the -1 of a row, which stands for null, was given as a number."""
+    if isinstance(given, Handles):
+        return False
+    values = np.asarray(given, object).ravel()
+    value = values[row if values.size > 1 else 0] if values.size else None
+    return isinstance(value, int | np.integer)
 
 
 def _without_keys(

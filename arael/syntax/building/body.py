@@ -65,8 +65,9 @@ def _report_order(
             labels=[(last.span.start, last.span.end, "the residual is the last expression")],
             help="put several residuals in a list, `[a, b]`, or name this one with `let`",
         )
-    after = statements[statements.index(last) + 1 :]
-    for let in after:
+    # By identity: two equal expressions are two statements.
+    after = itertools.takewhile(lambda s: s is not last, reversed(statements))
+    for let in reversed(list(after)):
         log.error(
             "E0131",
             "`let` after the residual",

@@ -26,15 +26,18 @@ class ExpressionBuilder(Builder):
         """Keep the height of `node` and refuse a tree that later stages could not walk."""
         heights = self._heights
         height = 1 + max((heights.get(id(p), 0) for p in parts), default=0)
+        if isinstance(node, tree.Binary) and isinstance(node.left, tree.Binary):
+            # A chain `a + b + c` leans to the left, and later stages take it in a loop.
+            height = max(heights[id(node.left)], 1 + heights.get(id(node.right), 0))
         heights[id(node)] = height
         if height > MAX_HEIGHT:
             self._log.error(
                 "E0105",
-                f"an expression of more than {MAX_HEIGHT} steps",
+                f"an expression of more than {MAX_HEIGHT} levels",
                 node.span.start,
                 min(node.span.end, node.span.start + 40),
-                "goes on for too long",
-                help="name parts of it with `let`, or split the sum with brackets",
+                "is nested too deeply",
+                help="name inner parts of it with `let`",
             )
             self._log.stop()
         return node
