@@ -139,7 +139,8 @@ def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
         return test if isinstance(test, Typed) else BROKEN
     if isinstance(found, Entity):
         place = found.place
-        if place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix:
+        optional = place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix
+        if optional or found.needs:
             test = presence(t, found, place.optionals, node.span)
             return test if isinstance(test, Typed) else BROKEN
         return t.fail(

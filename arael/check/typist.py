@@ -27,9 +27,13 @@ Handler = Callable[["Typist", tree.Expr], Binding]
 
 @dataclass
 class Slots:
-    """The rows a constraint reads, by the way to them; the first is its own."""
+    """The rows a constraint reads, by the way to them; the first is its own.
+
+    `needs` are the optional refs that lead to a row, by the number of its slot.
+    """
 
     items: list[Slot]
+    needs: dict[int, tuple[tuple[Entity, str], ...]] = field(default_factory=dict)
 
     def of(self, entity: Entity) -> int:
         """Number of the slot that leads to the row of `entity`."""
@@ -37,6 +41,8 @@ class Slots:
             if slot.steps == entity.steps:
                 return i
         self.items.append(Slot(entity.steps, entity.place.table.path))
+        if entity.needs:
+            self.needs[len(self.items) - 1] = entity.needs
         return len(self.items) - 1
 
     def steps(self, number: int) -> tuple[Step, ...]:
