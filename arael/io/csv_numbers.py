@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io.csv_reader import csv_rows
-from arael.io.files import StrPath, read_bytes
+from arael.io.files import StrPath, check_name, read_bytes, shown, without_mark
+from arael.io.plain_numbers import real
 from arael.runtime.store.messages import problem, shorten
 
 MOST_MISTAKES = 20
@@ -27,8 +28,9 @@ def read_numbers(path: StrPath) -> dict[str, NDArray[np.float64]]:
         rows, E0718 a column twice, E0704 wrong number of cells, E0703 not a number, E0705 not
         finite.
     """
-    name = os.path.basename(os.fspath(path))
-    header, rows, lines = csv_rows(read_bytes(path), name)
+    path = check_name(path)
+    name = shown(os.path.basename(path))
+    header, rows, lines = csv_rows(without_mark(read_bytes(path), name), name)
     found: list[Diagnostic] = [
         problem("E0718", f"the column `{shorten(column)}` is given twice", name)
         for column in sorted({c for c in header if header.count(c) > 1})
@@ -60,6 +62,6 @@ def read_numbers(path: StrPath) -> dict[str, NDArray[np.float64]]:
 
 def _number(cell: str) -> float | None:
     try:
-        return None if "_" in cell else float(cell)
+        return real(cell.strip())
     except ValueError:
         return None
