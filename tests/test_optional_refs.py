@@ -174,7 +174,7 @@ def test_a_removed_target_reads_as_null(chain: Any, tmp_path: Path) -> None:
     assert last.note == second
     assert model.poses["prev?"].tolist() == [False, True, False]
     assert model.poses.prev.rows.tolist() == [-1, 0, -1]
-    assert list(model.poses.prev)[0] is None
+    assert model.poses.prev[0] is None
     assert model.sights[0].spot is None
     assert model.cost_table().instances["Pose.odometry"] == 1
     model.write(tmp_path / "a.json")
