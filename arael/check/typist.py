@@ -149,6 +149,10 @@ class Typist:
             )
         return found
 
+    def presence_of(self, binding: Binding, span: Span) -> Typed | Broken | None:
+        """Whether what `binding` stands for is there; None for the bindings of a model file."""
+        return None
+
     def read_optional(self, optional: OptionalValue, span: Span) -> Typed | Broken:
         """The value of an optional that is known to be there."""
         return read_column(self, optional.entity, optional.field, span)
