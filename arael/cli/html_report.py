@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from arael.result import Result
-    from arael.runtime.layout import Layout
+from arael.runtime.layout import Layout
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; color: #22262b;
@@ -47,7 +48,7 @@ def write_report(
 
 
 def _page(instance: Any, layout: Layout, result: Result, model: str, data: str) -> Iterable[str]:
-    title = escape(f"{model} on {data}")
+    title = escape(f"{shown(model)} on {shown(data)}")
     yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title>'
     yield f"<style>{_STYLE}</style>\n<h1>{title}</h1>"
     yield (
