@@ -55,12 +55,13 @@ class _Text:
     def __init__(self, name: str, content: bytes, report: Report) -> None:
         self.name, self.content, self.report = name, content, report
         self.words = content.split()
+        self.underscores = b"_" in content  # Python would read 1_5 as 15
 
     def numbers(self, first: int, count: int) -> Array:
         """Words ``first : first + count`` as finite numbers."""
         words = self.words[first : first + count]
         try:
-            if any(b"_" in word for word in words):  # Python would read 1_5 as 15
+            if self.underscores and any(b"_" in word for word in words):
                 raise ValueError
             found = np.array(words, dtype="S32" if words else "S1").astype(np.float64)
         except ValueError:
