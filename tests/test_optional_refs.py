@@ -255,3 +255,15 @@ def test_info_shows_an_optional_ref_once(path: Path) -> None:
     shown = CliRunner().invoke(command, ["info", str(path)]).output
     lines = [line.split(None, 1)[1] for line in shown.splitlines() if line.startswith("  prev ")]
     assert lines == ["ref Pose in root.poses?"]
+
+
+def test_emit_shows_that_a_ref_is_optional(path: Path) -> None:
+    from click.testing import CliRunner
+
+    from arael.cli.main import command
+
+    shown = CliRunner().invoke(command, ["emit", "--stage", "ast", str(path)]).output
+    assert "RefType optional=True" in shown
+    assert "guard: Present slot=0 column='prev'" in " ".join(
+        CliRunner().invoke(command, ["emit", "--stage", "types", str(path)]).output.split()
+    )
