@@ -16,12 +16,14 @@ class Entity:
     """A struct at a place, in the row reached from the constraint's own by `steps`.
 
     `holder` is the entity that owns the row, where a ref tells us (``feature`` in
-    ``pose.info.features`` belongs to ``pose.info``).
+    ``pose.info.features`` belongs to ``pose.info``). `needs` are the optional refs on the way: the
+    entity that has each, and its column. Where one of them is null there is no such row.
     """
 
     steps: tuple[Step, ...]
     place: Place
     holder: Entity | None = None
+    needs: tuple[tuple[Entity, str], ...] = ()
 
     def same(self, other: Entity) -> bool:
         """Whether both are the same struct of the same row."""

@@ -14,7 +14,7 @@ from arael.check.paths import Paths
 from arael.check.places import Place
 from arael.check.reading import bind_field, presence
 from arael.check.report import Reporter
-from arael.check.residuals import check_parameters, residual_of
+from arael.check.residuals import check_parameters, check_rows, residual_of
 from arael.check.scope import BodyScope
 from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
 from arael.check.typist import Slots, Typist
@@ -104,7 +104,8 @@ class Bodies:
             )
         if residual is None or len(self.report.findings.errors) > before:
             return None
-        if not check_parameters(t, node, residual):
+        read = [*residual, *([] if loss is None else [loss.value])]
+        if not check_rows(t, guard, read) or not check_parameters(t, node, residual):
             return None
         residual_units(t, residual)
         place = home.place

@@ -133,13 +133,17 @@ def _logic(t: Typist, node: tree.Binary) -> Binding:
 def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
     """A boolean: a comparison, a flag, or an optional whose presence is asked for."""
     found = t.visit(node)
+    asked = t.presence_of(found, node.span)
+    if asked is not None:
+        return asked
     if isinstance(found, OptionalValue):
         path = found.entity.place.column(found.field)
         test = presence(t, found.entity, (*found.entity.place.optionals, path), node.span)
         return test if isinstance(test, Typed) else BROKEN
     if isinstance(found, Entity):
         place = found.place
-        if place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix:
+        optional = place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix
+        if optional or found.needs:
             test = presence(t, found, place.optionals, node.span)
             return test if isinstance(test, Typed) else BROKEN
         return t.fail(

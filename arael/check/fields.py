@@ -107,7 +107,9 @@ class Fields:
             target = tree.NamedType(name=type_.target.id, span=type_.target.span)
             if not self._held(target, "a ref points to a struct"):
                 return None
-            return FieldDecl(name, node, "ref", text, struct=type_.target.id)
+            return FieldDecl(
+                name, node, "ref", text, struct=type_.target.id, optional=type_.optional
+            )
         assert not plain
         return FieldDecl(
             name, node, "block" if isinstance(type_, tree.BlockType) else "triplets", text

@@ -3,14 +3,16 @@
 Allowed: ``when info.gps``; ``info.gps and info.gps.quality > 2``; ``if gps then gps.x else 0``; the
 constraints of the optional struct itself.
 
-Not allowed: reading ``info.gps.pos`` where nothing has asked for ``info.gps``.
+Not allowed: reading ``info.gps.pos`` where nothing has asked for ``info.gps``; reading through an
+optional ref where only an ``if`` has asked for it. An instance has either all rows that its
+constraint reads or it does not act, so ``when`` must ask.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from arael.check.typed import Apply, Present, Typed
+from arael.check.typed import Apply, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.runtime.layout import Step
 
@@ -40,3 +42,21 @@ def facts_of(
                 (a, b) = inner
                 known[id(node)] = (a[0] & b[0], a[1] | b[1])
     return known[id(condition)]
+
+
+def conjuncts(guard: Typed | None) -> list[Typed]:
+    """The parts of a guard that all must hold: it falls apart at its outermost ``and``."""
+    waiting, found = [guard] if guard is not None else [], []
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Apply) and part.name == "and":
+            waiting += reversed(part.args)
+        else:
+            found.append(part)
+    return found
+
+
+def moves(condition: Typed) -> bool:
+    """Whether a condition reads parameters, so that its value changes during a solve."""
+    reads = [n for n in postorder([condition]) if isinstance(n, Read)]
+    return any(n.version in ("trial", "computed") for n in reads)

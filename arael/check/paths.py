@@ -48,15 +48,17 @@ class Paths:
             return entity.holder
         if place.owner.table is self.sites.root:
             return Entity(ROOT_STEPS, place.owner)
-        return Entity((*entity.steps, Step("parent")), place.owner)
+        return Entity((*entity.steps, Step("parent")), place.owner, needs=entity.needs)
 
     def follow(self, entity: Entity, field: FieldDecl) -> Entity | Broken:
         """The entity that the ref `field` of `entity` points to."""
         collection = self.resolve(entity, field)
         if isinstance(collection, Broken):
             return BROKEN
-        step = Step("ref", entity.place.column(field))
-        return Entity((*entity.steps, step), collection.site.place, collection.owner)
+        column = entity.place.column(field)
+        needs = (*entity.needs, (entity, column)) if field.optional else entity.needs
+        steps = (*entity.steps, Step("ref", column))
+        return Entity(steps, collection.site.place, collection.owner, needs)
 
     def target(self, place: Place, field: FieldDecl) -> Target | None:
         """Where the ref `field` of a row at `place` points; None if that is in error."""
@@ -183,7 +185,7 @@ class Paths:
         self, here: Entity, field: FieldDecl, part: tree.Ident
     ) -> Entity | Collection | Broken:
         if field.kind == "struct":
-            return Entity(here.steps, here.place.values[field.name], here.holder)
+            return Entity(here.steps, here.place.values[field.name], here.holder, here.needs)
         if field.kind == "collection":
             return Collection(here, here.place.collections[field.name])
         if field.kind == "ref":

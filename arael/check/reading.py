@@ -22,7 +22,7 @@ def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
         return bind_formula(t, entity, name, span)
     field = entity.place.struct.fields[name]
     if field.kind == "struct":
-        return Entity(entity.steps, entity.place.values[name], entity.holder)
+        return Entity(entity.steps, entity.place.values[name], entity.holder, entity.needs)
     if field.kind == "collection":
         return Collection(entity, entity.place.collections[name])
     skipped = field.node.role == "skip"
@@ -51,6 +51,8 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
     """The value of a plain field."""
     path = entity.place.column(field)
     optionals = entity.place.optionals
+    if isinstance(row_is_there(t, entity, span), Broken):
+        return BROKEN
     for optional in (*optionals, path) if field.optional else optionals:
         if (entity.steps, optional) not in t.facts:
             return _unguarded(t, span, optional, field, entity)
@@ -74,6 +76,8 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
 def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
     """A ``symbolic`` field written out, or the kept value of a ``compute`` field."""
     place = entity.place
+    if isinstance(row_is_there(t, entity, span), Broken):
+        return BROKEN
     for optional in place.optionals:
         if (entity.steps, optional) not in t.facts:
             first = next(iter(place.struct.fields.values()))
@@ -122,6 +126,25 @@ def scope_within(t: Typist, entity: Entity) -> ComponentScope:
     return ComponentScope(t.declarations, entity, lambda *use: bind_field(t, *use), t.constant)
 
 
+def row_is_there(t: Typist, entity: Entity, span: Span) -> Broken | None:
+    """Complain if the row of `entity` is reached through a ref that may be null here."""
+    for source, column in entity.needs:
+        if (source.steps, column) not in t.facts:
+            declared = field_at(source, column)
+            return _unguarded(t, span, column, declared, source)
+    return None
+
+
+def field_at(entity: Entity, column: str) -> FieldDecl:
+    """The ref field of `entity` whose values are the column `column`."""
+    return entity.place.struct.fields[column.removeprefix(entity.place.prefix)]
+
+
+def ref_text(entity: Entity, column: str) -> str:
+    """The way to a ref as a body may write it: ``parent.prev``."""
+    return ".".join([*(s.ref or s.kind for s in entity.steps), column])
+
+
 def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
     """Complain about reading what may not be there, and say how to ask for it."""
     table = entity.place.table
@@ -132,6 +155,10 @@ def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: E
     if optional != entity.place.column(field):
         at = written.rfind(f"{name}.")
         guard = written[: at + len(name)] if at >= 0 else written.rpartition(".")[0] or name
+    if field.kind == "ref":
+        guard = ref_text(entity, optional)
+        at = f".{written}".find(f".{guard}.")
+        guard = written[: at + len(guard)] if at >= 0 else guard
     declared = next(
         (
             p.owner.struct.fields[name]
@@ -146,15 +173,20 @@ def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: E
         f"`{written}` may be absent here",
         label=f"`{guard}` is optional",
         labels=[Label(declared.span, f"declared `{declared.text}` here")],
-        help=[f"add `when {guard}` to the constraint, or ask with `if {guard} then ... else ...`"],
+        help=[
+            f"add `when {guard}` to the constraint"
+            if field.kind == "ref"
+            else f"add `when {guard}` to the constraint, or ask with `if {guard} then ... else ...`"
+        ],
     )
 
 
 def presence(t: Typist, entity: Entity, optionals: tuple[str, ...], span: Span) -> Binding:
-    """Whether all of `optionals` are there in the row of `entity`."""
-    slot = t.slots.of(entity)
+    """Whether the row of `entity` is there, and all of `optionals` in it."""
+    tests = [(t.slots.of(source), column) for source, column in entity.needs]
+    tests += [(t.slots.of(entity), column) for column in optionals]
     result: Typed | None = None
-    for column in optionals:
+    for slot, column in tests:
         test = t.make(Present(type=BOOL, span=span, slot=slot, column=column))
         if isinstance(test, Broken):
             return BROKEN

@@ -12,7 +12,18 @@ from collections.abc import Sequence
 
 from arael.check.binding import Broken
 from arael.check.builtins import is_number
-from arael.check.typed import BOOL, QUATERNION, MatrixType, Read, TransformType, Typed, VectorType
+from arael.check.guards import conjuncts, facts_of, moves
+from arael.check.reading import field_at, ref_text
+from arael.check.typed import (
+    BOOL,
+    QUATERNION,
+    MatrixType,
+    Present,
+    Read,
+    TransformType,
+    Typed,
+    VectorType,
+)
 from arael.check.typist import Typist
 from arael.check.walk import postorder
 from arael.diagnostics.records import Label
@@ -63,6 +74,39 @@ def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
         labels=t.origin(value),
         help=help_,
     )
+
+
+def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
+    """Whether the guard proves every row that is reached through an optional ref.
+
+    `values` are what an instance evaluates. The part of the guard that reads parameters is one of
+    them; the part over data alone chooses the instances, and is what proves.
+    """
+    parts = conjuncts(guard)
+    known = set(t.facts)
+    for part in parts:
+        if not moves(part):
+            known |= facts_of(part, t.slots.steps)[0]
+    for node in postorder([*values, *(part for part in parts if moves(part))]):
+        if not isinstance(node, Read | Present):
+            continue
+        for source, column in t.slots.needs.get(node.slot, ()):
+            if (source.steps, column) not in known:
+                way = ref_text(source, column)
+                t.fail(
+                    "E0503",
+                    node.span,
+                    f"the row that `{way}` leads to may be absent here",
+                    label=f"`{way}` is not asked for by `when`",
+                    labels=[Label(field_at(source, column).span, "declared optional here")],
+                    notes=[
+                        "an instance of a constraint has all rows that it reads, or does "
+                        "not act; `if` cannot choose between them"
+                    ],
+                    help=[f"write two constraints, `when {way}` and `when not {way}`"],
+                )
+                return False
+    return True
 
 
 def check_parameters(

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from arael.check.binding import Broken, Entity
 from arael.check.blocks import NamedBlock
 from arael.check.declared import FieldDecl
 from arael.check.paths import Paths
 from arael.check.places import Place, Sites, TableSite, stored_fields
+from arael.check.reading import field_at, ref_text
 from arael.check.typed import ComponentSite, EntitySite, ScalarType
+from arael.diagnostics.records import Label
 from arael.runtime.layout import Block, BlockEnd, ByValue, Column, Slot, Table
 
 
@@ -18,6 +21,26 @@ def check_refs(sites: Sites, paths: Paths) -> None:
         for field in place.struct.fields.values():
             if field.kind == "ref":
                 paths.target(place, field)
+                _check_chain(place, field, paths)
+
+
+def _check_chain(place: Place, field: FieldDecl, paths: Paths) -> None:
+    """Refuse a ref that must be set but counts in a collection which may not be there."""
+    if field.optional:
+        return
+    collection = paths.resolve(Entity((), place), field)
+    if isinstance(collection, Broken) or not collection.owner.needs:
+        return
+    source, column = collection.owner.needs[0]
+    through = field_at(source, column)
+    paths.report.error(
+        "E0415",
+        field.span,
+        f"`{field.name}` is resolved through `{ref_text(source, column)}`, which may be null",
+        label="has no collection to point into then",
+        labels=[Label(through.span, f"declared `{through.text}` here")],
+        help=[f"make it optional as well: `{field.name}: {field.text}?`"],
+    )
 
 
 def build_tables(sites: Sites, paths: Paths) -> tuple[Table, ...]:

@@ -26,9 +26,13 @@ Handler = Callable[["Typist", tree.Expr], Binding]
 
 @dataclass
 class Slots:
-    """The rows a constraint reads, by the way to them; the first is its own."""
+    """The rows a constraint reads, by the way to them; the first is its own.
+
+    `needs` are the optional refs that lead to a row, by the number of its slot.
+    """
 
     items: list[Slot]
+    needs: dict[int, tuple[tuple[Entity, str], ...]] = field(default_factory=dict)
 
     def of(self, entity: Entity) -> int:
         """Number of the slot that leads to the row of `entity`."""
@@ -36,6 +40,8 @@ class Slots:
             if slot.steps == entity.steps:
                 return i
         self.items.append(Slot(entity.steps, entity.place.table.path))
+        if entity.needs:
+            self.needs[len(self.items) - 1] = entity.needs
         return len(self.items) - 1
 
     def steps(self, number: int) -> tuple[Step, ...]:
@@ -143,6 +149,10 @@ class Typist:
                 help=["turn it into a number: `if ... then 1 else 0`"],
             )
         return found
+
+    def presence_of(self, binding: Binding, span: Span) -> Typed | Broken | None:
+        """Whether what `binding` stands for is there; None for the bindings of a model file."""
+        return None
 
     def read_optional(self, optional: OptionalValue, span: Span) -> Typed | Broken:
         """The value of an optional that is known to be there."""

@@ -76,6 +76,8 @@ def _starts(
             f"every name in it is a column ({', '.join(columns)}): there is nothing to fit",
             param_hint="'FORMULA'",
         )
+    from arael.io.plain_numbers import real
+
     starts = dict.fromkeys(parameters, 1.0)
     for item in given:
         name, _, text = item.partition("=")
@@ -85,7 +87,7 @@ def _starts(
                 param_hint="'--start'",
             )
         try:
-            starts[name] = float(text)
+            starts[name] = real(text)
         except ValueError:
             raise click.BadParameter(
                 f"expected NAME=NUMBER, found '{item}'", param_hint="'--start'"

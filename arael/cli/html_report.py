@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from arael.io.files import write_whole
+from arael.io.files import shown, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +50,7 @@ def write_report(
 def _page(
     instance: Any, layout: Layout, result: Result, solution: Solution, model: str, data: str
 ) -> Iterable[str]:
-    title = escape(f"{model} on {data}")
+    title = escape(f"{shown(model)} on {shown(data)}")
     yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title>'
     yield f"<style>{_STYLE}</style>\n<h1>{title}</h1>"
     yield (

@@ -115,7 +115,8 @@ def describe(layout: Layout) -> Iterator[str]:
 
 
 def _fields(table: Table) -> Iterator[str]:
-    shown = table.columns
+    valued = {c.path for c in table.columns if c.role != "present"}
+    shown = [c for c in table.columns if c.role != "present" or c.path not in valued]
     name_width = max((len(_head(c)) for c in shown), default=0)
     type_width = max((len(c.type) for c in shown), default=0)
     for column in shown:

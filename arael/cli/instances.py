@@ -64,11 +64,13 @@ def _value(column: Column, text: str, setting: str) -> Any:
         if text in ("true", "false"):
             return text == "true"
         raise _bad(setting, f"expected true or false for `{column.path}`, found `{text}`")
-    number = int if column.kind == "int" else float
+    from arael.io.plain_numbers import real, whole
+
+    number = whole if column.kind == "int" else real
     try:
-        values = [number(part) for part in text.strip("[]").split(",")]
+        values = [number(part.strip()) for part in text.strip("[]").split(",")]
     except ValueError:
-        noun = "whole numbers" if number is int else "numbers"
+        noun = "whole numbers" if number is whole else "numbers"
         raise _bad(setting, f"expected {noun} for `{column.path}`, found `{text}`") from None
     count = 1
     for extent in column.shape:

@@ -7,8 +7,8 @@ at data alone decides beforehand which instances there are.
 
 from __future__ import annotations
 
-from arael.check.typed import BOOL, Apply, Read, Typed
-from arael.check.walk import postorder
+from arael.check.guards import conjuncts, moves
+from arael.check.typed import BOOL, Apply, Typed
 from arael.symbolic.graph import Graph
 
 LANE = "guard"
@@ -22,24 +22,12 @@ def split(guard: Typed | None) -> tuple[Typed | None, Typed | None]:
     """
     still: Typed | None = None
     moving: Typed | None = None
-    for part in _conjuncts(guard):
-        reads = [n for n in postorder([part]) if isinstance(n, Read)]
-        if any(n.version in ("trial", "computed") for n in reads):
+    for part in conjuncts(guard):
+        if moves(part):
             moving = _joined(moving, part)
         else:
             still = _joined(still, part)
     return still, moving
-
-
-def _conjuncts(guard: Typed | None) -> list[Typed]:
-    waiting, found = [guard] if guard is not None else [], []
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, Apply) and part.name == "and":
-            waiting += reversed(part.args)
-        else:
-            found.append(part)
-    return found
 
 
 def _joined(left: Typed | None, right: Typed) -> Typed:

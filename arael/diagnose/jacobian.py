@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -159,11 +160,15 @@ class Jacobian:
 
         By a dense decomposition, in f64 whatever the model's precision: for some thousand columns.
         `arael.Model.free_directions` finds those near zero of larger problems.
+
+        Raises AraelError (E1002), as `svd` and `rank` do, where a derivative is not finite.
         """
+        self._require_finite()
         return np.asarray(np.linalg.svd(self.dense(), compute_uv=False))
 
     def svd(self) -> Svd:
         """Singular values with their vectors, dense."""
+        self._require_finite()
         u, s, vt = np.linalg.svd(self.dense(), full_matrices=self.shape[0] < self.shape[1])
         return Svd(u[:, : len(s)], s, vt.T)
 
@@ -172,6 +177,7 @@ class Jacobian:
 
         Columns are scaled to one length first, so that metres and radians count alike.
         """
+        self._require_finite()
         length = self.sensitivities()
         dense = self.dense() / np.where(length > 0, length, 1.0)
         s = np.linalg.svd(dense, compute_uv=False)
@@ -179,6 +185,29 @@ class Jacobian:
         epsilon = np.finfo(np.float32 if single else np.float64).eps
         largest = s.max(initial=0.0)
         return int(np.count_nonzero(s > max(dense.shape) * epsilon * largest))
+
+    def _require_finite(self) -> None:
+        """Raise E1002 for the first derivative that is not finite, by its row and its column."""
+        bad = np.flatnonzero(~np.isfinite(self.matrix.data))
+        if not len(bad):
+            return
+        at = int(bad[0])
+        row = int(np.searchsorted(self.matrix.indptr, at, side="right")) - 1
+        label = self.labels[self.label_of[row]]
+        place = label if self._problem is None else self.instance(int(self.constraint[row]))
+        rows = len(self.bad_rows())
+        raise AraelError(
+            Diagnostic(
+                "E1002",
+                f"row {row} of the Jacobian, `{place}`: the derivative by "
+                f"`{self.names[self.matrix.indices[at]]}` is {self.matrix.data[at]:g}",
+                origin=label,
+                notes=("singular values and rank are those of finite numbers",),
+                help=(
+                    f"`bad_rows()` lists {'this row' if rows == 1 else f'all {rows} such rows'}",
+                ),
+            )
+        )
 
     def __repr__(self) -> str:
         m, n = self.shape

@@ -133,7 +133,11 @@ class Fields:
         if column.role == "ref" and column.target is not None:
             target = table.store.tables[column.target.table]
             handles = table.column(path)[rows]
-            return Ref(target, int(handles)) if single else Refs(target, handles.copy())
+            if single:
+                return Ref(target, int(handles))
+            if member.optional:  # null, and what was removed
+                return Refs(target, np.where(table.present(path)[rows], handles, -1))
+            return Refs(target, handles.copy())
         part = taken(table.column(path), rows)
         return part.item() if isinstance(part, np.generic) else part
 

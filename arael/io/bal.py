@@ -24,7 +24,7 @@ Array = NDArray[Any]
 
 HEAD = re.compile(rb"\s*\d+\s+\d+\s+\d+\s*\n\s*\d+\s+\d+\s+[-+.\d]")
 """How such a file begins."""
-WORD = re.compile(r"\S+")
+WORD = re.compile(r"\S+", re.ASCII)  # as bytes are split
 CAMERA = ("r", "t", "f", "k1", "k2")
 SHAPES: dict[str, dict[str, tuple[int, ...]]] = {
     "cameras": {"r": (4,), "t": (3,), "f": (), "k1": (), "k2": ()},
@@ -55,11 +55,14 @@ class _Text:
     def __init__(self, name: str, content: bytes, report: Report) -> None:
         self.name, self.content, self.report = name, content, report
         self.words = content.split()
+        self.underscores = b"_" in content  # Python would read 1_5 as 15
 
     def numbers(self, first: int, count: int) -> Array:
         """Words ``first : first + count`` as finite numbers."""
         words = self.words[first : first + count]
         try:
+            if self.underscores and any(b"_" in word for word in words):
+                raise ValueError
             found = np.array(words, dtype="S32" if words else "S1").astype(np.float64)
         except ValueError:
             bad = next(k for k, w in enumerate(words) if not _is_number(w))

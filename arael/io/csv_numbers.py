@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io.csv_reader import csv_rows
-from arael.io.files import StrPath, read_bytes
+from arael.io.files import StrPath, check_name, read_bytes, shown, without_mark
+from arael.io.plain_numbers import real
 from arael.runtime.store.messages import problem, shorten
 
 MOST_MISTAKES = 20
@@ -46,8 +47,9 @@ class Points:
     """
 
     def __init__(self, path: StrPath) -> None:
-        self._file = os.path.basename(os.fspath(path))
-        content = read_bytes(path).removeprefix(b"\xef\xbb\xbf")
+        path = check_name(path)
+        self._file = shown(os.path.basename(path))
+        content = without_mark(read_bytes(path), self._file)
         text = _COMMENT.sub(b"", content)
         if not text.strip():
             raise AraelError(problem("E0711", "there are no rows, only comments", self._file))
@@ -158,6 +160,6 @@ def _all_numbers(cells: list[str]) -> bool:
 
 def _number(cell: str) -> float | None:
     try:
-        return None if "_" in cell else float(cell)
+        return real(cell.strip())
     except ValueError:
         return None

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.io.columns import scalar_names
+from arael.io.plain_numbers import real, whole
 from arael.io.refs import PendingRefs
 from arael.io.report import Report
 from arael.runtime.layout import Column
@@ -89,6 +90,8 @@ def csv_rows(content: bytes, name: str) -> tuple[list[str], list[list[str]], lis
                 lines.append(reader.line_num)
     except csv.Error as failure:
         raise error("E0711", f"not CSV: {failure}", f"{name}:{reader.line_num}") from None
+    if not rows:
+        raise error("E0712", "the file is empty", name)
     header = [cell.strip() for cell in rows[0]]
     return header, rows[1:], lines[1:]
 
@@ -321,8 +324,4 @@ def _value(kind: str, cell: str) -> Any:
         return TRUTH[text.lower()]
     if kind == "ref":
         return int(text) if text.lstrip("-").isdecimal() and text.isascii() else cell
-    if "_" in text or not text.isascii():  # Python would take 1_000 and other digits
-        raise ValueError(text)
-    if kind == "int":
-        return int(text)
-    return float(text)
+    return whole(text) if kind == "int" else real(text)

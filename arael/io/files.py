@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import errno
 import gzip
@@ -14,14 +15,51 @@ from pathlib import Path
 from typing import BinaryIO
 
 from arael.diagnostics.records import AraelError
-from arael.runtime.store.messages import error
+from arael.runtime.store.messages import describe, error
 
 # The most that is read from one file, after decompression, unless the caller says otherwise.
 DEFAULT_LIMIT = 2 * 1024**3
-
-_CHUNK = 1 << 20
+CHUNK = 1024**2
 
 StrPath = str | os.PathLike[str]
+
+UTF8_MARK = codecs.BOM_UTF8
+WIDE_MARKS = {codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
+
+
+def shown(path: StrPath) -> str:
+    r"""The name of a file as messages print it; bytes that are no UTF-8 as ``\xff``."""
+    name = os.fsdecode(path)
+    try:
+        return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+    except UnicodeEncodeError:
+        return name.encode("utf-8", "backslashreplace").decode()
+
+
+def check_name(path: object) -> str:
+    """Return the name of a file as text; E0712 for what cannot be one."""
+    if not isinstance(path, str | bytes | os.PathLike):
+        raise error("E0712", f"expected the name of a file, found {describe(path)}", "path")
+    name = os.fsdecode(path)
+    try:
+        good = b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:
+        good = False
+    if not good:
+        raise error("E0712", "the system has no file of this name", shown(name))
+    return name
+
+
+def without_mark(content: bytes, name: str) -> bytes:
+    """Return text without the byte-order mark of UTF-8; E0711 for UTF-16."""
+    if content[:2] in WIDE_MARKS:
+        raise error(
+            "E0711",
+            f"the text is {WIDE_MARKS[content[:2]]}, not UTF-8",
+            name,
+            help="save the file as UTF-8",
+        )
+    return content.removeprefix(UTF8_MARK)
 
 
 def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
@@ -32,11 +70,11 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
     AraelError
         E0712 missing, a directory, unreadable, empty or not gzip after all; E0714 over the limit.
     """
-    name = os.fspath(path)
+    name = shown(path)
     check_readable(path)
     try:
         with open(path, "rb") as file:
-            content = _read_at_most(file, limit + 1)
+            content = _read_up_to(file, limit + 1)
     except OSError as failure:
         raise unreadable(name, failure) from None
     if not content:
@@ -48,20 +86,20 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
     return content
 
 
-def _read_at_most(file: BinaryIO, count: int) -> bytes:
-    """Read up to `count` bytes. ``file.read(count)`` would ask for `count` bytes of memory first."""
-    size = os.fstat(file.fileno()).st_size
-    parts = [file.read(min(size + 1, count))]
-    left = count - len(parts[0])
-    while left > 0 and parts[-1]:  # what has no size, as a pipe, or grew meanwhile
-        parts.append(file.read(min(left, _CHUNK)))
+def _read_up_to(file: BinaryIO, most: int) -> bytes:
+    """Up to `most` bytes of a file; memory is reserved for what is there, not for `most`."""
+    size = os.fstat(file.fileno()).st_size  # 0 for a pipe
+    parts = [file.read(min(size + 1, most))]
+    left = most - len(parts[0])
+    while parts[-1] and left:
+        parts.append(file.read(min(CHUNK, left)))
         left -= len(parts[-1])
-    return b"".join(parts)
+    return b"".join(part for part in parts if part)
 
 
 def check_readable(path: StrPath) -> None:
     """Raise E0712 for what is not there or is a directory."""
-    name = os.fspath(path)
+    name = shown(path)
     if os.path.isdir(path):
         raise error("E0712", "expected a file, found a directory", name)
     if not os.path.exists(path):
@@ -116,7 +154,7 @@ def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
     AraelError
         E0715 where the system refuses (no space, no permission, no such folder).
     """
-    name = os.fspath(path)
+    name = shown(path)
     target = Path(os.path.realpath(path))
     temporary = None
     try:

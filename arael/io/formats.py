@@ -66,8 +66,11 @@ def read(
         diagnostics at once where several things are wrong.
     """
     store = store_of(model)
+    path = files.check_name(path)
+    name = files.shown(path)
     content = files.read_bytes(path, limit)
-    name = os.fspath(path)
+    if not content.startswith(b"PK"):
+        content = files.without_mark(content, name)
     found = _known(format) if format else format_of(path, content)
     if not found:
         raise error(
@@ -126,7 +129,8 @@ def write(
         infinite, E0709 a stale ref, E0722 a model of another shape than the format has.
     """
     store = store_of(model)
-    name = os.fspath(path)
+    path = files.check_name(path)
+    name = files.shown(path)
     found = _known(format) if format else format_of(path, b"")
     if not found:
         raise error(

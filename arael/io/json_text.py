@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import msgspec
+
 from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.io.report import Report
 from arael.runtime.store.messages import shorten
@@ -17,6 +19,7 @@ WINDOW = 200_000
 SCANNED = 50_000_000
 TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[\]{},:]', re.DOTALL)
 NOT_NUMBERS = re.compile(rb"-?(?:NaN|nan|Infinity|inf)")
+ESCAPE = re.compile(rb"\\(?:u[0-9a-fA-F]{4}|[^u])", re.DOTALL)
 STRING_OR_NUMBER = re.compile(rb'"(?:[^"\\]|\\.)*"|-?\d[\d.eE+-]*', re.DOTALL)
 
 
@@ -24,7 +27,13 @@ def syntax_error(content: bytes, name: str, failure: Exception) -> AraelError:
     """E0711 (or E0705 for NaN and infinities) with line and column."""
     if isinstance(failure, RecursionError):
         return AraelError(Diagnostic("E0711", "the JSON is nested too deeply", origin=name))
+    if isinstance(failure, UnicodeDecodeError):
+        return _not_text(content, name)
     text = str(failure)
+    if "truncated" in text or "surrogate" in text:
+        half = _half_pair(content)
+        if half >= 0:
+            return _not_character(content, name, half)
     found = re.search(r"byte (\d+)", text)
     if "out of range" in text:
         return _out_of_range(content, name)
@@ -47,6 +56,42 @@ def syntax_error(content: bytes, name: str, failure: Exception) -> AraelError:
     path = path_at(content, offset)
     inside = f" in `{path}`" if path else ""
     return AraelError(_diagnostic("E0711", f"not JSON: {what}{inside}", content, name, offset))
+
+
+def _not_text(content: bytes, name: str) -> AraelError:
+    """E0711 at the first byte that is not UTF-8."""
+    try:
+        content.decode()
+    except UnicodeDecodeError as failure:
+        path = path_at(content, failure.start)
+        inside = f" in `{path}`" if path else ""
+        message = f"not UTF-8 text: byte 0x{content[failure.start]:02x}{inside}"
+        return AraelError(_diagnostic("E0711", message, content, name, failure.start))
+    raise AssertionError("the decoder refused text that is UTF-8")
+
+
+def _half_pair(content: bytes) -> int:
+    """Offset of the first escape that is half of a surrogate pair; -1 if there is none."""
+    high = -1  # offset of the first half of a pair whose second half must come next
+    for match in ESCAPE.finditer(content):
+        if high >= 0 and match.start() != high + 6:
+            return high
+        unit = int(match[0][2:], 16) if match[0][1:2] == b"u" else 0
+        low = 0xDC00 <= unit < 0xE000
+        if low != (high >= 0):
+            return match.start() if low else high
+        high = match.start() if 0xD800 <= unit < 0xDC00 else -1
+    return high
+
+
+def _not_character(content: bytes, name: str, offset: int) -> AraelError:
+    """E0711 for half of a surrogate pair."""
+    escape = content[offset : offset + 6].decode()
+    path = path_at(content, offset)
+    message = f"`{escape}` is half of a surrogate pair, not a character"
+    message = f"`{path}`: {message}" if path else message
+    help = "write the character itself, or both halves of the pair"
+    return AraelError(_diagnostic("E0711", message, content, name, offset, help))
 
 
 def _out_of_range(content: bytes, name: str) -> AraelError:
@@ -76,10 +121,7 @@ def _diagnostic(
     column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
     helps = (help,) if help else ()
     if len(content) <= WINDOW:
-        try:
-            text = content.decode()
-        except UnicodeDecodeError:
-            return Diagnostic(code, message, origin=f"{name}:{line}:{column}", help=helps)
+        text = content.decode("utf-8", "replace")
         start = min(len(before.decode("utf-8", "replace")), max(len(text) - 1, 0))
         return Diagnostic(code, message, Span(Source(name, text), start, start + 1), help=helps)
     return Diagnostic(code, message, origin=f"{name}:{line}:{column}", help=helps)
@@ -115,12 +157,23 @@ def _walk(content: bytes, end: int, stack: list[Frame]) -> Iterator[tuple[int, b
         elif text in (b"}", b"]"):
             stack.pop()
         elif text == b":" and isinstance(stack[-1].at, str):
+            last = _plain(last)
             stack[-1].at = shorten(last[1:-1].decode("utf-8", "replace"))
             yield last_at, last
         elif text == b",":
             top = stack[-1]
             top.at = top.at + 1 if isinstance(top.at, int) else ""
         last, last_at = text, token.start()
+
+
+def _plain(key: bytes) -> bytes:
+    """A key in quotes with its escapes written out, so that equal keys are equal."""
+    if b"\\" not in key:
+        return key
+    try:
+        return b'"' + msgspec.json.decode(key, type=str).encode() + b'"'
+    except (msgspec.MsgspecError, UnicodeDecodeError):
+        return key
 
 
 def _path(stack: list[Frame]) -> str:

@@ -13,6 +13,7 @@ import io
 import math
 import re
 import struct
+import sys
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -46,6 +47,10 @@ DAMAGED = (
     LookupError,
 )
 MOST_ARRAYS = 20_000
+# Rows may take more memory than the arrays of the file do, as columns with a default are left out:
+# up to this much in any case, and so many times the file's arrays.
+SPARE = 64 * 1024**2
+RATIO = 64
 
 
 def read(store: Store, content: bytes, name: str, limit: int) -> None:
@@ -76,9 +81,13 @@ def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
             for member in members:
                 if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                     raise zipfile.BadZipFile
+                column = member.filename.removesuffix(".npy")
+                if column in arrays:
+                    message = f"the archive holds `{shorten(column)}` twice"
+                    raise AraelError(problem("E0718", message, name))
                 with archive.open(member) as file:
                     data = file.read(member.file_size + 1)
-                arrays[member.filename.removesuffix(".npy")] = _array(data, member.filename, name)
+                arrays[column] = _array(data, member.filename, name)
     except DAMAGED:
         raise AraelError(problem("E0711", "not a NumPy archive, or a damaged one", name)) from None
     return arrays
@@ -120,6 +129,10 @@ def _array(data: bytes, member: str, name: str) -> Array:
         if math.prod(shape)
         else np.empty(0, dtype)
     )
+    if dtype.kind == "U" and flat.size and dtype.itemsize:
+        units = flat.view(np.dtype(np.uint32).newbyteorder(dtype.byteorder))
+        if (units > sys.maxunicode).any():
+            raise AraelError(problem("E0711", "the text holds what is no character", place))
     return flat.reshape(shape, order="F" if head[2] == "True" else "C")
 
 
@@ -128,7 +141,7 @@ class _Reader:
         self.store = store
         self.arrays = arrays
         self.report = report
-        self.used: set[str] = set()
+        self.left = max(SPARE, RATIO * sum(a.nbytes for a in arrays.values()))
 
     def read(self) -> None:
         self._refuse_unknown()
@@ -154,6 +167,15 @@ class _Reader:
         owners = self._owners(table)
         count = self._count(table, owners)
         if count is None or (owners is not None and self.report.found):
+            return
+        self.left -= count * table.buffers.row_bytes
+        if self.left < 0:
+            self.report.add(
+                "E0714",
+                f"the file announces {count} rows, far more than it holds data for",
+                table.label,
+                help="give at least one column of these rows",
+            )
             return
         masks = self._presence(table, count)
         if self.report.found:

@@ -81,17 +81,11 @@ class PendingRefs:
                 self.report.add("E0708", f"index {values[i]} is out of range", place(i), column)
             return
         _, owners = references.walk(table, column.target.base, rows)
-        counts = target.child_counts()[owners]
+        counts = references.counts_of(target, owners)
         wrong = np.flatnonzero(index >= counts).tolist()
         for i in wrong:
-            n = int(counts[i])
-            self.report.add(
-                "E0708",
-                f"index {values[i]} is out of range: `{column.target.text}` has {n} "
-                f"row{'' if n == 1 else 's'}",
-                place(i),
-                column,
-            )
+            text = references.out_of_range(column, values[i], int(counts[i]))
+            self.report.add("E0708", text, place(i), column)
         if not wrong:
             dense = target.child_rows(owners, index)
             table.column(column.path)[rows] = target.handles(dense)

@@ -61,7 +61,7 @@ def links(instance: Any, layout: Layout) -> list[tuple[str, NDArray[np.int64]]]:
         if len(refs) == 2 and len(targets) == 1 and len(instance[table.path]):
             rows = instance[table.path]
             pairs = np.column_stack([np.asarray(rows[c.path].rows) for c in refs])
-            found.append((targets.pop(), pairs))
+            found.append((targets.pop(), pairs[(pairs >= 0).all(axis=1)]))  # without null refs
     return found
 
 

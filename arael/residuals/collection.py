@@ -18,7 +18,13 @@ from arael.residuals.compilation import compile_all
 from arael.residuals.declared import declared
 from arael.residuals.derivation import Derived, derive
 from arael.residuals.dotted import clash, within
-from arael.residuals.expression import Array, Definition, Expression, RuntimeResidual
+from arael.residuals.expression import (
+    Array,
+    Definition,
+    Expression,
+    RuntimeResidual,
+    require_residual,
+)
 from arael.residuals.messages import error
 from arael.residuals.posed import Posed
 from arael.residuals.reading import reader_for
@@ -76,6 +82,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         data: Mapping[str, Any] | None = None,
         entities: Mapping[str, Any] | None = None,
         loss: str | None = None,
+        when: str | None = None,
     ) -> RuntimeResidual:
         """Add a residual, or the text of one with what `runtime_residual` takes.
 
@@ -87,12 +94,16 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """
         if isinstance(residual, str):
             residual = RuntimeResidual(
-                residual, label or self._free_label(), parameters, data, entities, loss
+                residual, label or self._free_label(), parameters, data, entities, loss, when
             )
-        elif any(one is not None for one in (label, parameters, data, entities, loss)):
-            raise error(
-                "E0763", "only with a text, parameters and data can be given here", residual.label
-            )
+        else:
+            require_residual(residual)
+            if any(one is not None for one in (label, parameters, data, entities, loss, when)):
+                raise error(
+                    "E0763",
+                    "only with a text, parameters and data can be given here",
+                    residual.label,
+                )
         if residual._owner is not None:
             raise error("E0763", f"residual `{residual.label}` is in a model already", "residuals")
         self._check_free(residual.label, "label")

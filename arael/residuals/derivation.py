@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from arael.check.binding import Broken
+from arael.check.expressions import condition
+from arael.check.guards import Fact, facts_of, moves
 from arael.check.losses import loss_of
 from arael.check.report import Reporter
 from arael.check.residuals import residual_of
-from arael.check.typed import ConstraintSite, EntitySite, Read
+from arael.check.typed import ConstraintSite, EntitySite, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.compiler.entities import StateModel, model_state
 from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import Findings, Label
 from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
-from arael.residuals.reading import Found, Surroundings, parameter_table, reader_for
+from arael.residuals.reading import Found, Reader, Surroundings, parameter_table, reader_for
 from arael.residuals.rows import RowsTable
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Table
@@ -83,11 +87,16 @@ def derive(
     reader = reader_for(
         residual, path, around, declared.declarations, report, declared.constants.named
     )
-    loss = None if residual._loss_tree is None else loss_of(reader, residual._loss_tree)
-    typed = residual_of(reader, residual._tree)
+    found = reader.found
+    guard = _guard_of(reader, residual)
+    proved = frozenset() if guard is None else facts_of(guard, reader.slots.steps)[0]
+    with reader.knowing(proved):
+        loss = None if residual._loss_tree is None else loss_of(reader, residual._loss_tree)
+        typed = residual_of(reader, residual._tree)
     report.stop()
     assert typed is not None
-    found = reader.found
+    _check_rows(reader, [*typed, *([] if loss is None else [loss.value])], proved)
+    report.stop()
     reads = [n for n in postorder(typed) if isinstance(n, Read)]
     moves = any(n.version == "trial" and n.parameter for n in reads)
     if not moves and not constant_too:
@@ -117,6 +126,7 @@ def derive(
         span=residual.span,
         slots=tuple(reader.slots.items),
         residual=tuple(typed),
+        guard=guard,
         loss=loss,
     )
     single = around.schema.layout.precision == "f32"
@@ -141,3 +151,43 @@ def derive(
         RowsTable(residual.label, found.data, found.refs),
         table,
     )
+
+
+def _guard_of(t: Reader, residual: RuntimeResidual) -> Typed | None:
+    """The guard of a residual; None without one, or after a complaint."""
+    if residual._when_tree is None:
+        return None
+    guard = condition(t, residual._when_tree)
+    t.found.guard_optionals, t.found.optionals = t.found.optionals, {}
+    if isinstance(guard, Broken):
+        return None
+    if moves(guard):
+        t.fail(
+            "E0766",
+            guard.span,
+            "the guard of a runtime residual reads a parameter",
+            label="changes during the solve",
+            help=["write `if ... then ... else 0` in the formula"],
+        )
+        return None
+    return guard
+
+
+def _check_rows(t: Reader, values: Sequence[Typed], proved: frozenset[Fact]) -> None:
+    """Refuse rows behind an optional ref that only an `if` asks for, as in a model file."""
+    for node in postorder(values):
+        if not isinstance(node, Read | Present):
+            continue
+        needs: Any = t.slots.needs.get(node.slot, ())
+        for source, column in needs:
+            key = (source.steps, source.table, column)
+            if (source.steps, column) not in proved and key not in t.found.optionals:
+                t.fail(
+                    "E0503",
+                    node.span,
+                    f"the row that `{column}` leads to may be absent here",
+                    label=f"`{column}` is not asked for by `when`",
+                    notes=["a row of a residual has all rows that it reads, or does not act"],
+                    help=['give the residual a guard, `when="..."`, and add another for the rest'],
+                )
+                return

@@ -58,10 +58,10 @@ def clash(
     if longer:
         return f"an expression is named `{longer[0]}`"
     parts = name.split(".")
-    if len(parts) == 1:
-        return ""
     if parts[0] in fields:
         return f"`{parts[0]}` belongs to the model"
+    if len(parts) == 1:
+        return ""
     if parts[0] in parameters:
         return f"`{parts[0]}` is a parameter"
     known = set(others)

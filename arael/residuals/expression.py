@@ -147,9 +147,11 @@ class RuntimeResidual(Expression):
         data: Mapping[str, Any] | None = None,
         entities: Mapping[str, Any] | None = None,
         loss: str | None = None,
+        when: str | None = None,
     ) -> None:
         super().__init__(text, label, parameters, data, entities)
         self._loss, self._loss_tree = loss, parsed_loss(loss, label)
+        self._when, self._when_tree = when, parsed_guard(when, label)
 
     @property
     def loss(self) -> str | None:
@@ -169,6 +171,26 @@ class RuntimeResidual(Expression):
                 self._owner._changed(self)
         except AraelError:
             self._loss, self._loss_tree = before
+            raise
+
+    @property
+    def when(self) -> str | None:
+        """The guard, or None; another takes effect at once, or raises and changes nothing.
+
+        A condition over data, as behind `when` in a model file: ``"p.gps"``, ``"weight > 0"``. Rows
+        for which it is false cost nothing and contribute nothing.
+        """
+        return self._when
+
+    @when.setter
+    def when(self, when: str | None) -> None:
+        before = self._when, self._when_tree
+        self._when, self._when_tree = when, parsed_guard(when, self.label)
+        try:
+            if self._owner is not None:
+                self._owner._changed(self)
+        except AraelError:
+            self._when, self._when_tree = before
             raise
 
     def compile(self) -> None:
@@ -197,6 +219,20 @@ class RuntimeResidual(Expression):
         return self._owner._residuals_of(self.label)
 
 
+def require_residual(given: object) -> None:
+    """Raise E0760 unless `given` is a residual."""
+    if isinstance(given, RuntimeResidual):
+        return
+    found = "a function" if callable(given) else f"`{given!r:.60}`"
+    raise error(
+        "E0760",
+        f"expected a formula as text or an `arael.runtime_residual`, found {found}",
+        "residuals.add",
+        'write the formula as text: `add("norm(p.pos) - d", entities={"p": ...}, '
+        'data={"d": ...})`; Python functions are bound with `functions(text, bind=...)`',
+    )
+
+
 class Definition(Expression):
     """A named expression that formulas of the same model may read; made by `Residuals.define`."""
 
@@ -217,6 +253,11 @@ def parsed(text: str, label: str) -> tree.Expr:
 def parsed_loss(text: str | None, label: str) -> tree.Expr | None:
     """Read one loss; raises as `parsed` does."""
     return None if text is None else parse_loss(_source(text, f"loss of {label}"))
+
+
+def parsed_guard(text: str | None, label: str) -> tree.Expr | None:
+    """Read one guard; raises as `parsed` does."""
+    return None if text is None else parse_expression(_source(text, f"guard of {label}"))
 
 
 def _source(text: str, name: str) -> Source:

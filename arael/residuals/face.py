@@ -19,6 +19,7 @@ def runtime_residual(
     data: Mapping[str, Any] | None = None,
     entities: Mapping[str, Any] | None = None,
     loss: str | None = None,
+    when: str | None = None,
 ) -> RuntimeResidual:
     """A residual equation from text, to be added to a model with ``model.residuals.add``.
 
@@ -37,6 +38,8 @@ def runtime_residual(
     loss : what the residuals of a row cost together instead of the sum of their squares, as behind
         `loss` in a model file: ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``,
         ``"tukey(4)"``, or ``"|s| 2 * (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
+    when : a condition over data, as behind `when` in a model file (``"p.gps"``, ``"weight > 0"``);
+        the residual is evaluated for the rows where it holds
 
     Raises
     ------
@@ -58,7 +61,7 @@ def runtime_residual(
     >>> round(fit.parameters["a"], 4)
     2.0
     """
-    return RuntimeResidual(text, label, parameters, data, entities, loss)
+    return RuntimeResidual(text, label, parameters, data, entities, loss, when)
 
 
 def runtime_model(

@@ -7,17 +7,20 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.residuals.derivation import Derived, state_of
 from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable
-from arael.residuals.reading import parameter_table
+from arael.residuals.reading import Unproved, parameter_table
 from arael.runtime.access import Walker
 from arael.runtime.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
 from arael.runtime.machine import Program
 from arael.runtime.native_binding import Binding
+from arael.runtime.natives import NativeTable
+from arael.runtime.structure import active_rows
 
 
 class Posed:
@@ -52,7 +55,9 @@ class Posed:
         self.bindings = bindings
         self._derived = derived
         self._checked = -1
-        self._optional = [one for one in derived if one.found.optionals]
+        self._optional = [
+            one for one in derived if one.found.optionals or one.found.guard_optionals
+        ]
         self.rows_version = 0
         self.tables: dict[str, Any] = dict(store.tables)
         tables: list[Table] = list(layout.tables)
@@ -113,11 +118,24 @@ class Posed:
                 )
 
     def _check_optionals(self, one: Derived) -> None:
-        path = one.table.path
-        walker = Walker(self, path, np.arange(one.rows.size))
-        for (steps, table, within), span in one.found.optionals.items():
+        """See that what nothing asks for is there, for formulas where their guard holds."""
+        every = np.arange(one.rows.size)
+        self._check_there(one, one.found.guard_optionals, every)
+        group = one.kernel.group
+        if one.found.optionals:
+            rows = every if group.guard is None else active_rows(self, group, self._natives())
+            self._check_there(one, one.found.optionals, rows)
+
+    def _natives(self) -> NativeTable:
+        bindings = {**self._store.bindings, **self.bindings}
+        return NativeTable([f for f in self.layout.functions if f.native], bindings)
+
+    def _check_there(self, one: Derived, optionals: Unproved, at: NDArray[np.int64]) -> None:
+        walker = Walker(self, one.table.path, at)
+        for (steps, table, within), span in optionals.items():
             rows = walker.rows(Slot(steps, table))
             present = self.tables[table].present(within)
+            # A null ref on the way is reported by itself.
             if (rows >= 0).all() and not present[rows].all():
                 raise AraelError(
                     Diagnostic(
@@ -125,6 +143,9 @@ class Posed:
                         f"`{span.text}` is absent",
                         span,
                         label=f"`{within}` is optional, and not there in the row meant",
-                        help=("set it before solving, or remove the residual",),
+                        help=(
+                            "set it before solving, or give the residual a guard, "
+                            '`when="..."`, that asks for it',
+                        ),
                     )
                 )

@@ -18,13 +18,24 @@ from arael.check.expressions import HANDLERS
 from arael.check.report import Reporter
 from arael.check.scope import Candidate, ConstantScope
 from arael.check.suggest import did_you_mean
-from arael.check.typed import INT, REAL, STRING, Literal_, Read, Typed, VectorType
+from arael.check.typed import (
+    BOOL,
+    INT,
+    REAL,
+    STRING,
+    Apply,
+    Literal_,
+    Present,
+    Read,
+    Typed,
+    VectorType,
+)
 from arael.check.typist import Slots, Typist
 from arael.diagnostics.records import Label, Span
 from arael.face.ref import Refs
 from arael.residuals.dotted import dotted_text, within
 from arael.residuals.expression import Definition, Expression
-from arael.residuals.schema import Row, Rows, Schema, type_of
+from arael.residuals.schema import Maybe, Row, Rows, Schema, type_of
 from arael.runtime.layout import Column, Slot, Step, Target
 from arael.syntax import tree
 
@@ -50,6 +61,10 @@ class Surroundings(Protocol):
         """Element `index` of a collection, or how many there are."""
 
 
+Unproved = dict[tuple[tuple[Step, ...], str, str], Span]
+"""Optionals read where nothing has asked for them: the way to the row, its table, the path."""
+
+
 @dataclass
 class Found:
     """What a formula turned out to read; it becomes the table of the residual's rows."""
@@ -59,7 +74,8 @@ class Found:
     data: dict[str, tuple[Expression, str]] = field(default_factory=dict)
     refs: dict[str, Refs | None] = field(default_factory=dict)
     needs: dict[str, None] = field(default_factory=dict)  # labels whose text or parameters matter
-    optionals: dict[tuple[tuple[Step, ...], str, str], Span] = field(default_factory=dict)
+    optionals: Unproved = field(default_factory=dict)
+    guard_optionals: Unproved = field(default_factory=dict)  # what the guard itself reads
 
 
 class Reader(Typist):
@@ -79,6 +95,8 @@ class Reader(Typist):
 
     def as_value(self, binding: Any, span: Span) -> Typed | Broken:
         """`binding` as a value, with a complaint if it is a row or a collection."""
+        if isinstance(binding, Maybe):
+            return read(self, binding.row, binding.column, span)
         if isinstance(binding, Row | Rows):
             what = "a row" if isinstance(binding, Row) else "a collection"
             which = ["name one of its fields"]
@@ -88,6 +106,40 @@ class Reader(Typist):
                 "E0304", span, "expected a value here", label=f"this is {what}", help=which
             )
         return super().as_value(binding, span)
+
+    def presence_of(self, binding: Any, span: Span) -> Typed | Broken | None:
+        """Whether an optional value, struct or ref is there."""
+        if isinstance(binding, Maybe):
+            return self._present(binding.row, binding.column.path, span)
+        if not isinstance(binding, Row):
+            return None
+        path = binding.prefix[:-1]
+        if (binding.table, path) in self.around.schema.optionals:
+            return self._present(binding, path, span)
+        if binding.needs:
+            return self._present(binding, "", span)
+        return self.fail(
+            "E0502",
+            span,
+            f"`{span.text}` is always there",
+            label="this is a row, not an optional",
+            help=["only a field declared with `?` can be absent"],
+        )
+
+    def _present(self, row: Row, path: str, span: Span) -> Typed | Broken:
+        """Whether `row` is there and has what is at `path`."""
+        tests = [*row.needs, *([(row, path)] if path else [])]
+        result: Typed | None = None
+        for source, column in tests:
+            slot = slot_of(self, source)
+            test = self.make(Present(type=BOOL, span=span, slot=slot, column=column))
+            if isinstance(test, Typed) and result is not None:
+                test = self.make(Apply(type=BOOL, span=span, name="and", args=(result, test)))
+            if isinstance(test, Broken):
+                return BROKEN
+            result = test
+        assert result is not None
+        return result
 
 
 @dataclass
@@ -231,6 +283,8 @@ def slot_of(t: Reader, row: Row) -> int:
         if slot.steps == row.steps:
             return number
     t.slots.items.append(Slot(row.steps, row.table))
+    if row.needs:
+        t.slots.needs[len(t.slots.items) - 1] = row.needs  # type: ignore[assignment]
     return len(t.slots.items) - 1
 
 
@@ -290,10 +344,10 @@ def member(t: Reader, row: Row, name: str, span: Span, name_span: Span) -> Any:
     """What the field `name` of the struct at `row` stands for."""
     schema, path = t.around.schema, row.prefix + name
     column = schema.columns.get((row.table, path))
-    if column is not None and column.role != "present":
+    if column is not None:
         return _column(t, row, column, span)
     if (row.table, path) in schema.values:
-        return Row(row.steps, row.table, f"{path}.", row.known, row.refs)
+        return Row(row.steps, row.table, f"{path}.", row.known, row.refs, row.needs)
     if (row.table, path) in schema.collections:
         return Rows(row, schema.collections[row.table, path].path, path)
     if name == "parent" and row.table:
@@ -312,19 +366,22 @@ def member(t: Reader, row: Row, name: str, span: Span, name_span: Span) -> Any:
 def _parent(t: Reader, row: Row) -> Row:
     if row.prefix:
         holder = row.prefix[:-1].rpartition(".")[0]
-        return Row(row.steps, row.table, f"{holder}." if holder else "", row.known, row.refs)
+        prefix = f"{holder}." if holder else ""
+        return Row(row.steps, row.table, prefix, row.known, row.refs, row.needs)
     table = t.around.schema.tables[row.table]
     holder = table.field.rpartition(".")[0]
     prefix = f"{holder}." if holder else ""
     if not table.parent:
         return Row(ROOT.steps, "", prefix, "")
-    return Row((*row.steps, Step("parent")), table.parent, prefix)
+    return Row((*row.steps, Step("parent")), table.parent, prefix, needs=row.needs)
 
 
 def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
     if column.role == "ref":
         assert column.target is not None
-        return Row((*row.steps, Step("ref", column.path)), column.target.table)
+        optional = (row.table, column.path) in t.around.schema.optionals
+        needs = (*row.needs, (row, column.path)) if optional else row.needs
+        return Row((*row.steps, Step("ref", column.path)), column.target.table, needs=needs)
     type_ = type_of(column)
     if column.role in ("skip", "constraint_index") or type_ == STRING:
         return t.fail(
@@ -333,19 +390,30 @@ def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
             f"`{column.path}` cannot be read in an expression",
             label=f"this is `{column.type}`",
         )
-    if column.within:
-        t.found.optionals.setdefault((row.steps, row.table, column.within), span)
+    if (row.table, column.path) in t.around.schema.optionals:
+        return Maybe(row, column)
+    return read(t, row, column, span)
+
+
+def read(t: Reader, row: Row, column: Column, span: Span) -> Typed | Broken:
+    """The value of a field. What nothing has asked for is looked at when the model is solved."""
+    for source, path in (*row.needs, *([(row, column.within)] if column.within else [])):
+        if not any(
+            steps == source.steps and (known == path or known.startswith(f"{path}."))
+            for steps, known in t.facts
+        ):
+            t.found.optionals.setdefault((source.steps, source.table, path), span)
     moves = column.param is not None or t.around.schema.carried(row.table, column.path)
-    read = Read(
-        type=type_,
+    node = Read(
+        type=type_of(column),
         span=span,
         slot=slot_of(t, row),
         column=column.path,
         version="trial" if moves else "data",
         parameter="" if column.param is None else column.param.kind,
     )
-    t.origins[id(read)] = Label(span, f"declared as `{column.type}` at {column.where}")
-    return t.make(read)
+    t.origins[id(node)] = Label(span, f"declared as `{column.type}` at {column.where}")
+    return t.make(node)
 
 
 def _attribute(t: Reader, node: tree.Attribute) -> Any:

@@ -14,7 +14,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
-from arael.check.types import FIXED_TYPES, PARAM_TYPES
+from arael.check.types import DATA_TYPES, FIXED_TYPES, PARAM_TYPES
 from arael.compiler.entities import StateModel, model_state
 from arael.face.ref import Refs
 from arael.residuals.declared import Declared, of_model
@@ -26,7 +26,8 @@ class Row:
     """One row of a table, or the struct within it at `prefix`, reached by `steps`.
 
     Where it is the same row for all rows of the residual, `known` is the way to it in words
-    (``poses[3]``, "" for the root) and `refs` a ref to it (None for the root).
+    (``poses[3]``, "" for the root) and `refs` a ref to it (None for the root). `needs` are the
+    optional refs on the way: the row that has each, and its column.
     """
 
     steps: tuple[Step, ...]
@@ -34,6 +35,15 @@ class Row:
     prefix: str = ""
     known: str | None = None
     refs: Refs | None = None
+    needs: tuple[tuple[Row, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Maybe:
+    """An optional value of a row: a presence test or the value, as its use decides."""
+
+    row: Row
+    column: Column
 
 
 @dataclass(frozen=True)
@@ -51,11 +61,13 @@ class Schema:
 
     Attributes
     ----------
+    columns : fields with values; `optionals` : those of them, and the structs, that may be absent
     states : how constraints see each entity of the layout
     """
 
     layout: Layout
     columns: dict[tuple[str, str], Column] = field(default_factory=dict)
+    optionals: set[tuple[str, str]] = field(default_factory=set)
     values: dict[tuple[str, str], ByValue] = field(default_factory=dict)
     collections: dict[tuple[str, str], Table] = field(default_factory=dict)
     tables: dict[str, Table] = field(default_factory=dict)
@@ -67,7 +79,10 @@ class Schema:
             if table.collection != "root":
                 self.collections[table.parent, table.field] = table
             for column in table.columns:
-                self.columns[table.path, column.path] = column
+                if column.role == "present":
+                    self.optionals.add((table.path, column.path))
+                else:
+                    self.columns[table.path, column.path] = column
             for value in table.values:
                 self.values[table.path, value.path] = value
         for entity in self.layout.entities:
@@ -114,6 +129,8 @@ def type_of(column: Column) -> ValueType:
     if column.param is not None and column.param.kind in PARAM_TYPES:
         return PARAM_TYPES[column.param.kind][0]
     name = column.type.removeprefix("param ").partition(" ")[0].rstrip("?")
+    if name in DATA_TYPES:
+        return PARAM_TYPES[name][0]
     if name in FIXED_TYPES and column.role != "constraint_index":
         return FIXED_TYPES[name]
     if len(column.shape) == 1:

@@ -100,9 +100,11 @@ def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) 
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
     walker = Walker(store, group.table, active)
     found = []
-    for slot in group.slots:
+    needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
+    for number, slot in enumerate(group.slots):
         rows = walker.rows(slot)
-        if len(rows) and rows.min() < 0:
+        # What only a guard looks at may be null where the guard holds.
+        if number in needed and len(rows) and rows.min() < 0:
             at = int(np.argmin(rows >= 0))
             place = row_name(store, group.table, int(active[at]))
             raise SolveError(

@@ -209,10 +209,11 @@ class CollectionType(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class RefType(Node):
-    """``ref T in PATH`` (optional: ``(ref T in PATH)?`` is not in the language)."""
+    """``ref T in PATH``, or ``ref T in PATH?`` where the ref may be null."""
 
     target: Ident
     path: Path
+    optional: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

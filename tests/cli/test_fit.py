@@ -68,6 +68,7 @@ def test_text_start_and_target(arael: Arael, points: Path) -> None:
         (("(a + b) * t",), 1, "free direction: +1 a -1 b"),
         (("a * t", "--start", "q=1"), 2, "'q' is no parameter of the formula; it has a"),
         (("a * t", "--start", "a=one"), 2, "expected NAME=NUMBER"),
+        (("a * t", "--start", "a=1_5"), 2, "expected NAME=NUMBER"),
         (("a * t", "--y", "z"), 2, "no column 'z'; it has t, y"),
         (("a * t + c - c",), 2, "the formula does not depend on 'c'"),
         (("a * t + 0 * c + sign(d)",), 2, "the formula does not depend on 'c', 'd'"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import arael
+from arael.diagnostics.records import AraelError
 from tests.diagnose.maps import planar
 
 
@@ -104,3 +105,23 @@ def test_single_precision_ranks_and_double_decompositions(tmp_path) -> None:
     found = model.jacobian()
     assert found.singular_values().dtype == np.float64
     assert found.rank() == 23
+
+
+@pytest.mark.parametrize("method", ["rank", "svd", "singular_values"])
+def test_a_derivative_that_is_not_finite_is_named(tmp_path, method: str) -> None:
+    path = tmp_path / "root.arael"
+    path.write_text("""
+        struct P { param x: real; param y: real
+            constraint a { [x, sqrt(y)] } }
+        root R { ps: list of P }
+    """)
+    model = arael.load(path, interpret=True)()
+    model.ps.extend(x=[1.0, 2.0, 3.0], y=[1.0, 0.0, 4.0])
+    with pytest.raises(AraelError) as failure:
+        getattr(model.jacobian(), method)()
+    (found,) = failure.value.diagnostics
+    assert found.code == "E1002"
+    assert "row 3" in found.message
+    assert "`P.a[1] at ps[1]`" in found.message
+    assert "`ps[1].y` is inf" in found.message
+    assert "`bad_rows()` lists this row" in found.help

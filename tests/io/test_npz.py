@@ -2,6 +2,8 @@
 
 import io as std_io
 import pickle
+import tracemalloc
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -11,8 +13,10 @@ import pytest
 
 from arael import io
 from arael.diagnostics.records import AraelError
+from arael.io import files
 from arael.runtime.store import Store
 from tests.hand_layouts import odds, slam
+from tests.io.cases import layout_of
 
 
 def columns() -> dict[str, Any]:
@@ -168,3 +172,83 @@ def test_nested_of_nested_and_optional_values(tmp_path: Path) -> None:
     assert again.tables["cameras.mount.bolts"].parent_rows().tolist() == [1, 2, 2]
     assert again.tables["cameras"].present("weight").tolist() == [False, True, False]
     assert again.tables["cameras"].present("twin").tolist() == [False] * 3
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"ps.count": np.array(10**9)}, "1000000000 rows"),
+        ({"ps.x": np.zeros((10**9, 0))}, "1000000000 rows"),
+        ({"ps.x": np.zeros(2), "ps.qs.offsets": np.array([0, 5, 10**12])}, "offsets announce"),
+    ],
+)
+def test_announced_rows_are_checked_against_the_file(
+    tmp_path: Path, arrays: dict[str, Any], words: str
+) -> None:
+    """Before any memory is reserved for them: 10^9 rows would take 32 GB."""
+    model = """
+        struct Q { y: real = 0 }
+        struct P { x: real = 0; qs: list of Q }
+        root R { ps: list of P }
+    """
+    np.savez_compressed(tmp_path / "a.npz", **arrays)
+    assert (tmp_path / "a.npz").stat().st_size < 1000
+    tracemalloc.start()
+    try:
+        with pytest.raises(AraelError, match=words):
+            io.read(Store(layout_of(model)), tmp_path / "a.npz")
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_rows_of_defaults_may_be_counted(tmp_path: Path) -> None:
+    store = Store(layout_of("struct P { x: real = 3 }\nroot R { ps: list of P }"))
+    np.savez_compressed(tmp_path / "a.npz", **{"ps.count": np.array(1000)})
+    io.read(store, tmp_path / "a.npz")
+    assert store.tables["ps"].column("x").tolist() == [3.0] * 1000
+
+
+def test_an_archive_that_unpacks_beyond_the_limit(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "a.npz", **{"poses.pos": np.zeros((100_000, 3))})
+    assert (tmp_path / "a.npz").stat().st_size < 10_000
+    with pytest.raises(AraelError) as failure:
+        io.read(Store(slam()), tmp_path / "a.npz", limit=1_000_000)
+    assert [d.code for d in failure.value.diagnostics] == ["E0714"]
+
+
+@pytest.mark.parametrize("second", ["gamma.npy", "gamma"])
+def test_a_column_twice_is_refused(tmp_path: Path, second: str) -> None:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        for name, value in (("gamma.npy", 1.0), (second, 2.0)):
+            memory = std_io.BytesIO()
+            np.save(memory, np.array(value))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # zipfile warns of the second
+                archive.writestr(name, memory.getvalue())
+    with pytest.raises(AraelError, match="`gamma` twice") as failure:
+        io.read(Store(slam()), tmp_path / "a.npz")
+    assert failure.value.diagnostics[0].code == "E0718"
+
+
+@pytest.mark.parametrize(
+    ("units", "code"),
+    [([0xD800, 65], "E0703"), ([0x110000, 65], "E0711"), ([2**32 - 1, 0], "E0711")],
+)
+def test_text_that_is_no_text(tmp_path: Path, units: list[int], code: str) -> None:
+    model = "struct P { name: string }\nroot R { ps: list of P }"
+    names = np.array(units, np.uint32).view("<U2")
+    np.savez(tmp_path / "a.npz", **{"ps.name": names})
+    with pytest.raises(AraelError) as failure:
+        io.read(Store(layout_of(model)), tmp_path / "a.npz")
+    assert [d.code for d in failure.value.diagnostics] == [code]
+
+
+def test_reading_reserves_memory_for_what_is_there(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text('{"gamma": 2}')
+    tracemalloc.start()
+    try:
+        assert files.read_bytes(tmp_path / "a.json") == b'{"gamma": 2}'
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()

@@ -62,7 +62,7 @@ def test_all_codes_of_the_room_are_shown_and_explained() -> None:
         for code in re.findall(r'"(E076\d)"', path.read_text(encoding="utf-8"))
     }
     said = set(re.findall(r"error\[(E076\d)\]", PAGE.read_text(encoding="utf-8")))
-    assert raised == said == {f"E076{k}" for k in range(6)}
+    assert raised == said == {f"E076{k}" for k in range(7)}
     for code in raised:
         assert "Right:" in explain(code)
 

@@ -42,6 +42,7 @@ struct Pose {
     weight:    real [rad/s/sqrt(Hz)] = 1.0
     features:  list of PointFeature
     prev:      ref Pose in root.poses
+    last:      ref Pose in root.poses?
     skip note: string = "a \\"b\\""
     hb:        block Pose
     hc:        block (a, b)

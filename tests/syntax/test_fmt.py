@@ -60,6 +60,10 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "    }\n}\n",
         ),
         (
+            "struct A {\np:ref A in root . ps ?\nskip q: ref A in root.ps? # c\n}",
+            "struct A {\n    p:      ref A in root.ps?\n    skip q: ref A in root.ps?  # c\n}\n",
+        ),
+        (
             "root R { x: mat< 2 , 3 > [ rad / s ]; y: block( a,b ) }",
             "root R { x: mat<2,3> [rad/s]; y: block (a, b) }\n",
         ),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import Diagnostic, Source, Span
 from arael.diagnostics.suggest import closest
 from arael.io.g2o.kinds import SE2, SE3, Kind
+from arael.io.plain_numbers import is_plain
 from arael.io.report import Report
 from arael.runtime.store.messages import shorten
 
@@ -235,7 +236,7 @@ class _Parser:
         """
         flat = list(chain.from_iterable(rows))
         joined = "".join(flat)
-        if "_" not in joined and joined.isascii():  # Python would take 1_000 and other digits
+        if is_plain(joined):
             try:
                 values = list(map(to, flat))
             except ValueError:
@@ -262,7 +263,7 @@ class _Parser:
 
 
 def _is_number(word: str, to: Callable[[str], Any]) -> bool:
-    if "_" in word or not word.isascii():
+    if not is_plain(word):
         return False
     try:
         value = to(word)

@@ -6,6 +6,7 @@ front without moving anything. A view is valid until rows are added or removed.
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,11 @@ class Buffers:
 
     def __contains__(self, name: str) -> bool:
         return name in self._arrays
+
+    @property
+    def row_bytes(self) -> int:
+        """Bytes that a row takes."""
+        return sum(a.itemsize * prod(a.shape[1:]) for a in self._arrays.values())
 
     def view(self, name: str) -> Array:
         """Live view (size, *shape) of a column."""

@@ -29,6 +29,15 @@ def has_text(given: Any) -> bool:
     return isinstance(given, str)
 
 
+def nulls_as_indices(given: Any) -> Any:
+    """Indices with -1 in the place of None; other values as they are."""
+    if isinstance(given, np.ndarray) and given.dtype.kind == "O" and given.ndim == 1:
+        given = given.tolist()
+    if isinstance(given, (list, tuple)) and any(item is None for item in given):
+        return [NULL if item is None else item for item in given]
+    return given
+
+
 def as_objects(given: Any) -> NDArray[Any]:
     """Keys and indices as an array that leaves them as they are: NumPy would make 3 into "3"."""
     if isinstance(given, np.ndarray):

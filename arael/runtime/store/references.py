@@ -113,7 +113,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
             raise error("E0709", "the ref is stale: its row was removed", name(i), column)
     else:
         index = (
-            np.asarray(given)
+            np.asarray(keys.nulls_as_indices(given))
             if not target.layout.key
             else _without_keys(table, column, given, rows, origin, name)
         )
@@ -144,7 +144,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
         )
     if isinstance(given, Handles) and target.layout.parent:
         _, owners = walk(table, column.target.base, rows)
-        wrong = (dense >= 0) & (owners != target.parent_rows_of(np.where(dense < 0, 0, dense)))
+        wrong = (dense >= 0) & (owners != _holders(target, dense))
         if wrong.any():
             i = int(np.argmax(wrong))
             raise error(
@@ -171,7 +171,7 @@ def _without_keys(
     """What is given for a ref column, keys made into indices."""
     assert column.target is not None
     if not keys.has_text(given):
-        return np.asarray(given)
+        return np.asarray(keys.nulls_as_indices(given))
     texts = keys.as_objects(given)
     texts = np.broadcast_to(texts, _row_shape(texts, rows, column, origin))
     target = table.store.tables[column.target.table]
@@ -207,23 +207,41 @@ def from_index(table: Table, column: Column, index: Ints, rows: Ints, name: Any)
     assert column.target is not None
     target = table.store.tables[column.target.table]
     _, owners = walk(table, column.target.base, rows)
-    counts = target.child_counts()[owners] if target.size or len(owners) else owners
+    counts = counts_of(target, owners)
     wrong = (index < NULL) | ((index >= counts) & (index != NULL)) | (owners < 0)
     wrong &= ~((index == NULL) & (owners < 0))
     if wrong.any():
         i = int(np.argmax(wrong))
-        count = int(counts[i])
-        has = f"has {count} row{'' if count == 1 else 's'}"
-        raise error(
-            "E0708",
-            f"index {index[i]} is out of range: `{column.target.text}` {has}",
-            name(i),
-            column,
-        )
+        raise error("E0708", out_of_range(column, index[i], int(counts[i])), name(i), column)
     dense = np.full(len(index), NULL, np.int64)
     known = index >= 0
     dense[known] = target.child_rows(owners[known], index[known])
     return dense
+
+
+def counts_of(target: Table, owners: Ints) -> Ints:
+    """Rows of `target` that each owner holds; -1 where there is no owner."""
+    counts = np.full(len(owners), NULL, np.int64)
+    known = owners >= 0
+    counts[known] = target.child_counts()[owners[known]]
+    return counts
+
+
+def out_of_range(column: Column, index: int, count: int) -> str:
+    """What is wrong with an index into a collection of `count` rows; -1: of no row."""
+    assert column.target is not None
+    if count < 0:
+        return f"index {index} counts in `{column.target.text}`, but the ref on the way is null"
+    rows = f"{count} row{'' if count == 1 else 's'}"
+    return f"index {index} is out of range: `{column.target.text}` has {rows}"
+
+
+def _holders(target: Table, dense: Ints) -> Ints:
+    """Dense rows of what holds some rows of `target`; -1 for -1."""
+    found = np.full(len(dense), NULL, np.int64)
+    known = dense >= 0
+    found[known] = target.parent_rows_of(dense[known])
+    return found
 
 
 def check_owner(table: Table, path: str) -> None:
@@ -235,7 +253,7 @@ def check_owner(table: Table, path: str) -> None:
     every = np.arange(table.size)
     dense = rows_of_ref(table, path, every)
     _, owners = walk(table, target_of(table, path).base, every)
-    wrong = (dense >= 0) & (target.parent_rows_of(np.where(dense < 0, 0, dense)) != owners)
+    wrong = (dense >= 0) & (_holders(target, dense) != owners)
     if wrong.any():
         row = int(np.argmax(wrong))
         origin = table.name_of(row, path)

@@ -135,6 +135,9 @@ class Table(Columns):
                     self._put_refs(
                         path, np.arange(first, first + count), given[path], below(origin, path)
                     )
+                if given.get(path) is not None and given.get(f"{path}?") is not None:
+                    absent = first + np.flatnonzero(~np.broadcast_to(ready[f"{path}?"], (count,)))
+                    self._put_refs(path, absent, NULL, below(origin, path))
         except BaseException:
             self._take_back(slice(first, first + count))
             raise
@@ -387,6 +390,18 @@ class Table(Columns):
         return f"{name}.{path}" if name else path
 
     # --- refs --------------------------------------------------------------------------------
+
+    def present(self, path: str) -> NDArray[np.bool_]:
+        """Whether each row has what is at `path` and every optional around it (size,).
+
+        An optional ref whose target was removed is absent, as one that is null.
+        """
+        found = super().present(path)
+        column = self.data.get(path) if path in self.optionals else None
+        if column is not None and column.role == "ref":
+            target = self.store.tables[references.target_of(self, path).table]
+            found &= target.rows_of(self.buffers.view(path)) >= 0
+        return found
 
     def target_rows(self, path: str) -> Ints:
         """Dense row in the target table for each row of a ref column (size,); -1 where absent.

@@ -209,6 +209,7 @@ def _checked(
 
 def _strings(column: Column, values: Any, count: int, name_of: NameOf, many: bool) -> Array:
     if isinstance(values, str):
+        _check_text(column, [values], name_of)
         return np.array(values, dtype=object)
     if not many:
         raise error("E0703", f"expected a string, found {describe(values)}", name_of(0), column)
@@ -218,6 +219,23 @@ def _strings(column: Column, values: Any, count: int, name_of: NameOf, many: boo
             raise error("E0703", f"expected a string, found {describe(item)}", name_of(i), column)
     if len(items) != count:
         raise error("E0704", f"expected {count} strings, found {len(items)}", name_of(0), column)
+    _check_text(column, items, name_of)
     result = np.empty(count, dtype=object)
     result[:] = items
     return result
+
+
+def _check_text(column: Column, items: list[str], name_of: NameOf) -> None:
+    """Refuse half surrogate pairs, which no file format holds: E0703."""
+    try:
+        "".join(items).encode()
+        return
+    except UnicodeEncodeError:
+        pass
+    for i, item in enumerate(items):
+        try:
+            item.encode()
+        except UnicodeEncodeError as failure:
+            half = f"\\u{ord(item[failure.start]):04x}"
+            message = f"expected text, found half of a surrogate pair, `{half}`"
+            raise error("E0703", message, name_of(i), column) from None

@@ -20,8 +20,8 @@ class TypeBuilder(Builder):
         return tree.CollectionType(span=span, kind=word.text, element=element)
 
     def _make_ref_type(self, parts: list[Any], span: Span) -> tree.RefType:
-        target, path = parts
-        return tree.RefType(span=span, target=target, path=path)
+        target, path, question = parts
+        return tree.RefType(span=span, target=target, path=path, optional=question is not None)
 
     def _make_block_type(self, parts: list[Any], span: Span) -> tree.BlockType:
         return tree.BlockType(span=span, entities=tuple(parts))

@@ -216,17 +216,6 @@ def malformed_type(t: Trouble) -> bool:
 
 def _ref(t: Trouble, ref: Token, before: Token) -> bool:
     token = t.token
-    if token.type == "QUESTION":
-        t.log.error(
-            "E0127",
-            "a ref cannot be optional",
-            token.start,
-            token.end,
-            labels=[(ref.start, ref.end, "the ref")],
-            help="put it in a struct of its own and make a field of that struct optional",
-        )
-        t.skip()
-        return True
     if "IN" in t.expected and t.within("REF") and before.type == "NAME":
         t.log.error(
             "E0127",

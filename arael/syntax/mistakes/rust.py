@@ -104,6 +104,9 @@ def _arael_form(outer: str, inner: str, name: str) -> str:
     if outer in _COLLECTIONS:
         return f"`{_COLLECTIONS[outer]} of {element}`"
     if outer in ("Option", "Optional", "optional"):
+        target = re.fullmatch(r"[Rr]ef[<\[](\w+)[>\]]", inner)
+        if target:
+            return f"`ref {target[1]} in PATH?`, where PATH leads to the collection"
         return f"`{element}?`"
     if outer in ("Ref", "ref"):
         return f"`ref {element} in PATH`, where PATH leads to the collection, as in `root.poses`"
