@@ -11,6 +11,7 @@ import pytest
 
 from arael.compiler import compiler
 from arael.diagnostics.records import Findings, Source
+from tests.optional import require
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -36,6 +37,8 @@ def test_python_in_documents(
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     text = page.read_text(encoding="utf-8")
+    if "import matplotlib" in text:
+        require("matplotlib")
     wrong = []
     for block in BLOCK.finditer(text):
         if block["language"] == "arael" and block["file"]:
