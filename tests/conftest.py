@@ -58,6 +58,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    if config.getoption("--update"):
+        # Several tests share a golden file: one process writes it.
+        config.option.numprocesses = 0
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
     # xdist hands the options, after this hook, to its workers: all draw from the same seed.
     seed = config.getoption("--fuzz-seed")
