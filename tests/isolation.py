@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import os
 import shutil
+import signal
 import tempfile
 from pathlib import Path
 
@@ -49,3 +50,6 @@ def pytest_configure(config: pytest.Config) -> None:
     else:
         folder = cache.mkdir("arael")
     os.environ.update(private_environment(folder))
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # A shell starts commands in the background so, and tests interrupt child processes.
+        signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -26,7 +26,17 @@ def pages_with_python() -> list[Path]:
     return [page for page in PAGES if "```python" in page.read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize("page", pages_with_python(), ids=lambda p: str(p.relative_to(ROOT)))
+LONG = {"from_rust.md"}
+"""Pages whose code takes longest: some thirty models are compiled."""
+
+
+def marked(page: Path) -> object:
+    return pytest.param(page, marks=pytest.mark.slow) if page.name in LONG else page
+
+
+@pytest.mark.parametrize(
+    "page", map(marked, pages_with_python()), ids=lambda p: str(p.relative_to(ROOT))
+)
 def test_python_in_documents(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, update: bool
 ) -> None:

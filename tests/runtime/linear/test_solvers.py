@@ -85,7 +85,6 @@ class TestEverySolver:
     @settings(
         max_examples=25,
         deadline=None,
-        derandomize=True,
         suppress_health_check=[HealthCheck.function_scoped_fixture],
     )
     @given(pattern=patterns(), seed=st.integers(0, 1000))
