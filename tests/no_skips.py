@@ -1,4 +1,4 @@
-"""`--no-skips`: every skip is a failure, for machines on which nothing optional may be missing."""
+"""Skips: a summary of what is missing, and `--no-skips`, which makes a skip a failure."""
 
 from __future__ import annotations
 
@@ -25,6 +25,17 @@ def _judged(report: Report, config: pytest.Config) -> Report:
         report.outcome = "failed"
         report.longrepr = f"{report.nodeid}: --no-skips forbids this skip: {reason}"
     return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print each part that is missing, with the number of its tests and how to get it."""
+    missing: dict[str, list[str]] = {}
+    for report in terminalreporter.stats.get("skipped", []):
+        part, colon, remedy = report.longrepr[2].removeprefix("Skipped: ").partition(": ")
+        if colon and part.startswith("needs "):
+            missing.setdefault(part, []).append(remedy)
+    for part, remedies in sorted(missing.items()):
+        terminalreporter.write_line(f"{len(remedies)} skipped, {part}: {remedies[0]}")
 
 
 @pytest.hookimpl(wrapper=True)

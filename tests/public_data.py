@@ -15,7 +15,7 @@ def public(name: str) -> Path:
     path = FOLDER / name
     if not path.exists():
         pytest.skip(
-            f"needs the public data set {name}: set ARAEL_DATA to a folder that holds it "
-            "(CONTRIBUTING.md names the sources)"
+            f"needs public data: set ARAEL_DATA to a folder with {name} and others "
+            "(CONTRIBUTING.md names their sources)"
         )
     return path

@@ -1,4 +1,4 @@
-"""The option `--no-skips`."""
+"""The option `--no-skips`, and the summary of what is missing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def test_passes(): pass
 @pytest.mark.skipif(True, reason="needs a part: apt install part")
 def test_marked(): pass
 
-def test_inside(): pytest.importorskip("no_such_module", reason="needs another part")
+def test_inside(): pytest.importorskip("no_such_module", reason="needs another: pip install x")
 
 @pytest.mark.xfail(reason="known")
 def test_expected_failure(): assert False
@@ -33,7 +33,9 @@ def suite(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.
 
 
 def test_skips_remain_skips_by_default(suite: pytest.Pytester) -> None:
-    suite.runpytest_inprocess("-p", "no:xdist").assert_outcomes(passed=1, skipped=2, xfailed=1)
+    result = suite.runpytest_inprocess("-p", "no:xdist", "-q")
+    result.assert_outcomes(passed=1, skipped=2, xfailed=1)
+    result.stdout.fnmatch_lines(["1 skipped, needs a part: apt install part"])
 
 
 def test_skips_fail_with_the_option(suite: pytest.Pytester) -> None:
