@@ -1,7 +1,7 @@
 """Tasks of a developer: `nox -l` lists them, `nox -s fast` runs one, CONTRIBUTING.md explains.
 
 Every session installs what it needs into an environment of its own below `.nox/`; `-R` uses it
-again without installing, `--no-venv` uses the interpreter that runs nox.
+again without installing, `--no-venv --no-install` uses the interpreter that runs nox.
 """
 
 from __future__ import annotations
