@@ -35,7 +35,7 @@ def marked(page: Path) -> object:
 
 
 @pytest.mark.parametrize(
-    "page", map(marked, pages_with_python()), ids=lambda p: str(p.relative_to(ROOT))
+    "page", [marked(p) for p in pages_with_python()], ids=lambda p: str(p.relative_to(ROOT))
 )
 def test_python_in_documents(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, update: bool
