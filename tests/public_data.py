@@ -7,12 +7,15 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(os.environ.get("ARAEL_DATA", Path(__file__).parents[2] / "shared" / "data"))
+FOLDER = Path(os.environ.get("ARAEL_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
 
 def public(name: str) -> Path:
     """Path of the data set `name`; the test is skipped where it is absent."""
     path = FOLDER / name
     if not path.exists():
-        pytest.skip(f"public data set {name} is not there: set ARAEL_DATA to its folder")
+        pytest.skip(
+            f"needs public data: set ARAEL_DATA to a folder with {name} and others "
+            "(CONTRIBUTING.md names their sources)"
+        )
     return path

@@ -11,6 +11,7 @@ import pytest
 
 from arael.compiler import compiler
 from arael.diagnostics.records import Findings, Source
+from tests.optional import require
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -25,7 +26,17 @@ def pages_with_python() -> list[Path]:
     return [page for page in PAGES if "```python" in page.read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize("page", pages_with_python(), ids=lambda p: str(p.relative_to(ROOT)))
+LONG = {"from_rust.md"}
+"""Pages whose code takes longest: some thirty models are compiled."""
+
+
+def marked(page: Path) -> object:
+    return pytest.param(page, marks=pytest.mark.slow) if page.name in LONG else page
+
+
+@pytest.mark.parametrize(
+    "page", [marked(p) for p in pages_with_python()], ids=lambda p: str(p.relative_to(ROOT))
+)
 def test_python_in_documents(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, update: bool
 ) -> None:
@@ -36,6 +47,8 @@ def test_python_in_documents(
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     text = page.read_text(encoding="utf-8")
+    if "import matplotlib" in text:
+        require("matplotlib")
     wrong = []
     for block in BLOCK.finditer(text):
         if block["language"] == "arael" and block["file"]:

@@ -13,6 +13,7 @@ from benchmarks.chapters import Report
 from benchmarks.report import suite_report, summary
 from benchmarks.scale import bytes_per_observation, exponent
 from benchmarks.systems import Measured, Outcome, Plan
+from tests.optional import require
 
 OURS = Outcome((0.001, 0.002, 0.003), 80.0, 100.0, 7, "arael 1", "solver band")
 SLOW = Outcome((0.020, 0.022, 0.021), 50.0, 100.05, 9, "Peer 2", "LM")
@@ -71,7 +72,7 @@ def test_a_suite_that_breaks_is_a_chapter(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_pictures_are_drawn_of_what_there_is(tmp_path: Path, measured: list[Measured]) -> None:
-    pytest.importorskip("matplotlib", reason="pictures need matplotlib")
+    require("matplotlib")
     assert pictures.bars(tmp_path / "a.png", "slam", measured)
     assert (tmp_path / "a.png").stat().st_size > 1000
     nothing = [Measured(measured[0].case, 1, {"arael": ABSENT})]

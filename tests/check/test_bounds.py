@@ -145,9 +145,7 @@ else and or not list of ref in param let constraint struct 1 0.5 [ ] ( ) { } . ,
 """
 
 
-@settings(
-    max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_mutated_models_never_crash(data: st.DataObject) -> None:
     text = (MODELS / "slam.arael").read_text()

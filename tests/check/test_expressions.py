@@ -206,7 +206,7 @@ def test_conditionals_select() -> None:
     assert isinstance(residual.otherwise, Read)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(st.integers(1, 5), st.integers(1, 5), st.integers(1, 5), st.integers(1, 5))
 def test_products_need_matching_inner_sizes(a: int, b: int, c: int, d: int) -> None:
     text = f"""

@@ -12,6 +12,8 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,15 +51,22 @@ def sessions() -> list[Session]:
     return found
 
 
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    """A folder whose path is short and has always the same length: messages are wrapped."""
+    with tempfile.TemporaryDirectory(prefix="", dir="/tmp") as name:
+        yield Path(name)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="the sessions are written for a POSIX shell")
 @pytest.mark.parametrize("session", sessions(), ids=str)
-def test_session(session: Session, tmp_path: Path, update: bool) -> None:
+def test_session(session: Session, folder: Path, update: bool) -> None:
     for name, text in session.files:
-        (tmp_path / name).write_text(text, encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
     script = f'arael() {{ "{sys.executable}" -m arael "$@"; }}\n{session.command}\n'
     done = subprocess.run(
         ["bash", "-c", script],
-        cwd=tmp_path,
+        cwd=folder,
         env={**os.environ, "COLUMNS": "100", "NO_COLOR": "1"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -65,7 +74,7 @@ def test_session(session: Session, tmp_path: Path, update: bool) -> None:
         timeout=120,
         check=False,
     )
-    printed = done.stdout.replace(str(tmp_path), "/here") + f"exit {done.returncode}\n"
+    printed = done.stdout.replace(str(folder), "/here") + f"exit {done.returncode}\n"
     assert "Traceback" not in printed
     if update and printed != session.printed:
         text = session.page.read_text(encoding="utf-8")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Arael
+from tests.optional import needs
 
 
 def test_solves_and_writes(arael: Arael, line: Path) -> None:
@@ -193,6 +194,7 @@ def test_interpreter_gives_the_same(arael: Arael, line: Path) -> None:
     assert interpreted["iterations"] == compiled["iterations"]
 
 
+@needs("matplotlib")
 def test_plot_writes_pictures(arael: Arael, line: Path) -> None:
     done = arael("solve", "line.arael", "line.json", "--plot", "p.png")
     assert done.code == 0
@@ -200,6 +202,7 @@ def test_plot_writes_pictures(arael: Arael, line: Path) -> None:
         assert (line / name).read_bytes().startswith(b"\x89PNG")
 
 
+@needs("matplotlib")
 def test_report_is_one_page_and_escapes_names(arael: Arael, line: Path) -> None:
     (line / "a&b.json").write_text((line / "line.json").read_text())
     done = arael("solve", "line.arael", "a&b.json", "--report", "r.html")

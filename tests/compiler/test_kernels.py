@@ -103,14 +103,23 @@ def check_against_differences(model: Model) -> None:
             )
 
 
-@settings(
-    max_examples=6,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SUPPRESSED = [HealthCheck.too_slow, HealthCheck.data_too_large]
+
+
+@settings(max_examples=1, suppress_health_check=SUPPRESSED)
+@given(drawn=models())
+def test_a_random_model(drawn: RandomModel, tmp_path_factory: pytest.TempPathFactory) -> None:
+    check_random_model(drawn, tmp_path_factory)
+
+
+@pytest.mark.slow(reason="compiles ten large models")
+@settings(max_examples=10, suppress_health_check=SUPPRESSED)
 @given(drawn=models())
 def test_random_models(drawn: RandomModel, tmp_path_factory: pytest.TempPathFactory) -> None:
+    check_random_model(drawn, tmp_path_factory)
+
+
+def check_random_model(drawn: RandomModel, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("random") / "random.arael"
     path.write_text(drawn.text)
     model = load(path)()

@@ -16,6 +16,7 @@ from arael.demo.scene_run import SolveOptions
 from arael.demo.uncertainty import ellipsoid_axes, relative_covariances
 from arael.scenes import benchmark_config, columns, demo_config
 from tests.cli.conftest import Arael
+from tests.optional import needs
 from tests.scenes import slam_residuals
 
 QUIET = SolveOptions(verbose=False)
@@ -189,6 +190,7 @@ def test_demo_json(arael: Arael) -> None:
     assert arael("demo", "linear", "--json").json["observations"] == 100
 
 
+@needs("matplotlib")
 def test_demo_pictures(arael: Arael, tmp_path: Path) -> None:
     for name in ("slam", "localization"):
         done = arael("demo", name, "-q", "--poses", "20", "--plot", tmp_path / f"{name}.png")

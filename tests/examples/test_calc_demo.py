@@ -11,6 +11,8 @@ from types import ModuleType
 
 import pytest
 
+from tests.optional import needs
+
 FOLDER = Path(__file__).parents[2] / "examples" / "calc_demo"
 
 
@@ -23,6 +25,7 @@ def demo() -> ModuleType:
     return module
 
 
+@needs("matplotlib")
 def test_it_runs(
     demo: ModuleType,
     capsys: pytest.CaptureFixture[str],

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.examples.scripts import script
+from tests.optional import needs
 
 
 def test_both_stages() -> None:
@@ -34,6 +35,7 @@ def test_both_stages() -> None:
     assert walk.poses[0].pos.value.tolist() == [0, 0, 0]
 
 
+@needs("matplotlib")
 def test_what_it_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script("model_demo").main(["--plot", str(tmp_path / "out.png")])
     printed = capsys.readouterr().out

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.examples.scripts import script
+from tests.optional import needs
 
 
 def test_the_window_is_solved_as_it_stands() -> None:
@@ -56,6 +57,7 @@ def test_handles_stay_good_and_stale_ones_say_so() -> None:
     assert len(drive.window.steps) == 5
 
 
+@needs("matplotlib")
 def test_what_it_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script("refs_demo").main(["--plot", str(tmp_path / "out.png")])
     printed = capsys.readouterr().out

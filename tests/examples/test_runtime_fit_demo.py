@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from tests.optional import needs
+
 TIGHT = {"xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-14}
 DEMO = Path(__file__).parents[2] / "examples" / "runtime_fit_demo" / "runtime_fit_demo.py"
 
@@ -33,6 +35,7 @@ def test_runtime_fit_demo(capsys: pytest.CaptureFixture[str]) -> None:
     assert "robust" in capsys.readouterr().out
 
 
+@needs("matplotlib")
 def test_another_equation_and_a_picture(tmp_path: Path) -> None:
     main = runpy.run_path(str(DEMO))["main"]
     picture = tmp_path / "fit.png"

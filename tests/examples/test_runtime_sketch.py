@@ -7,9 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.optional import needs
+
 DEMO = Path(__file__).parents[2] / "examples" / "runtime_sketch" / "runtime_sketch.py"
 
 
+@needs("matplotlib")
 def test_runtime_sketch(tmp_path: Path) -> None:
     picture = tmp_path / "sketch.png"
     found = runpy.run_path(str(DEMO))["main"](["--plot", str(picture)])

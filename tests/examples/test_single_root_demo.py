@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.examples.scripts import script
+from tests.optional import needs
 
 # Rows over (x, y, z): fix_x, slope, tie, fix_z; and what they should give.
 ROWS = np.array([[2, 0, 0], [-0.5, 1, 0], [0.7, 0.7, -0.7], [0, 0, 1.0]])
@@ -27,6 +28,7 @@ def test_solution_and_blocks() -> None:
     np.testing.assert_allclose(instance.hb_sub, hessian[:2, 2:])
 
 
+@needs("matplotlib")
 def test_what_it_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script("single_root_demo").main(["--plot", str(tmp_path / "out.png")])
     printed = capsys.readouterr().out

@@ -11,6 +11,7 @@ from types import ModuleType
 import pytest
 import sympy as sp
 
+from tests.optional import needs
 from tests.sym.formulas import central
 
 FOLDER = Path(__file__).parents[2] / "examples" / "sym_demo"
@@ -25,6 +26,7 @@ def demo() -> ModuleType:
     return module
 
 
+@needs("matplotlib")
 def test_it_runs(
     demo: ModuleType,
     capsys: pytest.CaptureFixture[str],

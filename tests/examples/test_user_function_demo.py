@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.examples.scripts import script
+from tests.optional import needs
 
 DEMO = script("user_function_demo")
 # numba is no part of the extra `dev`; ctypes and cffi take a C function that the script compiles.
@@ -38,6 +39,7 @@ def test_the_hessian_is_that_of_the_derivatives() -> None:
         assert instance.hessian()[k, k] == pytest.approx(2 * (100 * slope) ** 2, rel=1e-6)
 
 
+@needs("matplotlib")
 def test_what_it_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     DEMO.main(["--plot", str(tmp_path / "out.png")])
     printed = capsys.readouterr().out

@@ -18,6 +18,7 @@ from scipy import LowLevelCallable
 import arael
 from arael.compiler.build import find_compiler
 from tests.functions.models import libm
+from tests.optional import require
 
 MODEL = """
 extern fn f(x, y) derivs [1, 1]
@@ -102,7 +103,7 @@ def test_numba(tmp_path: Path) -> None:
 
 
 def test_cffi(tmp_path: Path) -> None:
-    cffi = pytest.importorskip("cffi", reason="cffi is part of the extra `dev`")
+    cffi = require("cffi")
     ffi = cffi.FFI()
     ffi.cdef("double cos(double); float sinf(float); extern const double y;")
     library = ffi.dlopen(None)

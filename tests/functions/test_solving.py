@@ -14,6 +14,7 @@ from scipy import LowLevelCallable
 
 import arael
 from tests.functions.models import libm
+from tests.optional import require
 
 MODEL = """
 extern fn grown(x) derivs [1 / (1 + x)]
@@ -26,14 +27,14 @@ D = ctypes.c_double
 
 
 def of_cffi() -> Any:
-    cffi = pytest.importorskip("cffi", reason="cffi is part of the extra `dev`")
+    cffi = require("cffi")
     ffi = cffi.FFI()
     ffi.cdef("double log1p(double);")
     return ffi.dlopen(None).log1p
 
 
 def callback_of_cffi() -> Any:
-    cffi = pytest.importorskip("cffi", reason="cffi is part of the extra `dev`")
+    cffi = require("cffi")
     return cffi.FFI().callback("double(double)", math.log1p)
 
 
@@ -44,12 +45,12 @@ def capsule() -> Any:
 
 
 def of_numba() -> Any:
-    numba = pytest.importorskip("numba", reason="numba is no part of the extra `dev`")
+    numba = require("numba")
     return numba.cfunc("float64(float64)")(lambda x: math.log1p(x))
 
 
 def array_of_numba() -> Any:
-    numba = pytest.importorskip("numba", reason="numba is no part of the extra `dev`")
+    numba = require("numba")
     kind = numba.types
     signature = kind.float64(kind.intc, kind.CPointer(kind.float64))
     return numba.cfunc(signature)(lambda n, x: math.log1p(x[0]))

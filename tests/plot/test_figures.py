@@ -15,6 +15,7 @@ from arael.plot.problem import map_figure
 from arael.plot.scene import View, scene_figure
 from arael.plot.sparsity import sparsity_figure
 from arael.scenes import demo_config, make_scene
+from tests.optional import needs
 
 
 def view(landmarks: bool = True) -> View:
@@ -33,6 +34,7 @@ def view(landmarks: bool = True) -> View:
 
 
 @pytest.mark.parametrize("ending", figures.FORMATS)
+@needs("matplotlib")
 def test_save_writes_each_format(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"scene{ending}"
     assert figures.save(scene_figure(view()), path) == str(path)
@@ -43,6 +45,7 @@ def test_save_writes_each_format(tmp_path: Path, ending: str) -> None:
     assert again.read_bytes() == path.read_bytes()
 
 
+@needs("matplotlib")
 def test_legend_names_what_is_drawn() -> None:
     texts = [t.get_text() for t in scene_figure(view()).legends[0].get_texts()]
     assert "2 sigma relative to the closest pose" in texts
@@ -52,6 +55,7 @@ def test_legend_names_what_is_drawn() -> None:
     assert not any("sigma" in text for text in known)
 
 
+@needs("matplotlib")
 def test_ellipses_have_the_size_and_direction_of_the_covariance() -> None:
     axes = scene_figure(view()).axes[0]
     (ellipses,) = (c for c in axes.collections if type(c).__name__ == "EllipseCollection")
@@ -61,6 +65,7 @@ def test_ellipses_have_the_size_and_direction_of_the_covariance() -> None:
     assert ellipses.get_angles()[0] % 180 == pytest.approx(0)
 
 
+@needs("matplotlib")
 def test_sparsity_is_symmetric_and_coloured_by_group() -> None:
     figure = sparsity_figure(np.array([0, 1, 2]), np.array([0, 1, 0]), 3, [("a", 2), ("b", 1)])
     image = figure.axes[0].images[0].get_array()
@@ -68,6 +73,7 @@ def test_sparsity_is_symmetric_and_coloured_by_group() -> None:
     assert figure.axes[0].get_xlabel() == "3 parameters, 4 non-zero entries (44.4%)"
 
 
+@needs("matplotlib")
 def test_large_pattern_is_reduced() -> None:
     places = np.arange(100_000)
     figure = sparsity_figure(places, places, 100_000)
@@ -77,6 +83,7 @@ def test_large_pattern_is_reduced() -> None:
     assert image.sum() == 1400
 
 
+@needs("matplotlib")
 def test_history_marks_rejected_attempts() -> None:
     kinds = [("cost", float), ("trial_cost", float), ("damping", float), ("accepted", int)]
     records = np.array([(9, 4, 1e-4, 1), (4, 8, 2e-5, 0), (4, 1, 2e-4, 1)], dtype=kinds)
@@ -87,6 +94,7 @@ def test_history_marks_rejected_attempts() -> None:
     assert rejected.get_xdata().tolist() == [1]
 
 
+@needs("matplotlib")
 def test_fit_and_map_figures(tmp_path: Path) -> None:
     x = np.linspace(0, 1, 9)
     fit = fit_figure(x, 2 * x, x > 0.8, [Line("robust", 2.0, 0.0, figures.BLUE)])
@@ -102,6 +110,7 @@ def test_unknown_ending_is_told() -> None:
         figures.check_format(Path("x.bmp"))
 
 
+@needs("matplotlib")
 def test_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(AraelError, match="E0715"):
         figures.save(map_figure({}, []), tmp_path / "no" / "x.png")

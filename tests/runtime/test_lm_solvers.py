@@ -8,6 +8,7 @@ import pytest
 from arael.config import LmConfig
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
+from tests.optional import solvers
 from tests.runtime import toys
 
 SOLVERS = ["dense", "band", "lapack_band", "sparse", "schur", "schur_pcg", "cholmod", "auto"]
@@ -16,7 +17,7 @@ SOLVERS = ["dense", "band", "lapack_band", "sparse", "schur", "schur_pcg", "chol
 EXACT = {"schur_pcg": {"tolerance": 1e-13, "floor": 1e-13}}
 
 
-@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("name", solvers(SOLVERS))
 @pytest.mark.parametrize("loops", [False, True])
 def test_same_first_step(name, loops):
     layout = toys.chain()
@@ -32,7 +33,7 @@ def test_same_first_step(name, loops):
     np.testing.assert_allclose(moved[1], moved[0], rtol=1e-8, atol=1e-8 * scale)
 
 
-@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("name", solvers(SOLVERS))
 def test_single_precision_reaches_the_same_cost(name):
     layout = toys.chain("f32")
     problem = Problem(layout, toys.chain_store(layout, 25))

@@ -15,7 +15,7 @@ from arael.runtime.positions import (
     row_and_column_positions,
 )
 
-PROFILE = settings(max_examples=40, derandomize=True, deadline=None)
+PROFILE = settings(max_examples=40, deadline=None)
 
 
 @st.composite

@@ -21,6 +21,7 @@ from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.scenes import SceneConfig, columns, fill, make_scene
 from arael.solving import problem_of
+from tests.optional import solvers
 from tests.runtime import toys
 from tests.runtime.linear.block_matrices import build, chain, dense, grid, positive, slam
 
@@ -215,7 +216,7 @@ class TestLinearSolvers:
 
     @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
     @pytest.mark.parametrize("pattern", sorted(PATTERNS))
-    @pytest.mark.parametrize("name", sorted(SOLVERS))
+    @pytest.mark.parametrize("name", solvers(sorted(SOLVERS)))
     def test_same_bits(self, name: str, pattern: str, single: bool) -> None:
         blocks = PATTERNS[pattern]()
         values, diagonal = positive(blocks, 3, np.float32 if single else np.float64)
@@ -301,7 +302,7 @@ class TestSolve:
     """Whole solves."""
 
     @pytest.mark.parametrize("precision", ["f64", "f32"])
-    @pytest.mark.parametrize("name", sorted(SOLVERS))
+    @pytest.mark.parametrize("name", solvers(sorted(SOLVERS)))
     def test_same_steps(self, name: str, precision: str) -> None:
         layout = toys.chain(precision)
         found = []

@@ -14,6 +14,7 @@ from hypothesis import given
 
 from arael import sym
 from arael.diagnostics.records import AraelError
+from tests.optional import needs
 from tests.sym.formulas import NAMES, all_functions, of_symbols, points, trees
 
 
@@ -84,6 +85,7 @@ def test_latex(text: str, latex: str | None) -> None:
     assert found.count("\\left(") == found.count("\\right)")
 
 
+@needs("matplotlib")
 def test_matplotlib_reads_the_latex() -> None:
     from matplotlib import mathtext
 

@@ -45,7 +45,7 @@ def _build(g: Graph, program: list[Step]) -> list[int]:
 
 
 @methods
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None)
 @given(programs, st.tuples(coordinates, coordinates, coordinates))
 def test_random_programs_against_the_complex_step(
     method: Method, program: list[Step], point: tuple[float, ...]

@@ -80,7 +80,7 @@ def test_cache_tangents_need_nothing_but_caches_and_storage(name: str) -> None:
             assert names <= {"input", "neg", "mul", "add", "sub"}
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None)
 @given(st.tuples(angles, angles, angles), st.integers(0, 50))
 def test_rotations_are_composed_on_the_right(delta: tuple[float, ...], seed: int) -> None:
     for name, step in (
@@ -98,7 +98,7 @@ def test_rotations_are_composed_on_the_right(delta: tuple[float, ...], seed: int
         np.testing.assert_allclose(r @ r.T, np.eye(3), atol=1e-14)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None)
 @given(st.tuples(angles, angles, angles), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_steps_about_one_axis_add_up(axis: tuple[float, ...], s: float, t: float) -> None:
     kind = parameter_type("quaternion")

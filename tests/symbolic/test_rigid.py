@@ -65,7 +65,7 @@ def test_derivative_of_the_logarithm(size: float) -> None:
     np.testing.assert_allclose(jacobian(g, there_and_back, x, twist), np.eye(6), atol=1e-11)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 1000), st.booleans())
 def test_algebra_is_that_of_matrices(seed: int, scaled: bool) -> None:
     a, b = stored(seed, scaled), stored(seed + 1, scaled)
@@ -103,7 +103,7 @@ def test_basis_of_the_tangent_plane(d: tuple[float, ...]) -> None:
     np.testing.assert_allclose(np.cross(u, v), d, atol=1e-15)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None)
 @given(st.tuples(numbers, numbers), st.integers(0, 100))
 def test_a_step_goes_its_length_along_the_sphere(delta: tuple[float, ...], seed: int) -> None:
     d = stored(seed, False)[:3]

@@ -40,7 +40,7 @@ def matrix_vector(g: Graph, x: list[int]) -> list[int]:
     return rotation.rotation_vector(g, linear.matrix(x, 3, 3))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(vectors)
 def test_euler_angles_make_the_documented_matrix(rpy: tuple[float, ...]) -> None:
     found = of(euler_matrix, rpy).reshape(3, 3)
@@ -52,7 +52,7 @@ def test_euler_angles_make_the_documented_matrix(rpy: tuple[float, ...]) -> None
     np.testing.assert_allclose(as_matrix.reshape(3, 3), expected, atol=1e-14)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(st.tuples(angles, st.floats(-1.5, 1.5), angles))
 def test_euler_angles_come_back(rpy: tuple[float, ...]) -> None:
     def back(g: Graph, x: list[int]) -> list[int]:
@@ -65,7 +65,7 @@ def test_euler_angles_come_back(rpy: tuple[float, ...]) -> None:
     np.testing.assert_allclose(of(by_quaternion, rpy), rpy, atol=1e-13)
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=80, deadline=None)
 @given(vectors)
 def test_exponential_and_logarithm(v: tuple[float, ...]) -> None:
     r = Rotation.from_rotvec(v)

@@ -157,7 +157,7 @@ def _build(g: Graph, program: list[Step]) -> list[int]:
     return nodes
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300, deadline=None)
 @given(steps, st.tuples(*(st.sampled_from([-1.7, -0.6, -0.1, 0.2, 0.45, 1.3, 2.1]),) * 3))
 def test_simplified_and_plain_programs_agree(program: list[Step], point: tuple[float, ...]) -> None:
     plain, simple = Graph(simplify=False), Graph()
@@ -172,7 +172,7 @@ def test_simplified_and_plain_programs_agree(program: list[Step], point: tuple[f
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * scale)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None)
 @given(steps)
 def test_simplified_programs_are_not_longer(program: list[Step]) -> None:
     plain, simple = Graph(simplify=False), Graph()

@@ -11,6 +11,7 @@ import scipy.sparse
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.linear.auto import CANDIDATES, SOLVERS, make_solver
+from tests.optional import solvers
 from tests.runtime.linear.block_matrices import (
     branches,
     build,
@@ -22,7 +23,7 @@ from tests.runtime.linear.block_matrices import (
 )
 
 
-@pytest.mark.parametrize("name", sorted(SOLVERS))
+@pytest.mark.parametrize("name", solvers(sorted(SOLVERS)))
 def test_plan_reports_every_solver(name: str) -> None:
     plan = make_solver(name, grid(6, 5, 3)).plan
     assert plan["asked"] == name

@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.optional import needs
+
+pytestmark = needs("scikit-sparse")
 ROOT = Path(__file__).resolve().parents[3]
 
 LOOPS = """

@@ -71,7 +71,7 @@ def test_every_remainder(size: int, instructions: str) -> None:
     assert np.abs(matrix @ solver.solved(matrix.sum(axis=1)) - matrix.sum(axis=1)).max() < 1e-12
 
 
-@pytest.mark.parametrize("size", [1537, 1600])
+@pytest.mark.parametrize("size", [1537, pytest.param(1600, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["dense", "sparse", "band"])
 def test_large(size: int, name: str, instructions: str) -> None:
     """Matrices that go block by block, or to LAPACK; NaN is still found."""
@@ -87,7 +87,7 @@ def test_large(size: int, name: str, instructions: str) -> None:
         assert solver.factorise(values, spoilt) == 1 + 900
 
 
-@pytest.mark.parametrize("size", [450, 1540])
+@pytest.mark.parametrize("size", [450, pytest.param(1540, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("below", [10, 300])
 def test_large_fronts_with_rows_below(size: int, below: int, instructions: str) -> None:
     pattern = build([size, size, below], [(0, 2), (1, 2)])

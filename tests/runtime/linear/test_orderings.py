@@ -52,7 +52,7 @@ def patterns(draw: st.DrawFn) -> BlockPattern:
 
 
 @pytest.mark.parametrize("name", sorted(ORDERINGS))
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(pattern=patterns())
 def test_every_vertex_once_and_counts_exact(name: str, pattern: BlockPattern) -> None:
     start, neighbours = adjacency(pattern)

@@ -38,7 +38,7 @@ def check(pattern: BlockPattern, nodes: Supernodes) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(ORDERINGS))
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(pattern=patterns())
 def test_still_a_symbolic_factor(name: str, pattern: BlockPattern) -> None:
     start, neighbours = adjacency(pattern)

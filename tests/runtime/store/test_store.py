@@ -249,7 +249,7 @@ def test_rotations_are_taken_in_any_form(path: str) -> None:
     assert codes(error) == ["E0721"]
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(
     st.lists(
         st.tuples(

@@ -1,0 +1,67 @@
+"""Parts that are not needed to run the tests: a test that uses one is skipped where it is absent.
+
+The reason of the skip is the command that installs the part. `pytest --no-skips` turns each such
+skip into a failure.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from functools import cache
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import pytest
+
+
+class Part(NamedTuple):
+    """An optional part: the module that shows that it is there, and how to install it."""
+
+    module: str
+    install: str
+
+
+PARTS = {
+    "scikit-sparse": Part(
+        "sksparse.cholmod", 'apt install libsuitesparse-dev && pip install "scikit-sparse<0.5"'
+    ),
+    "numba": Part("numba", "pip install numba"),
+    "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
+    "cffi": Part("cffi", "pip install cffi"),
+}
+
+
+@cache
+def is_installed(part: str) -> bool:
+    """Whether the optional part can be imported."""
+    try:
+        importlib.import_module(PARTS[part].module)
+    except ImportError:
+        return False
+    return True
+
+
+def reason(part: str) -> str:
+    """Reason of a skip, with the command that installs the part."""
+    return f"needs {part}: {PARTS[part].install}"
+
+
+def needs(part: str) -> pytest.MarkDecorator:
+    """Mark of a test that needs the optional part."""
+    return pytest.mark.skipif(not is_installed(part), reason=reason(part))
+
+
+def require(part: str) -> ModuleType:
+    """Module of the optional part; the calling test is skipped where it is absent."""
+    if not is_installed(part):
+        pytest.skip(reason(part))
+    return importlib.import_module(PARTS[part].module)
+
+
+def solvers(names: Iterable[str]) -> list[Any]:
+    """Parameters of a test that runs with each linear solver: CHOLMOD is optional."""
+    return [
+        pytest.param(name, marks=needs("scikit-sparse")) if name == "cholmod" else name
+        for name in names
+    ]
