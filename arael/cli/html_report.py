@@ -84,9 +84,9 @@ def _solution(solution: Solution) -> Iterable[str]:
         ]
         yield from _table("Solution", head, cells)
     yield from (f"<p>{escape(note)}</p>" for note in solution.notes)
-    for shown in solution.shown:
-        values = [(name, *(_number(v, 6) for v in row)) for name, row in shown.rows]
-        yield from _table(shown.asked, ("", *shown.head), values)
+    for rows in solution.shown:
+        values = [(name, *(_number(v, 6) for v in row)) for name, row in rows.rows]
+        yield from _table(rows.asked, ("", *rows.head), values)
 
 
 def _number(value: object, digits: int) -> str:

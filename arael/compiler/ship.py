@@ -6,7 +6,9 @@ the processor runs is taken.
 
 from __future__ import annotations
 
+import os
 import shutil
+import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -36,7 +38,7 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
     folder = folder.resolve()  # the C compiler runs elsewhere
     folder.mkdir(parents=True, exist_ok=True)
     # Deriving and Cython hold the interpreter lock, the C compiler does not.
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         waiting = []
         for path in models:
             shutil.copyfile(path, folder / path.name)
@@ -44,16 +46,23 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
             text = compilation.sources[0].text
             source = compilation.emit()
             known = encode(compilation.known(code_digest(source)))
+            name = module_name(path.stem)
+            generated: Path | None = None  # the C code is the same for every target
             for target in chosen:
                 entry = folder / f"{path.stem}-{target}"
                 shutil.rmtree(entry, ignore_errors=True)
                 entry.mkdir()
                 (entry / "model.json").write_bytes(known)
-                pyx = entry / f"{module_name(path.stem)}.pyx"
+                pyx = entry / f"{name}.pyx"
                 pyx.write_text(source, encoding="utf-8")
-                c_file = build.cython_to_c(pyx)
+                c_file = pyx.with_suffix(".c")
+                if generated is None:
+                    generated = build.cython_to_c(pyx).rename(folder / c_file.name)
+                shutil.copyfile(generated, c_file)
                 key, taken = shipped_key(text, target), compilation.seconds
                 waiting.append(pool.submit(_finish, c_file, target, key, path, taken))
+            if generated is not None:
+                generated.unlink()
         return [job.result() for job in waiting]
 
 
@@ -63,3 +72,18 @@ def _finish(c_file: Path, target: str, key: str, path: Path, seconds: dict[str, 
     entry = c_file.parent
     kernels.seal(entry, key, path.stem, path.name, build.compiler_version(), seconds)
     return entry
+
+
+def main(models: str, folder: str) -> None:
+    """Compile every model of the folder `models` into `folder`; called while arael is built."""
+    from arael.diagnostics.records import AraelError
+    from arael.diagnostics.render import render
+
+    try:
+        ship(sorted(Path(models).glob("*.arael")), Path(folder))
+    except AraelError as error:
+        raise SystemExit(render(error.diagnostics)) from None
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
