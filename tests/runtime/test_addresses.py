@@ -20,9 +20,9 @@ def evaluation() -> Any:
 
 def test_arrays_of_another_type_are_refused(evaluation: Any) -> None:
     gradient, values = evaluation.room()
-    with pytest.raises(TypeError, match="float64.*found float32"):
+    with pytest.raises(TypeError, match=r"float64.*found float32"):
         evaluation.linearised((gradient.astype(np.float32), values))
-    with pytest.raises(TypeError, match="float64.*found int64"):
+    with pytest.raises(TypeError, match=r"float64.*found int64"):
         evaluation.linearised((gradient, values.astype(np.int64)))
 
 
