@@ -88,7 +88,8 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
         for number, active in enumerate(problem.structure.active)
         if len(active)
     ]
-    here = _moved(problem, [0.0 * b.free for b in system.blocks], 0.0)
+    still: list[Floats] = [np.zeros(block.free.shape) for block in system.blocks]
+    here = _moved(problem, still, 0.0)
     for _ in range(directions):
         steps: list[Floats] = [
             np.asarray(rng.standard_normal(block.free.shape) * block.free * scale, np.float64)

@@ -163,7 +163,8 @@ cdef class CompiledGroups:
     ) noexcept nogil:
         """Call a kernel on a stack that is large enough; threads of Python may have small ones."""
         cdef Call job
-        job.kernel, job.lanes, job.first, job.second, job.value = one.kernel, lanes, first, second, 0
+        job.kernel, job.lanes, job.first, job.second = one.kernel, lanes, first, second
+        job.value = 0
         if not stack_elsewhere(one.frame, call, &job):
             self.exhausted = True
         return job.value

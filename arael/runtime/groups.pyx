@@ -104,7 +104,7 @@ cdef class Groups:
             self.compiled.exhausted = False
             with gil:
                 self.raised.keep(MemoryError(
-                    "no memory for the registers of runtime residuals, or for the stack of a kernel"))
+                    "no memory for the registers of runtime residuals or the stack of a kernel"))
         return self.raised.checked(value)
 
     @property

@@ -219,8 +219,9 @@ cdef class Program:
         self._full.words = <const int32_t*>address(arrays[1], np.int32)
         self._state = <const int32_t*>address(arrays[2], np.int32)
         self._results = <const int32_t*>address(arrays[3], np.int32)
-        self._entries, self._entry_count = <const int32_t*>address(arrays[4], np.int32), len(arrays[4])
-        self._products, self._product_count = <const int32_t*>address(arrays[5], np.int32), len(arrays[5])
+        self._entries = <const int32_t*>address(arrays[4], np.int32)
+        self._products = <const int32_t*>address(arrays[5], np.int32)
+        self._entry_count, self._product_count = len(arrays[4]), len(arrays[5])
         self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
         self._constant = <const double*>address(constants, np.float64)
 

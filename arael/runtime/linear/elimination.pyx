@@ -68,7 +68,8 @@ cdef class Elimination:
         self._part_ends = <const long long*>address(part_ends, np.int64)
         self._sweep_ends = <const long long*>address(sweep_ends, np.int64)
         self._tails = <const long long*>address(tails, np.int64)
-        self._failed, self._outputs = <long long*>writable(failed, np.int64), writable(outputs, dtype)
+        self._failed = <long long*>writable(failed, np.int64)
+        self._outputs = writable(outputs, dtype)
         self._count = len(reduction.entities) - 1
         self._entities = <const Entity*>address(reduction.entities, ENTITY)
         self._couplings = <const Coupling*>address(couplings, COUPLING)
