@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import arael
 from arael.config import LmConfig
 from arael.diagnose.cost_table import cost_table
 from arael.diagnose.covariance import covariance
@@ -468,3 +469,19 @@ def test_options_may_be_numbers_of_numpy():
         chain(), solver="band", solver_options={"block_half_bandwidth": np.int64(11)}
     ).converged
     assert solve(chain(), solver="schur", solver_options={"eliminate": np.array([0, 5])}).converged
+
+
+# --- derivatives that are too small ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(("slope", "text"), [(0.0, "zero there"), (1e-180, "than 1e-180, and its")])
+def test_a_derivative_that_underflows_is_not_called_zero(tmp_path, slope, text):
+    path = tmp_path / "tiny.arael"
+    path.write_text(
+        "root Tiny { param a: real; param b: real; slope: real\n"
+        "constraint c { [a - 1, b * slope] } }\n"
+    )
+    tiny = arael.load(path, interpret=True)(a=0, b=0, slope=slope)
+    with pytest.raises(SolveError, match=text) as caught:
+        tiny.solve()
+    assert code_of(caught) == "E1004" and "`b`" in str(caught.value)

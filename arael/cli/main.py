@@ -6,12 +6,12 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from io import TextIOWrapper
 from typing import TextIO
 
 import click
 
 from arael import __version__
+from arael.cli import streams
 from arael.cli.compiling import CompilingLine
 from arael.cli.exits import Exit
 from arael.cli.failures import report
@@ -69,9 +69,12 @@ def _run(args: Sequence[str]) -> int:
         sys.stdout.flush()
     except click.UsageError as error:
         if type(error).__name__ == "NoArgsIsHelpError" and error.ctx:  # since click 8.2
-            click.echo(error.ctx.get_help())
+            try:
+                click.echo(error.ctx.get_help())
+            except OSError as failure:
+                return _reported(failure, False)
             return Exit.BAD_INPUT
-        return report(error, as_json="--json" in args)
+        return _reported(error, "--json" in args)
     except click.exceptions.Exit as done:
         return done.exit_code
     except BrokenPipeError:  # the reader of our output has gone, as `| head` does
@@ -82,15 +85,28 @@ def _run(args: Sequence[str]) -> int:
             return Exit.OK
         raise
     except BaseException as error:
-        return report(error, as_json="--json" in args)
+        return _reported(error, "--json" in args)
+    if streams.output_was_lost():
+        click.echo("error: cannot write the output: standard output is closed", err=True)
+        return Exit.BAD_INPUT
     return outcome if isinstance(outcome, int) else Exit.OK
+
+
+def _reported(error: BaseException, as_json: bool) -> int:
+    """Report an error where that is possible; return the exit code."""
+    try:
+        if not streams.is_unwritable(error):
+            return report(error, as_json)
+    except OSError as failure:
+        error = failure
+    assert isinstance(error, OSError)
+    streams.give_up(error)
+    return Exit.BAD_INPUT
 
 
 def main() -> None:
     """Run the `arael` command and leave the process with its exit code."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # names of files may be no text
-            stream.reconfigure(errors="backslashreplace")
+    streams.prepare()
     sys.exit(run(sys.argv[1:]))
 
 

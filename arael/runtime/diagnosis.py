@@ -22,7 +22,8 @@ def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal
     ------
     SolveError
         E1001 a residual is not finite, E1002 a derivative is not finite, E1003 no constraint
-        touches a parameter, E1004 all derivatives with respect to a parameter are zero.
+        touches a parameter, E1004 all derivatives with respect to a parameter are zero, or their
+        squares are.
     """
     if not np.isfinite(cost):
         raise SolveError(non_finite(problem, derivatives=False))
@@ -53,12 +54,38 @@ def _unconstrained(problem: Problem, loose: Array) -> Diagnostic:
             ),
         )
     names = [name_of(int(i)) for i in loose]
+    largest = _largest_derivative(problem, loose)
+    if largest > 0:
+        return Diagnostic(
+            "E1004",
+            f"derivatives with respect to {listed(names)} are too small at the start: none is "
+            f"larger than {largest:.3g}, and its square underflows to zero",
+            origin=problem.layout.name,
+            help=(
+                "measure the parameter in another unit, or divide the residuals by smaller sigmas",
+                "else start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",
+            ),
+        )
     return Diagnostic(
         "E1004",
         f"no residual changes with {listed(names)} at the start: every derivative is zero there",
         origin=problem.layout.name,
         help=("start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",),
     )
+
+
+def _largest_derivative(problem: Problem, scalars: Array) -> float:
+    """Largest absolute derivative of any residual by one of `scalars`."""
+    wanted = np.zeros(problem.size + problem.structure.trash, dtype=bool)
+    wanted[scalars] = True
+    largest = 0.0
+    for number, group in enumerate(problem.layout.groups):
+        entries = problem.evaluation.group_rows(number)[1]
+        placement = problem.structure.placements[number]
+        for column, (_, use, tangent) in enumerate(group.jacobian):
+            mine = entries[wanted[placement.gradient_at[:, use] + tangent], column]
+            largest = max(largest, float(np.abs(mine).max(initial=0.0)))
+    return largest
 
 
 def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:

@@ -207,7 +207,7 @@ def test_demo_pictures(arael: Arael, tmp_path: Path) -> None:
         (("slam", "--poses", "1"), "1 is not in the range"),
         (("slam", "--trajectory", "circle"), "'circle' is not one of"),
         (("slam", "--plot", "x.bmp"), "E0861"),
-        (("linear", "--plot", "no/such/x.png"), "E0715"),
+        (("linear", "--plot", "no/such/x.png"), "E0853"),
         (("orbit",), "orbit"),
     ],
 )
