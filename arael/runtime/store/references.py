@@ -138,9 +138,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
             f"{found} where a ref is needed",
             name(i),
             column,
-            help="rows count from 0; -1 stands for no row"
-            if found == "-1"
-            else "",
+            help="rows count from 0; -1 stands for no row" if found == "-1" else "",
         )
     if isinstance(given, Handles) and target.layout.parent:
         _, owners = walk(table, column.target.base, rows)
