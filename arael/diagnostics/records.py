@@ -97,8 +97,8 @@ class AraelError(Exception):
     """Raised for everything a user can mend; carries its diagnostics.
 
     As text, and so in a traceback or a notebook, it is the diagnostics as the command line prints
-    them: with the line of the source, notes and help, without colour, the first ten of them. The
-    text is made when it is asked for.
+    them: with the line of the source, notes and help, without colour, the first ten of them, each
+    with its place first. The text is made when it is asked for.
     """
 
     def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic]) -> None:
@@ -109,7 +109,7 @@ class AraelError(Exception):
     def __str__(self) -> str:
         from arael.diagnostics.render import render
 
-        text = render(self.diagnostics[:_MAX_SHOWN]).rstrip("\n")
+        text = render(self.diagnostics[:_MAX_SHOWN], place_first=True).rstrip("\n")
         more = len(self.diagnostics) - _MAX_SHOWN
         return f"{text}\n\nand {more} more" if more > 0 else text
 

@@ -22,7 +22,13 @@ from arael.diagnostics.style import Style, paint
 from arael.diagnostics.window import Mark, draw_window
 
 
-def render(diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int = 100) -> str:
+def render(
+    diagnostics: Iterable[Diagnostic],
+    *,
+    color: bool = False,
+    width: int = 100,
+    place_first: bool = False,
+) -> str:
     """All `diagnostics`, a blank line between two, ending with a count where there are several.
 
     Parameters
@@ -31,30 +37,36 @@ def render(diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int
         Write ANSI colours; see `use_color`.
     width
         Columns of the terminal. Source lines are cut to it around what matters, notes are wrapped.
+    place_first
+        Begin with ``slam.arael:4:9: error[E0126]: ...`` on one line, as a log or a traceback wants
+        it, in place of the line with the arrow.
     """
     found = list(diagnostics)
-    blocks = [_render_one(d, color, max(width, 40)) for d in found]
+    blocks = [_render_one(d, color, max(width, 40), place_first) for d in found]
     errors = sum(d.severity == "error" for d in found)
     if len(found) > 1 and errors > 1:
         blocks.append(paint(f"{errors} errors", "strong", color) + "\n")
     return "\n".join(blocks)
 
 
-def _render_one(d: Diagnostic, color: bool, width: int) -> str:
+def _render_one(d: Diagnostic, color: bool, width: int, place_first: bool) -> str:
     style: Style = d.severity
     code = f"[{d.code}]" if d.code else ""
     head = paint(f"{d.severity}{code}", style, color)
+    place = printable(str(d.span) if d.span else d.origin)
+    head = f"{place}: {head}" if place_first and place else head
     lines = [head + paint(f": {safe_message(d.message)}", "strong", color)]
     windows = _windows(d)
     gutter = max((len(str(_last_line(s, marks))) for s, marks in windows), default=1)
     arrow = paint("-->", "frame", color)
-    if d.span is None and d.origin:
+    if d.span is None and d.origin and not place_first:
         lines.append(f"{' ' * gutter}{arrow} {printable(d.origin)}")
     for n, (source, marks) in enumerate(windows):
         first = next((m for m in marks if m.primary), marks[0])
         line, column = source.position(first.start)
         sign = arrow if n == 0 else paint(":::", "frame", color)
-        lines.append(f"{' ' * gutter}{sign} {printable(source.name)}:{line}:{column}")
+        if n > 0 or not place_first or d.span is None:
+            lines.append(f"{' ' * gutter}{sign} {printable(source.name)}:{line}:{column}")
         lines += draw_window(source, marks, gutter, style, color, width)
     if windows and (d.notes or d.help):
         lines.append(" " * gutter + paint(" |", "frame", color))

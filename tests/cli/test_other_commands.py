@@ -120,7 +120,7 @@ def test_fmt_of_a_folder_tells_every_broken_file(arael: Arael, line: Path) -> No
 def test_fmt_of_standard_input(arael: Arael, line: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import io
 
-    monkeypatch.setattr("sys.stdin", io.StringIO(UGLY))
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(UGLY.encode())))
     done = arael("fmt", "-")
     assert done.code == 0
     assert "param a: real" in done.out

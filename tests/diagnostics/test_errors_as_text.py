@@ -25,8 +25,25 @@ FOUND = Diagnostic(
 
 
 def test_the_text_has_window_notes_and_help() -> None:
-    assert str(AraelError(FOUND)) + "\n" == render([FOUND])
-    assert "= help: did you mean `real`?" in str(AraelError([FOUND]))
+    assert str(AraelError([FOUND])) == (
+        "m.arael:1:13: error[E0203]: unknown type `rael`\n"
+        "  |\n"
+        "1 | root R { x: rael }\n"
+        "  |             ^^^^ not found\n"
+        "  |\n"
+        "  = note: a note\n"
+        "  = help: did you mean `real`?"
+    )
+
+
+def test_a_place_without_a_text_stands_first_as_well() -> None:
+    found = Diagnostic("E0702", "`y` is not set", origin="Path", help=("give it a value",))
+    assert str(AraelError(found)) == "Path: error[E0702]: `y` is not set\n  help: give it a value"
+
+
+def test_the_command_line_and_the_text_differ_in_the_place_alone() -> None:
+    lines = render([FOUND]).splitlines()
+    assert lines[2:] == str(AraelError(FOUND)).splitlines()[1:]
 
 
 def test_a_traceback_ends_with_the_help() -> None:

@@ -14,11 +14,8 @@ WIDE = {f"p{k}": [0.1] * 64 for k in range(12)}
 
 HOSTILE = {
     "too long": ("a + " * 6000 + "a", "E0104"),
-    "long sum": ("+".join(["sin(a)"] * 2400), "E0105"),
-    "long product": ("*".join(["(a + 1)"] * 2000), "E0105"),
     "brackets": ("(" * 9000 + "a" + ")" * 9000, "E0105"),
     "signs": ("-" * 19_000 + "a", "E0105"),
-    "powers": ("(((a^a)^a)^a)" + "*a^a" * 500, "E0105"),
     "wide": ("+".join(f"norm2(p{k})" for k in range(12)), "E0620"),
     "huge index": ("p0[99999999999999999999]", "E0305"),
     "huge number": ("1e99999999 * a", "E0111"),
@@ -44,6 +41,21 @@ def test_hostile_texts_are_refused_by_name(case: str) -> None:
     model.residuals.add("a - 1", label="good", parameters={"a": 0})
     model.solve()
     assert model.residuals.parameters["a"] == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("+".join(["sin(a)"] * 2400), 2400 * np.sin(0.1)),
+        ("*".join(["(a + 1)"] * 200), 1.1**200),
+        ("(((a^a)^a)^a)" + "*a^a" * 500, 0.1 ** (0.001 + 50)),
+    ],
+    ids=["sum", "product", "powers"],
+)
+def test_long_chains_are_evaluated(text: str, value: float) -> None:
+    model = arael.runtime_model()
+    model.residuals.add(text, label="long", parameters={"a": 0.1})
+    assert model.cost() == pytest.approx(value**2, rel=1e-9)
 
 
 @pytest.mark.parametrize("nested", ["exp({})", "atan2(a, {})", "if a > 0 then {} else 1", "a^({})"])
