@@ -56,9 +56,10 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
     if formulas:
         session.run((f"formula {i}" if len(formulas) > 1 else "formula", text)
                     for i, text in enumerate(formulas, 1))  # fmt: skip
-    if interactive or (not formulas and sys.stdin.isatty()):
+    closed = sys.stdin is None  # as after `<&-`: nothing to read
+    if not closed and (interactive or (not formulas and sys.stdin.isatty())):
         session.ask()
-    elif not formulas:
+    elif not closed and not formulas:
         session.run(_lines())
     return Exit.BAD_INPUT if session.failed and not interactive else Exit.OK
 

@@ -35,8 +35,19 @@ def report(error: BaseException, as_json: bool) -> int:
     if isinstance(error, MemoryError):
         _plain("out of memory: the problem needs more than this machine has", as_json)
         return Exit.BAD_INPUT
+    if isinstance(error, FileNotFoundError) and _current_folder_is_gone():
+        _plain("the current folder was removed: change to another (`cd`)", as_json)
+        return Exit.BAD_INPUT
     _internal(error, as_json)
     return Exit.INTERNAL
+
+
+def _current_folder_is_gone() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def show(diagnostics: Sequence[Diagnostic], as_json: bool) -> None:

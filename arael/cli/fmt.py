@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -82,13 +83,16 @@ def _print_diff(name: str, old: str, new: str) -> None:
 def _replace(path: Path, text: str) -> None:
     """Replace a file's text as a whole: whatever goes wrong, the old text is intact."""
     target = path.resolve()
+    temporary = None
     try:
         with tempfile.NamedTemporaryFile(
             "w", encoding="utf-8", newline="", dir=target.parent, delete=False
         ) as file:
+            temporary = file.name
             file.write(text)
-        os.chmod(file.name, target.stat().st_mode & 0o7777)
-        os.replace(file.name, target)
+        os.chmod(temporary, target.stat().st_mode & 0o7777)
+        os.replace(temporary, target)
+        temporary = None
     except OSError as error:
         raise AraelError(
             Diagnostic(
@@ -98,3 +102,7 @@ def _replace(path: Path, text: str) -> None:
                 help=("`arael fmt - < FILE` prints the formatted text instead",),
             )
         ) from error
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)

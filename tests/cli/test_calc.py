@@ -198,3 +198,11 @@ def test_history_is_kept_in_the_users_data_directory(monkeypatch: pytest.MonkeyP
 def test_help_lists_it(arael: Arael) -> None:
     assert "calc" in arael("--help").out
     assert "diff(x^2, x)" in arael("calc", "--help").out
+
+
+def test_standard_input_that_is_closed_is_empty(
+    arael: Arael, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", None)
+    assert arael("calc").code == 0
+    assert arael("calc", "1 + 1").out.strip() == "2"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -103,3 +104,18 @@ def test_main_leaves_with_the_exit_code(monkeypatch: pytest.MonkeyPatch) -> None
     with pytest.raises(SystemExit) as leaving:
         main.main()
     assert leaving.value.code == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps the current folder")
+def test_a_current_folder_that_was_removed_is_named(
+    arael: Arael, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "m.arael").write_text("root R { param a: real\n constraint c { a } }\n")
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    done = arael("solve", "../m.arael", "../absent.json", "--interpret")
+    assert done.code == 2
+    assert "internal error" not in done.err
+    assert "the current folder was removed" in done.err or "no such file" in done.err

@@ -81,6 +81,16 @@ def test_shuffled_tokens(seed: int) -> None:
     check(" ".join(words))
 
 
+FOUND = {
+    "a misspelt word shorter than the right one": "component C {\n    constraina { x }\n}",
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_texts_that_failed_before(name: str) -> None:
+    check(FOUND[name])
+
+
 HOSTILE = {
     "brackets": "(" * 100_000,
     "braces": "{" * 100_000,

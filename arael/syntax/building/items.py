@@ -142,7 +142,7 @@ class ItemBuilder(Builder):
             "E0140",
             f"`{word}` does not belong in a {kind}",
             start,
-            start + len(word),
+            min(start + len(word), member.span.end),  # a misspelt word was read as this one
             f"a {' or a '.join(homes)} may have it",
             labels=[(name.span.start, name.span.end, f"this is a {kind}")],
         )
