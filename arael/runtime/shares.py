@@ -27,8 +27,9 @@ Ints = NDArray[np.int64]
 #: Shares of a problem that is cut for few threads. Divides evenly by 2, 4 and 8, and well by 3.
 SHARES = 8
 
-#: Most shares of a problem, the most threads that the pool has.
-MOST_SHARES = 64
+#: Most shares of a problem. Up to 64, the most threads of the pool, work. More than eight make
+#: one and two threads up to 8 % slower (docs/internals/threads.md), so they are not the default.
+MOST_SHARES = SHARES
 
 #: Predicted nanoseconds from which a share of its own pays.
 GRAIN = 200_000.0

@@ -39,7 +39,11 @@ def finely(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(vectors, "GRAIN", 20)
 
 
-def test_only_long_linearisations_have_more_shares_than_eight() -> None:
+def test_only_long_linearisations_may_have_more_shares_than_eight(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert shares._count(1e12) == 8
+    monkeypatch.setattr(shares, "MOST_SHARES", 64)
     found = [shares._count(1e6 * ms) for ms in (0.1, 1, 7, 15.9, 16, 33, 64, 500)]
     assert found == [1, 5, 8, 8, 16, 32, 64, 64]
 
@@ -133,6 +137,7 @@ class TestEvaluation:
     ) -> None:
         instance = scene()
         eight = problem_of(instance).evaluation.linearised()
+        monkeypatch.setattr(shares, "MOST_SHARES", 64)
         monkeypatch.setattr(shares, "WIDE_GRAIN", 1.0)
         monkeypatch.setattr(shares, "_WIDE_ROOM", 100.0)
         split = Problem(instance._compiled.layout, instance._store, instance._compiled.kernels)
