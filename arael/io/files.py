@@ -49,7 +49,7 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
 
 
 def _read_at_most(file: BinaryIO, count: int) -> bytes:
-    """Read up to `count` bytes. ``file.read(count)`` would ask for `count` bytes of memory first."""
+    """Read up to `count` bytes; ``file.read(count)`` would ask for that much memory first."""
     size = os.fstat(file.fileno()).st_size
     parts = [file.read(min(size + 1, count))]
     left = count - len(parts[0])
