@@ -3,7 +3,7 @@
 Every share adds to gradient and blocks of its own accord. What one share alone contributes to lies
 where it always does; for what several contribute to, the first of them has that place and the
 others have one each behind the arrays, and all are summed in the order of the shares. The split
-follows from the problem and never from the number of threads, so sums have the same bits on any.
+follows from the problem and the machine, never from the number of threads, so sums have the same bits on any.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from arael.runtime.instances import in_lanes
 from arael.runtime.layout import Group, Layout, pair_of
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.ordering import order_of, runs
+from arael.runtime.pool import cores
 from arael.runtime.structure import Structure
 
 Ints = NDArray[np.int64]
@@ -27,9 +28,22 @@ Ints = NDArray[np.int64]
 #: Shares of a problem that is cut for few threads. Divides evenly by 2, 4 and 8, and well by 3.
 SHARES = 8
 
-#: Most shares of a problem. Up to 64, the most threads of the pool, work. More than eight make
-#: one and two threads up to 8 % slower (docs/internals/threads.md), so they are not the default.
-MOST_SHARES = SHARES
+
+def shares_for(processors: int) -> int:
+    """Most shares on a machine of so many processors: a power of two from `SHARES` to 64.
+
+    More than eight make one and two threads up to 8 % slower (docs/internals/threads.md), so only
+    machines that can use them get them. The number follows from the machine and never from the
+    threads of a solve.
+    """
+    most = SHARES
+    while most < min(processors, 64):
+        most *= 2
+    return most
+
+
+#: Most shares of a problem on this machine.
+MOST_SHARES = shares_for(cores())
 
 #: Predicted nanoseconds from which a share of its own pays.
 GRAIN = 200_000.0

@@ -31,7 +31,7 @@ MAX_DERIVATIVES = 16
 """Order of the highest derivative asked for at once."""
 
 MAX_DIFFERENTIATED = 30_000
-"""Operations of what is differentiated, each kept once: each derivative triples."""
+"""Operations of what is differentiated, each kept once; each derivative is three times as large."""
 
 MAX_DEFINITIONS = 1000
 """Variables and functions that a calculator holds."""

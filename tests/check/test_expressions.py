@@ -36,7 +36,7 @@ def type_of(expression: str) -> str:
         ("x * t", "scalar"),
         ("[x, t]", "vector"),
         ("x * trace(t * transpose(t))", "matrix"),
-        ("x * t.w", "quaternion"),
+        ("x * conj(t).w", "quaternion"),
         ("if t then x else 2 * x", "bool"),
     ):
         if not [c for c in codes(text.replace("use", use)) if c[0] == "E"]:

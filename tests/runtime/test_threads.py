@@ -42,10 +42,16 @@ def finely(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_only_long_linearisations_may_have_more_shares_than_eight(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(shares, "MOST_SHARES", 8)
     assert shares._count(1e12) == 8
     monkeypatch.setattr(shares, "MOST_SHARES", 64)
     found = [shares._count(1e6 * ms) for ms in (0.1, 1, 7, 15.9, 16, 33, 64, 500)]
     assert found == [1, 5, 8, 8, 16, 32, 64, 64]
+
+
+def test_shares_grow_with_the_processors_of_the_machine() -> None:
+    found = [shares.shares_for(processors) for processors in (1, 2, 8, 9, 16, 48, 64, 256)]
+    assert found == [8, 8, 8, 16, 16, 64, 64, 64]
 
 
 class TestPool:
@@ -136,6 +142,7 @@ class TestEvaluation:
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         instance = scene()
+        monkeypatch.setattr(shares, "MOST_SHARES", 8)
         eight = problem_of(instance).evaluation.linearised()
         monkeypatch.setattr(shares, "MOST_SHARES", 64)
         monkeypatch.setattr(shares, "WIDE_GRAIN", 1.0)
