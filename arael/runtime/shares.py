@@ -3,7 +3,8 @@
 Every share adds to gradient and blocks of its own accord. What one share alone contributes to lies
 where it always does; for what several contribute to, the first of them has that place and the
 others have one each behind the arrays, and all are summed in the order of the shares. The split
-follows from the problem and the machine, never from the number of threads, so sums have the same bits on any.
+follows from the problem and the machine, never from the number of threads, so sums have the same
+bits on any.
 """
 
 from __future__ import annotations
