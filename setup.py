@@ -2,44 +2,79 @@
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
-import numpy
-from Cython.Build import cythonize
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
 
 ROOT = Path(__file__).resolve().parent
+RUNTIME = Path("arael", "runtime")
 
-if sys.platform == "win32":
-    FLAGS = ["/O2"]
-else:
-    FLAGS = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-g0"]
-FLAGS += os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split()
+# Code that Cython would otherwise repeat in every module: memoryviews, above all.
+SHARED = "arael.runtime._cyutility"
+SHARED_C = RUNTIME / "_cyutility.c"
+
+# Where the C compiler spends longest: these start first, so that none is left alone at the end.
+LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
+
+# Optimised less: what orders and plans once a structure, in loops that do not vectorise; and what
+# only hands calls on, where the time to compile is all that counts.
+PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
+PLAIN = (
+    "_cyutility", "blas", "cholmod", "front_time", "fronts", "heap", "lapack_band", "raised",
+    "siblings", "stacks", "trees",
+)  # fmt: skip
+
+
+def flags(name):
+    """Options of the C compiler for the module `name`."""
+    if sys.platform == "win32":
+        return ["/O1" if name in PLAIN else "/O2"]
+    level = "-O1" if name in PLAIN else "-O2" if name in PLANNING else "-O3"
+    return [level, "-fno-math-errno", "-fno-trapping-math", "-g0", "-w"]
+
+
+def extension(source):
+    """Describe the module made from `source`, a `.pyx` or `.c` file."""
+    return Extension(
+        ".".join(source.with_suffix("").parts),
+        [str(source)],
+        extra_compile_args=[
+            *flags(source.stem),
+            *os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split(),
+        ],
+        extra_link_args=os.environ.get("ARAEL_RUNTIME_LDFLAGS", "").split(),
+    )
 
 
 def extensions():
-    """One extension per .pyx file of the runtime."""
-    sources = sorted((ROOT / "arael" / "runtime").rglob("*.pyx"))
-    names = [".".join(p.relative_to(ROOT).with_suffix("").parts) for p in sources]
-    return cythonize(
-        [
-            Extension(
-                name,
-                [str(path.relative_to(ROOT))],
-                extra_compile_args=FLAGS,
-                extra_link_args=os.environ.get("ARAEL_RUNTIME_LDFLAGS", "").split(),
-                include_dirs=[numpy.get_include()],
-                define_macros=[("NPY_NO_DEPRECATED_API", "NPY_1_7_API_VERSION")],
-            )
-            for name, path in zip(names, sources, strict=True)
-        ],
-        compiler_directives={"language_level": 3},
-        nthreads=0,
-        quiet=True,
-    )
+    """One extension per .pyx file of the runtime, and the one that they share."""
+    sources = [p.relative_to(ROOT) for p in (ROOT / RUNTIME).rglob("*.pyx")]
+
+    def order(path):
+        return path.stem not in LONGEST, str(path)
+
+    return [extension(path) for path in sorted([*sources, SHARED_C], key=order)]
+
+
+def generate_shared():
+    """Write the C file of the shared module, unless this Cython has written it."""
+    from Cython.Utils import file_generated_by_this_cython
+
+    if not file_generated_by_this_cython(str(SHARED_C)):
+        subprocess.run(
+            [sys.executable, "-m", "cython", f"--generate-shared={SHARED_C}"],
+            check=True,
+            env=environment(),
+        )
+
+
+def environment():
+    """Give a child process the packages that this process finds."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
 
 
 class BuildPy(build_py):
@@ -56,28 +91,55 @@ class BuildPy(build_py):
 
 
 class BuildExt(build_ext):
-    """Also compiles the standard models, once the runtime's extensions are there."""
+    """Runs Cython on several processors, and compiles the standard models at the same time."""
 
     def initialize_options(self):
-        """Compile the extensions two at a time."""
+        """Compile as many extensions at a time as there are processors."""
         super().initialize_options()
         self.parallel = os.cpu_count() or 1
 
     def run(self):
-        """Build the extensions, then the models."""
-        super().run()
-        if os.environ.get("ARAEL_SHIP_MODELS", "1") == "0":  # while working on the compiler
-            return
-        sys.path.insert(0, str(ROOT))
-        from arael.compiler.ship import ship
-        from arael.diagnostics.records import AraelError
-        from arael.diagnostics.render import render
-
-        package = ROOT if self.inplace or self.editable_mode else Path(self.build_lib)
+        """Build the extensions and the models."""
+        shipping = self.start_shipping()
         try:
-            ship(sorted((ROOT / "models").glob("*.arael")), package / "arael" / "models")
-        except AraelError as error:
-            raise SystemExit(render(error.diagnostics)) from None
+            self.cythonize()
+            super().run()
+        except BaseException:
+            if shipping:
+                shipping.kill()
+                shipping.wait()
+            raise
+        if shipping and shipping.wait():
+            raise SystemExit("the standard models could not be compiled; the reason is above")
+
+    def cythonize(self):
+        """Turn the .pyx files that have changed into C."""
+        from Cython.Build import cythonize
+
+        generate_shared()
+        made = cythonize(
+            [e for e in self.extensions if e.name != SHARED],
+            compiler_directives={"language_level": 3, "auto_pickle": False},
+            shared_utility_qualified_name=SHARED,
+            nthreads=self.parallel,
+            quiet=True,
+        )
+        of = {e.name: e for e in self.extensions}
+        for found in made:  # other objects: setuptools keeps notes of its own on those it has
+            own = of[found.name]
+            own.sources, own.depends = found.sources, found.depends
+            own.include_dirs = found.include_dirs
+
+    def start_shipping(self):
+        """Start to compile the standard models; they need no extension of the runtime."""
+        if os.environ.get("ARAEL_SHIP_MODELS", "1") == "0":  # while working on the compiler
+            return None
+        package = ROOT if self.inplace or self.editable_mode else Path(self.build_lib)
+        target = package.resolve() / "arael" / "models"
+        return subprocess.Popen(
+            [sys.executable, "-m", "arael.compiler.ship", str(ROOT / "models"), str(target)],
+            env=environment(),
+        )
 
 
 setup(ext_modules=extensions(), cmdclass={"build_py": BuildPy, "build_ext": BuildExt})

@@ -6,7 +6,9 @@ the processor runs is taken.
 
 from __future__ import annotations
 
+import os
 import shutil
+import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -33,7 +35,7 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
     folder = folder.resolve()  # the C compiler runs elsewhere
     folder.mkdir(parents=True, exist_ok=True)
     # Deriving and Cython hold the interpreter lock, the C compiler does not.
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         waiting = []
         for path in models:
             shutil.copyfile(path, folder / path.name)
@@ -41,15 +43,22 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
             program, seconds = compile_program(path, None, None, dependencies)
             text = path.read_text(encoding="utf-8")
             source = compiler.emit(program, cache.digest(text.encode())[:16])
+            name = f"kernels_{program.layout.name}"
+            generated: Path | None = None  # the C code is the same for every target
             for target in chosen:
                 entry = folder / f"{path.stem}-{target}"
                 shutil.rmtree(entry, ignore_errors=True)
                 entry.mkdir()
                 (entry / "layout.json").write_bytes(to_json(program.layout))
-                pyx = entry / f"kernels_{program.layout.name}.pyx"
+                pyx = entry / f"{name}.pyx"
                 pyx.write_text(source, encoding="utf-8")
-                c_file = build.cython_to_c(pyx)
+                c_file = pyx.with_suffix(".c")
+                if generated is None:
+                    generated = build.cython_to_c(pyx).rename(folder / c_file.name)
+                shutil.copyfile(generated, c_file)
                 waiting.append(pool.submit(_finish, c_file, target, text, path.name, seconds))
+            if generated is not None:
+                generated.unlink()
         return [job.result() for job in waiting]
 
 
@@ -67,3 +76,18 @@ def _finish(c_file: Path, target: str, text: str, source: str, seconds: dict[str
         {},
     )
     return entry
+
+
+def main(models: str, folder: str) -> None:
+    """Compile every model of the folder `models` into `folder`; called while arael is built."""
+    from arael.diagnostics.records import AraelError
+    from arael.diagnostics.render import render
+
+    try:
+        ship(sorted(Path(models).glob("*.arael")), Path(folder))
+    except AraelError as error:
+        raise SystemExit(render(error.diagnostics)) from None
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

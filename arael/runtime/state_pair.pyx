@@ -13,6 +13,7 @@ from arael.runtime.address cimport address
 from arael.runtime.kernel cimport KernelTable, table_of
 from arael.runtime.pool cimport distribute
 from arael.runtime.raised cimport Raised
+from arael.runtime.raw cimport bytes_at
 
 from arael.runtime.interpreter import refresh
 from arael.runtime.vectors import count_parts
@@ -200,14 +201,12 @@ cdef class StatePair:
         cdef Py_ssize_t rows = self.entities[e].rows
         entity = self._layout[e]
         state, moved = self.arrays[source][e][:rows], self.arrays[target][e][:rows]
-        first = np.asarray(<const int32_t[:rows]>self.entities[e].delta_at)
+        first = np.frombuffer(bytes_at(self.entities[e].delta_at, 4 * rows), np.int32)
         steps = np.zeros((rows, entity.tangent), dtype=state.dtype)
         moves = first >= 0
         if moves.any():
-            if self.single:
-                delta = np.asarray(<float[:self._size]><float*>step)
-            else:
-                delta = np.asarray(<double[:self._size]><double*>step)
+            item = state.dtype.itemsize
+            delta = np.frombuffer(bytes_at(step, self._size * item), state.dtype)
             steps[moves] = delta[first[moves, None] + np.arange(entity.tangent)]
         refresh(entity, state, steps, moved)
 

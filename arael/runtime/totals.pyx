@@ -9,6 +9,7 @@ from libc.string cimport memset
 from cython cimport floating
 
 from arael.runtime.address cimport address
+from arael.runtime.raw cimport bytes_at
 
 
 cdef void clear_lines(
@@ -100,10 +101,12 @@ cdef class Totals:
             gradient[self._held[k]] = 0
 
     cdef views(self, void* gradient, void* values):
-        cdef Py_ssize_t n = self.gradient_room, m = self.value_room
-        if self.single:
-            return np.asarray(<float[:n]><float*>gradient), np.asarray(<float[:m]><float*>values)
-        return np.asarray(<double[:n]><double*>gradient), np.asarray(<double[:m]><double*>values)
+        dtype = np.dtype(np.float32 if self.single else np.float64)
+        cdef Py_ssize_t item = dtype.itemsize
+        return (
+            np.frombuffer(bytes_at(gradient, self.gradient_room * item), dtype),
+            np.frombuffer(bytes_at(values, self.value_room * item), dtype),
+        )
 
     def kept(self):
         """Arrays like those of `zeros`, the same for all solves; what is in them is left over."""
