@@ -142,4 +142,5 @@ class BuildExt(build_ext):
         )
 
 
-setup(ext_modules=extensions(), cmdclass={"build_py": BuildPy, "build_ext": BuildExt})
+if __name__ == "__main__":  # Cython's processes may import this file
+    setup(ext_modules=extensions(), cmdclass={"build_py": BuildPy, "build_ext": BuildExt})
