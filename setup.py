@@ -21,7 +21,7 @@ SHARED_C = RUNTIME / "_cyutility.c"
 LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
 
 # Optimised less: what orders and plans once a structure, in loops that do not vectorise
-# (benchmarks/beside.py shows no difference); and what is small or only hands calls on.
+# (first solves differ by no more than their spread); and what is small or only hands calls on.
 PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
 PLAIN = (
     "_cyutility", "blas", "cholmod", "front_time", "fronts", "heap", "lapack_band", "raised",
