@@ -20,8 +20,8 @@ SHARED_C = RUNTIME / "_cyutility.c"
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
 LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
 
-# Optimised less: what orders and plans once a structure, in loops that do not vectorise; and what
-# only hands calls on, where the time to compile is all that counts.
+# Optimised less: what orders and plans once a structure, in loops that do not vectorise
+# (first solves differ by no more than their spread); and what is small or only hands calls on.
 PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
 PLAIN = (
     "_cyutility", "blas", "cholmod", "front_time", "fronts", "heap", "lapack_band", "raised",
