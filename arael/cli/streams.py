@@ -17,11 +17,12 @@ _UNWRITABLE = {
 
 
 def prepare() -> None:
-    """Make standard streams usable, whatever they are when the process starts.
+    r"""Make standard streams usable, whatever they are when the process starts.
 
     A stream that is closed goes to the null device, so that no file that is opened later takes its
     place and receives what is printed. Characters that the encoding lacks (in the C locale, all but
-    ASCII) are written as escapes, bytes of file names that are no text as they are.
+    ASCII) are written as escapes, and so are bytes of file names that are no text (``\xff``), so
+    that output is text.
     """
     codecs.register_error("arael.escape", _escape)
     with contextlib.suppress(OSError):
@@ -84,7 +85,7 @@ def _escape(error: UnicodeError) -> tuple[bytes, int]:
     for character in error.object[error.start : error.end]:
         code = ord(character)
         if 0xDC80 <= code <= 0xDCFF:  # a byte of a file name that is no text
-            found += bytes([code - 0xDC00])
+            found += b"\\x%02x" % (code - 0xDC00)
         else:
             found += character.encode("ascii", "backslashreplace")
     return found, error.end

@@ -51,6 +51,8 @@ class Points:
         self._file = shown(os.path.basename(path))
         content = without_mark(read_bytes(path), self._file)
         text = _COMMENT.sub(b"", content)
+        if not content.strip():
+            raise AraelError(problem("E0712", "the file is empty", self._file))
         if not text.strip():
             raise AraelError(problem("E0711", "there are no rows, only comments", self._file))
         header, rows, lines = csv_rows(text, self._file)

@@ -18,8 +18,8 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     Raises
     ------
     AraelError
-        Where there is no such file (with similar names of that folder), where it cannot be read or
-        its name is no text, is no text itself, is too large, or holds nothing.
+        Where there is no such file (with similar names of that folder), where it cannot be read, is
+        no text, is too large, or holds nothing.
     """
     name = os.fspath(path)
     return source_of(_read_bytes(name), name)
@@ -77,12 +77,6 @@ def source_of(data: bytes, name: str) -> Source:
 
 
 def _read_bytes(name: str) -> bytes:
-    try:
-        name.encode("utf-8")
-    except UnicodeEncodeError:
-        raise _error(
-            "E0102", "the name of this file is not UTF-8", name, "rename the file, or its folder"
-        ) from None
     try:
         mode = os.stat(name).st_mode
         if stat.S_ISDIR(mode):

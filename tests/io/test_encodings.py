@@ -12,7 +12,7 @@ import pytest
 from arael import io
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.render import render
-from arael.io.csv_numbers import read_numbers
+from arael.io.csv_numbers import Points
 from arael.runtime.store import Store
 from tests.hand_layouts import pose_graph
 from tests.io.cases import layout_of
@@ -64,7 +64,8 @@ def test_nothing_but_a_mark_is_an_empty_file(tmp_path: Path, name: str, content:
 def test_nothing_but_a_mark_is_no_table_of_numbers(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.csv").write_bytes(content)
     with pytest.raises(AraelError) as failure:
-        read_numbers(tmp_path / "a.csv")
+        points = Points(tmp_path / "a.csv")
+        points.columns(points.titles)
     assert [d.code for d in failure.value.diagnostics] == ["E0712"]
 
 

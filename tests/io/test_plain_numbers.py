@@ -9,7 +9,7 @@ import pytest
 import arael
 from arael import io
 from arael.diagnostics.records import AraelError
-from arael.io.csv_numbers import read_numbers
+from arael.io.csv_numbers import Points
 from arael.io.plain_numbers import real, whole
 from arael.runtime.store import Store
 from tests.hand_layouts import pose_graph
@@ -100,5 +100,6 @@ def test_tables_of_numbers_refuse_them(tmp_path: Path, cell: str) -> None:
     path = tmp_path / "a.csv"
     path.write_text(f"x\n{cell}\n")
     with pytest.raises(AraelError) as failure:
-        read_numbers(path)
+        points = Points(path)
+        points.columns(points.titles)
     assert [d.code for d in failure.value.diagnostics] == ["E0703"]
