@@ -109,5 +109,5 @@ def test_folder_that_is_gone(place: Place) -> None:
     text = "mkdir gone && cd gone && rmdir ../gone && $ARAEL"
     place.shell(f"{text} solve ../line.arael ../line.json --interpret").require({0, 2})
     place.shell(f"{text} info slam").require({0, 2})
-    place.shell(f"{text} new line").require(2, "write", "no such")
+    place.shell(f"{text} new line").require(2, "current folder")
     place.shell(f"{text} doctor").require({0, 1, 2})
