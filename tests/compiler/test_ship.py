@@ -82,7 +82,8 @@ def test_the_build_system_has_what_a_build_imports(tmp_path: Path) -> None:
     )
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     required = {re.split(r"[<>=]", r)[0] for r in project["build-system"]["requires"]}
-    imported = set(json.loads(done.stdout))
+    # What an editable installation puts before the package is no requirement.
+    imported = {name for name in json.loads(done.stdout) if not name.startswith("__editable_")}
     assert {"lark", "cython"} <= imported  # else nothing was looked at
     assert imported - BROUGHT == required
 
