@@ -49,6 +49,7 @@ def test_python_shows_one_of_them_once_for_a_place(spare: Path) -> None:
 @pytest.mark.parametrize(
     "command", [("solve", "--interpret"), ("check",), ("diagnose",)], ids=lambda c: c[0]
 )
+@pytest.mark.filterwarnings("default")
 def test_commands_print_them_once(
     spare: Path, capsys: pytest.CaptureFixture[str], command: tuple[str, ...]
 ) -> None:
