@@ -80,11 +80,11 @@ class LmConfig:
         next lambda, None to end the solve.
     """
 
-    abs_precision: float = 1e-6
-    rel_precision: float = 1e-4
-    max_iters: int = 100
-    min_iters: int = 5
-    patience: int = 3
+    abs_precision: float = 0.0
+    rel_precision: float = 1e-10
+    max_iters: int = 500
+    min_iters: int = 0
+    patience: int = 0
     initial_lambda: float = 1e-4
     lambda_floor: float | None = None
     lambda_ceiling: float = 1e12
@@ -98,7 +98,9 @@ class LmConfig:
     num_threads: int = 1
     verbose: bool = False
     observer: Observer | None = None
-    damping: Literal["ladder", "nielsen"] | Driver = "ladder"
+    damping: Literal["gain", "ladder", "nielsen"] | Driver = "gain"
+    strategy: Literal["auto", "dogleg", "damped"] = "auto"
+    ending: Literal["promise", "small_steps"] = "promise"
 
     def __post_init__(self) -> None:
         # NumPy's scalars become Python's, so that the checks and the loop see one type of each.
@@ -161,6 +163,30 @@ class LmConfig:
         found.validate()
         return found
 
+    def chosen_strategy(self) -> str:
+        """``dogleg`` or ``damped``: what ``auto`` stands for."""
+        if self.strategy != "auto":
+            return self.strategy
+        default = LmConfig()
+        damped = ("damping", "initial_lambda", "lambda_floor", "lambda_ceiling", "retry_budget")
+        changed = any(getattr(self, name) != getattr(default, name) for name in damped)
+        return "damped" if changed else "dogleg"
+
+    @classmethod
+    def reference(cls, **settings: Any) -> LmConfig:
+        """The loop of the reference framework: its rule of ending, its ladder, its defaults."""
+        return cls(
+            abs_precision=1e-6,
+            rel_precision=1e-4,
+            max_iters=100,
+            min_iters=5,
+            patience=3,
+            initial_lambda=1e-4,
+            damping="ladder",
+            strategy="damped",
+            ending="small_steps",
+        ).with_(**settings)
+
     def floor(self, single: bool) -> float:
         """Smallest lambda in f32 (`single`) or f64."""
         if self.lambda_floor is not None:
@@ -192,7 +218,7 @@ class LmConfig:
             )
         if not isinstance(self.verbose, bool):
             raise _refused(f"`verbose` is {self.verbose!r}", "it must be true or false")
-        named = isinstance(self.damping, str) and self.damping in ("ladder", "nielsen")
+        named = isinstance(self.damping, str) and self.damping in ("gain", "ladder", "nielsen")
         if not named and not callable(self.damping):
             raise _refused(
                 f"`damping` is {self.damping!r}", 'it must be "ladder", "nielsen" or a callable'
