@@ -8,12 +8,12 @@ cdef class Dogleg:
     cdef readonly double radius         # of the trust region, in scaled variables; 0: not chosen yet
     cdef readonly double regularisation # multiple of the scale that is added to the diagonal
     cdef readonly bint known            # whether the Gauss-Newton step of this linearisation is there
+    cdef readonly double floor          # of the regularisation
     cdef double promise                 # reduction that the linearisation promises: -g' n
     cdef double length                  # of the proposed step, in scaled variables
 
     cdef Vectors _vectors
     cdef Box _box
-    cdef double _floor                  # of the regularisation
     cdef double added                   # of that, by what was added to the diagonal
     cdef double _newton_length
     cdef bint _descended                # whether steepest descent is there

@@ -8,6 +8,7 @@ class Dogleg:
 
     radius: float
     regularisation: float
+    floor: float
     known: bool
 
     def __init__(self, vectors: Vectors, box: Box, floor: float) -> None: ...

@@ -33,11 +33,11 @@ cdef class Dogleg:
 
     def __init__(self, Vectors vectors, Box box, double floor):
         self._vectors, self._box = vectors, box
-        self._floor = self.regularisation = floor
+        self.floor = self.regularisation = floor
 
     cdef void begin(self) noexcept nogil:
         self.known = self._descended = False
-        self.regularisation = max(self._floor, 0.1 * self.regularisation)
+        self.regularisation = max(self.floor, 0.1 * self.regularisation)
 
     cdef void prepare(self) noexcept nogil:
         self._vectors.prepare(self.regularisation, True)

@@ -91,10 +91,11 @@ cdef class Minimiser:
     cdef readonly double current_cost
     cdef readonly Py_ssize_t attempts
     cdef readonly Py_ssize_t accepted
+    cdef readonly Py_ssize_t factorisations  # failed ones counted
     cdef readonly double damping          # lambda of the next attempt
     cdef readonly Vectors vectors
     cdef readonly Dogleg dogleg
-    cdef readonly double predicted_decrease  # by the last linearisation, undamped
+    cdef readonly double predicted_decrease  # by the last linearisation, least damped
     cdef readonly double gradient_norm       # sqrt of the sum of g_i^2 / H_ii
     cdef readonly double noise_floor         # of the cost, by rounding
 
@@ -131,6 +132,7 @@ cdef class Minimiser:
     cdef void _judge(self) noexcept nogil
     cdef void _next_damping(self) noexcept nogil
     cdef void _nielsen(self, double gain, double least) noexcept nogil
+    cdef void _keep_promise(self) noexcept nogil
     cdef int _verdict(self) noexcept nogil
     cdef int _by_promise(self) noexcept nogil
     cdef bint _promise_is_noise(self) noexcept nogil

@@ -272,6 +272,7 @@ cdef class Minimiser:
             self.dogleg.prepare()
         else:
             self.vectors.prepare(self.damping, self._settings.damping == GAIN)
+        self.factorisations += 1
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
@@ -394,6 +395,7 @@ cdef class Minimiser:
             self.accepted += 1
         elif self.evaluation.guarded and self._settings.by_promise:
             self.evaluation.guard()
+        self._keep_promise()
         verdict = self._verdict()
         self._take_failure()
         if self._settings.watched and self._failure is None:
@@ -402,6 +404,13 @@ cdef class Minimiser:
         self._now.retry += not self._now.accepted
         if verdict != RUNNING and self._status != ABORTED:
             self._status = verdict
+
+    cdef void _keep_promise(self) noexcept nogil:
+        """Of the attempts with one linearisation, what the least damped promised."""
+        if not self._now.factored and not self.dogleg.known:
+            return
+        if self._now.retry == 0 or not self.predicted_decrease >= self._now.promise:
+            self.predicted_decrease = self._now.promise
 
     cdef int _verdict(self) noexcept nogil:
         cdef Settings* s = &self._settings
@@ -450,7 +459,6 @@ cdef class Minimiser:
         cdef Settings* s = &self._settings
         if not self._now.factored and not self.dogleg.known:
             return RUNNING
-        self.predicted_decrease = self._now.promise
         if not self._now.accepted and self._now.trial_cost - self._now.trial_cost == 0:
             self._jitter[self._now.retry % 3] = fabs(self._now.trial_cost - self._now.cost)
         if not self._now.promise <= max(

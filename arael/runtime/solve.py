@@ -39,6 +39,9 @@ class Outcome:
     plan: dict[str, Any]
     timing: dict[str, float]
     history: Array
+    predicted_decrease: float
+    gradient_norm: float
+    noise_floor: float
 
 
 def minimise(
@@ -48,7 +51,7 @@ def minimise(
     write: Callable[[str], object] | None = None,
     analysis_seconds: float = 0.0,
 ) -> Outcome:
-    """Run Levenberg-Marquardt; the store is not touched.
+    """Run the loop; the store is not touched.
 
     Parameters
     ----------
@@ -86,9 +89,12 @@ def minimise(
             minimiser.accepted,
             status,
             minimiser.damping,
-            {**solver.report(), **_measured(solver, timing, minimiser.attempts)},
+            {**solver.report(), **_measured(solver, timing, minimiser.factorisations)},
             timing,
             minimiser.history,
+            minimiser.predicted_decrease,
+            minimiser.gradient_norm,
+            minimiser.noise_floor,
         )
 
     try:
@@ -99,18 +105,18 @@ def minimise(
     return outcome(status)
 
 
-def _measured(solver: LinearSolver, timing: dict[str, float], attempts: int) -> dict[str, float]:
+def _measured(solver: LinearSolver, timing: dict[str, float], count: int) -> dict[str, float]:
     """What a factorisation took, to stand beside what was predicted; nothing if there was none.
 
     The first, which touches all memory for the first time, counts only where it is the only one.
     What iterates was predicted with its iterations, so it is measured with them.
     """
-    if not attempts:
+    if not count:
         return {}
-    again = attempts > 1
-    seconds = timing["factor"] / (attempts - 1) if again else timing["first_factor"]
+    again = count > 1
+    seconds = timing["factor"] / (count - 1) if again else timing["first_factor"]
     if solver.plan.get("solver") == "schur_pcg":
-        seconds += timing["solve"] / attempts
+        seconds += timing["solve"] / count
     return {"measured_ms": 1e3 * seconds}
 
 
