@@ -227,7 +227,8 @@ class LmConfig:
             )
         if not isinstance(self.verbose, bool):
             raise _refused(f"`verbose` is {self.verbose!r}", "it must be true or false")
-        if not callable(self.damping) and self.damping not in _DAMPINGS:
+        named = isinstance(self.damping, str) and self.damping in _DAMPINGS
+        if not named and not callable(self.damping):
             raise _refused(
                 f"`damping` is {self.damping!r}",
                 f"it must be {_listed(_DAMPINGS)} or a callable",

@@ -139,6 +139,9 @@ class Result:
         """What a solve that has not converged may still gain, as the end of a line."""
         if self.converged or not math.isfinite(self.predicted_decrease):
             return ""
+        if len(self.history) and self.history["accepted"][-1]:
+            # Of the state before that step: at the end itself nothing was factorised.
+            return f"; before the last step a decrease of {self.predicted_decrease:.3g} was predicted"
         left = f"a further decrease of {self.predicted_decrease:.3g} is predicted"
         if self.end_cost > 0:
             left += f" ({100 * self.predicted_decrease / self.end_cost:.2g} % of the cost)"

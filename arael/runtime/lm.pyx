@@ -441,7 +441,7 @@ cdef class Minimiser:
         if not self._now.accepted:
             if self.damping > s.lambda_ceiling:
                 return LAMBDA_CEILING
-            if s.dogleg and self.dogleg.known and (
+            if s.dogleg and self.dogleg.known and self._now.retry >= 2 and (
                 self.dogleg.radius <= self._epsilon * sqrt(self._energy)
                 or self.dogleg.radius < 1e-300
             ):
@@ -459,7 +459,7 @@ cdef class Minimiser:
         cdef Settings* s = &self._settings
         if not self._now.factored and not self.dogleg.known:
             return RUNNING
-        if not self._now.accepted and self._now.trial_cost - self._now.trial_cost == 0:
+        if not self._now.accepted:
             self._jitter[self._now.retry % 3] = fabs(self._now.trial_cost - self._now.cost)
         if not self._now.promise <= max(
             max(s.rel_precision * self._now.cost, s.abs_precision), self.noise_floor
@@ -483,10 +483,18 @@ cdef class Minimiser:
     cdef bint _promise_is_noise(self) noexcept nogil:
         """Whether costs at states that hardly differ scatter by more than is promised.
 
-        Guards over parameters make costs jump, which is no scatter.
+        Where the cost jumps, by a guard over parameters or a condition within a formula, it rises
+        by nearly the same at each of them, which is no scatter.
         """
-        return not self.evaluation.guarded and self._now.promise <= 4 * max(
-            self._jitter[0], max(self._jitter[1], self._jitter[2]))
+        cdef double least = INFINITY, most = 0
+        cdef int k
+        if self.evaluation.guarded:
+            return False
+        for k in range(3):
+            if not isfinite(self._jitter[k]):
+                return False
+            least, most = min(least, self._jitter[k]), max(most, self._jitter[k])
+        return most - least > 0.1 * most and self._now.promise <= 4 * most
 
     cdef int _after_acceptance(self) noexcept nogil:
         cdef Settings* s = &self._settings
