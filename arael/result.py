@@ -141,10 +141,12 @@ class Result:
             return ""
         if len(self.history) and self.history["accepted"][-1]:
             # Of the state before that step: at the end itself nothing was factorised.
-            return f"; before the last step a decrease of {self.predicted_decrease:.3g} was predicted"
+            return (
+                f"; before the last step a decrease of {self.predicted_decrease:.3g} was predicted"
+            )
         left = f"a further decrease of {self.predicted_decrease:.3g} is predicted"
         if self.end_cost > 0:
-            left += f" ({100 * self.predicted_decrease / self.end_cost:.2g} % of the cost)"
+            left += f" ({100 * self.predicted_decrease / self.end_cost:.3g} % of the cost)"
         return f"; {left}"
 
     def __repr__(self) -> str:

@@ -238,14 +238,13 @@ def test_a_solve_that_cannot_move_has_not_converged(
 
 def test_a_condition_in_a_formula_that_jumps_stalls_the_solve(load: Load) -> None:
     model = load(
-        "root A { param x: real = 1\n"
-        "    constraint c { if x > 1 then x + 9 else x - 3 }\n}\n"
+        "root A { param x: real = 1\n    constraint c { if x > 1 then x + 9 else x - 3 }\n}\n"
     )()
     result = solved(model)
     assert result.status == "stalled"
     assert float(model.x.value) == 1
     assert result.predicted_decrease == pytest.approx(4)
-    assert "a further decrease of 4 is predicted (1e+02 % of the cost)" in str(result)
+    assert "a further decrease of 4 is predicted (100 % of the cost)" in str(result)
 
 
 def test_large_constants_that_cancel_end_by_their_noise(load: Load) -> None:
@@ -301,7 +300,9 @@ def test_losses_end_where_no_step_lowers_the_cost(load: Load, precision: str, lo
         # Iteratively reweighted least squares: a Gauss-Newton step of the loss, at any length.
         r = scale * (end[0] * x + end[1] - y)
         z = r * r
-        weight = (rho(loss, z * (1 + 1e-6)) - rho(loss, z * (1 - 1e-6))) / np.maximum(2e-6 * z, 1e-300)
+        weight = (rho(loss, z * (1 + 1e-6)) - rho(loss, z * (1 - 1e-6))) / np.maximum(
+            2e-6 * z, 1e-300
+        )
         design = scale * np.column_stack([x, np.ones_like(x)])
         step = np.linalg.lstsq(
             design * np.sqrt(weight)[:, None], -r * np.sqrt(weight), rcond=1e-12

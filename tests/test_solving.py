@@ -335,9 +335,13 @@ def test_status_line_says_what_an_unfinished_solve_still_promises():
     rejected = solve(model, max_iters=1)
     assert not rejected.history["accepted"][-1]
     share = 100 * rejected.predicted_decrease / rejected.end_cost
-    assert str(rejected).splitlines()[0].endswith(
-        f"; a further decrease of {rejected.predicted_decrease:.3g} is predicted "
-        f"({share:.2g} % of the cost)"
+    assert (
+        str(rejected)
+        .splitlines()[0]
+        .endswith(
+            f"; a further decrease of {rejected.predicted_decrease:.3g} is predicted "
+            f"({share:.3g} % of the cost)"
+        )
     )
     whole = solve(model_of(layout, toys.at(layout, -1.2, 1.0)))
     stopped = solve(model, max_iters=int(np.argmax(whole.history["accepted"])) + 1)

@@ -31,8 +31,8 @@ def test_slam_schedule() -> None:
         return (PassSetting("frine_isigma_scale", (value,)),)
 
     assert standard("slam").passes == (
-        Pass("coarse", scale(0.01)),
-        Pass("medium", scale(0.1)),
+        Pass("coarse", scale(0.01), {"rel_precision": 1e-4}),
+        Pass("medium", scale(0.1), {"rel_precision": 1e-4}),
         Pass("fine", scale(1.0), {"rel_precision": 1e-6}),
     )
 

@@ -242,7 +242,9 @@ def status_cases() -> dict[str, dict]:
 
 def jump(precision: str = "f64") -> Layout:
     """A residual that jumps: no step from 1, however short, lowers the cost."""
-    return toys.root_only(1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)], precision)
+    return toys.root_only(
+        1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)], precision
+    )
 
 
 @pytest.mark.parametrize("status", status_cases())
