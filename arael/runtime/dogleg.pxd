@@ -5,9 +5,9 @@ from arael.runtime.vectors cimport Vectors
 
 
 cdef class Dogleg:
-    cdef readonly double radius         # of the trust region, in scaled variables; 0: not chosen yet
-    cdef readonly double regularisation # multiple of the scale that is added to the diagonal
-    cdef readonly bint known            # whether the Gauss-Newton step of this linearisation is there
+    cdef readonly double radius  # of the trust region, in scaled variables; 0: not chosen yet
+    cdef readonly double regularisation  # multiple of the scale that is added to the diagonal
+    cdef readonly bint known            # whether this linearisation has its Gauss-Newton step
     cdef readonly double floor          # of the regularisation
     cdef double promise                 # reduction that the linearisation promises: -g' n
     cdef double length                  # of the proposed step, in scaled variables

@@ -2,11 +2,11 @@
 """The loop of a solve: linearise, propose a step, accept or reject it, decide whether to go on.
 
 The default strategy is a trust region with Powell's dogleg (dogleg.pyx). The other is
-Levenberg-Marquardt: ``(J'J + lambda D) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11, 1963), where
-a step that lowers the cost is accepted and lambda shrinks, and any other is retried with the same
-linearisation and a larger lambda. D is the diagonal of J'J with the fixed ladder of factors and
-with Nielsen's gain ratio (IMM-REP-1999-05, "Damping parameter in Marquardt's method"), or the largest
-diagonal so far (Moré, 1978) with `gain`.
+Levenberg-Marquardt: ``(J'J + lambda D) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11, 1963),
+where a step that lowers the cost is accepted and lambda shrinks, and any other is retried with the
+same linearisation and a larger lambda. D is the diagonal of J'J with the fixed ladder of factors
+and with Nielsen's gain ratio (IMM-REP-1999-05, "Damping parameter in Marquardt's method"), or the
+largest diagonal so far (Moré, 1978) with `gain`.
 """
 
 import numpy as np
@@ -227,7 +227,7 @@ cdef class Minimiser:
         return self.accepted == 0 or self.current_cost > 0.25 * self._now.cost
 
     cdef void _floor_of_noise(self) noexcept nogil:
-        """Noise of the cost: rounding of its sum, and of residuals by that of what they are made of.
+        """Noise of the cost: rounding of its sum, and of residuals by that of their terms.
 
         A residual is about as uncertain as the machine precision times its terms ``J_i x_i``; a
         change dr changes the cost by ``2 r dr + dr^2``.

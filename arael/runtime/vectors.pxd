@@ -12,8 +12,8 @@ cdef enum:
     MOST_PARTS = 16
 
 
-# Sums over one part of the scalars. `D` is the scale, `H` the undamped matrix, `A` what was added to
-# its diagonal.
+# Sums over one part of the scalars. `D` is the scale, `H` the undamped matrix, `A` what was added
+# to its diagonal.
 cdef struct Sums:
     double slope                # g' step
     double length               # step' step
@@ -59,8 +59,8 @@ cdef class Vectors:
     # Take the diagonal from the values, not under `floor`, and return the largest magnitude in
     # the gradient; NaN stays in the one and counts for nothing in the other.
     cdef double take_diagonal(self, double floor) noexcept nogil
-    # Damp the diagonal by a multiple of itself, or of its largest value so far; the step becomes the
-    # negative gradient.
+    # Damp the diagonal by a multiple of itself, or of its largest value so far; the step becomes
+    # the negative gradient.
     cdef void prepare(self, double damping, bint by_scale) noexcept nogil
     # Sums in f64 over all scalars.
     cdef Sums products(self) noexcept nogil

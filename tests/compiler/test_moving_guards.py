@@ -9,8 +9,8 @@ import pytest
 
 from arael.compiler.compiler import syntax, types
 from arael.compiler.moving_guards import split
-from arael.diagnostics.records import Findings, Source
 from arael.config import LmConfig
+from arael.diagnostics.records import Findings, Source
 from arael.loading import load
 from arael.model import Model
 from arael.runtime.problem import Problem
