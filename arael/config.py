@@ -86,7 +86,8 @@ class LmConfig:
     strategy :
         ``"dogleg"``: a trust region with Powell's dogleg. ``"damped"``: Levenberg-Marquardt.
         ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
-        `retry_budget` differs from its default, else ``dogleg``.
+        `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
+        steps of the linear solver ``schur_pcg``; else ``dogleg``.
     ending :
         ``"promise"``: a solve has converged when the predicted decrease is below the precisions or
         the rounding noise of the cost. ``"small_steps"``, the rule of the reference framework: when
@@ -190,7 +191,7 @@ class LmConfig:
         return found
 
     def chosen_strategy(self) -> str:
-        """``dogleg`` or ``damped``: what ``auto`` stands for here."""
+        """``dogleg`` or ``damped``: what ``auto`` stands for with a direct linear solver."""
         if self.strategy != "auto":
             return self.strategy
         changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)

@@ -54,6 +54,16 @@ def test_bundle(solver: str) -> None:
     assert result.plan["eliminated"] == 7776
 
 
+def test_approximate_steps_are_damped_by_the_ladder() -> None:
+    """The dogleg relies on the Gauss-Newton step, which conjugate gradients stop short of."""
+    history = scene("slam").solve(solver="schur_pcg").history
+    assert np.isnan(history["radius"]).all()
+    first, second = history["damping"][:2]
+    assert second == pytest.approx(first * (0.2 if history["accepted"][0] else 10))
+    asked = scene("slam").solve(solver="schur_pcg", strategy="dogleg").history
+    assert np.isfinite(asked["radius"]).all()
+
+
 def test_the_plan_says_what_happened() -> None:
     result = scene("slam").solve(solver="schur_pcg")
     assert result.plan["iterations"] >= result.plan["solves"] > 0

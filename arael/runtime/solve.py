@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from arael.config import LmConfig
@@ -62,6 +62,7 @@ def minimise(
     SolveError
         E1001-E1007, with the outcome so far in ``best``. What observers and drivers raise passes.
     """
+    config = _suited(config, solver)
     if write is None and config.verbose:
         write = to_stderr
     began = time.perf_counter()
@@ -103,6 +104,18 @@ def minimise(
         error.best = outcome("aborted")
         raise
     return outcome(status)
+
+
+def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:
+    """The configuration, with damped steps in place of the dogleg where steps are approximate.
+
+    Conjugate gradients need the damping: without it they are slow along what nothing holds, and
+    stop short of the Gauss-Newton step that the dogleg relies on.
+    """
+    approximate = solver.plan.get("solver") == "schur_pcg"
+    if approximate and config.strategy == "auto" and config.chosen_strategy() == "dogleg":
+        return replace(config, strategy="damped", damping="ladder")
+    return config
 
 
 def _measured(solver: LinearSolver, timing: dict[str, float], count: int) -> dict[str, float]:
