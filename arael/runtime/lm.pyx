@@ -190,8 +190,8 @@ cdef class Minimiser:
         cdef double cost
         self._mark = seconds()
         cost = self.evaluation.linearise(self.vectors.gradient, self.vectors.values)
-        if self.evaluation.guarded and s.damping != GAIN and not s.by_promise:
-            self.current_cost = cost
+        if self.evaluation.guarded and not s.by_promise:
+            self.current_cost = cost  # other instances may act than those the step was judged by
         self._energy = self.evaluation.states.energy(
             self.vectors.values, self.evaluation.totals.diagonal_at)
         if self._box.count:

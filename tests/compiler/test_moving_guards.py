@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -73,15 +75,20 @@ root R { limit: real; nodes: list of Node; edges: list of Edge }
             assert residuals[acting].any(axis=1).all()
 
 
+@pytest.mark.parametrize("strategy", ["dogleg", "damped"])
 @pytest.mark.parametrize("interpret", [False, True])
-def test_instances_switch_as_the_solve_goes(tmp_path: Path, interpret: bool) -> None:
+def test_instances_switch_as_the_solve_goes(
+    tmp_path: Path, interpret: bool, strategy: Literal["dogleg", "damped"]
+) -> None:
     path = tmp_path / "trimmed.arael"
     path.write_text(TRIMMED)
     model = load(path, interpret=interpret)(a=0.0)
     x = np.array([-3.0, 0.5, 1.2, 1.4, 2.0, 2.1, 2.3, 2.4, 2.6, 9.0])
     model.readings.extend(x=x)
-    # The cost rises where readings come in: only the reference's loop goes on over that.
-    result = model.solve(LmConfig.reference(abs_precision=1e-14, rel_precision=1e-14))
+    # The cost rises where readings come in, which only the reference's rule of ending goes over.
+    config = LmConfig.reference(abs_precision=1e-14, rel_precision=1e-14)
+    result = model.solve(replace(config, strategy=strategy, damping="gain"))
+    assert (result.history["cost"][1:] > result.history["trial_cost"][:-1]).any()
     mean = 0.0
     for _ in range(50):
         near = np.abs(mean - x) < 1.5
