@@ -22,29 +22,32 @@ FLOOR_F32 = 1.2e-7
 
 @dataclass(frozen=True)
 class LmConfig:
-    """Settings of the Levenberg-Marquardt loop.
+    """Settings of a solve.
 
-    The cost is the sum of squared residuals, without 1/2. An accepted step is *small* when it
-    lowers the cost by less than `abs_precision`, or by less than the fraction `rel_precision`.
+    The cost is the sum of squared residuals, without 1/2. The *predicted decrease* is what the
+    linear model promises of an undamped step, ``g' (J'J)^-1 g``: no step can promise more.
 
     Attributes
     ----------
     abs_precision :
-        Drop of the cost below which a step is small. Raise it where the cost has a noise floor.
+        Predicted decrease of the cost at or below which a solve has converged; 0: off, because a
+        useful value depends on the units of the residuals.
     rel_precision :
-        The same as a fraction of the cost. 1e-3 for a real-time pass that needs a good enough
-        answer, 1e-6 for a final refinement.
+        The same as a fraction of the cost. 1e-4 for a real-time pass that needs a good enough
+        answer, 1e-12 for a fit whose last digits count. A predicted decrease below the rounding
+        noise of the cost (`Result.noise_floor`) always counts as none.
     max_iters :
         Most attempts at a step, rejected ones counted. About twice what the trace shows you need.
     min_iters :
-        Accepted steps before small ones may end the solve. Lower it for warm starts.
+        Accepted steps before the solve may have converged.
     patience :
-        How many steps before the present one must have been small too. Raise it for noisy costs.
+        How many accepted steps before the present one must have met the precision too.
     initial_lambda :
-        First damping. 1e-6 for a warm start, 1e-2 or more for a start far from the solution.
+        First damping of the damped strategy. 1e-6 for a warm start, 1e-2 or more for a start far
+        from the solution.
     lambda_floor :
-        Smallest damping; None: 1e-12 in f64, 1.2e-7 in f32. Raise it if factorisation keeps failing
-        at small lambda.
+        Smallest damping, and smallest regularisation of the dogleg; None: 1e-12 in f64, 1.2e-7 in
+        f32. Raise it if factorisation keeps failing at small lambda.
     lambda_ceiling :
         The solve ends when a rejection would raise lambda above this.
     retry_budget :
@@ -56,7 +59,8 @@ class LmConfig:
     parameter_tolerance :
         The solve ends when ``|step| <= tolerance (|x| + tolerance)``; 0: off.
     predicted_reduction_tolerance :
-        The solve ends when the linearisation promises no more than this fraction; 0: off.
+        The solve ends when the linearisation promises no more than this fraction of the cost for
+        the step as it was taken, damped or cut; 0: off.
     min_diagonal :
         Floor under the undamped diagonal of J'J; 0: off. Lets parameters that nothing constrains
         stand still instead of being an error.
@@ -74,17 +78,28 @@ class LmConfig:
         Called with the record of each attempt (fields: see `Result.history`); returning False
         ends the solve with the best state so far.
     damping :
-        What moves lambda: ``"ladder"`` (times 0.2 after success, times 10 after failure),
-        ``"nielsen"`` (by the ratio of actual to predicted reduction; often fewer rejections on
-        strongly curved costs), or a callable that takes the record of an attempt and returns the
-        next lambda, None to end the solve.
+        What moves lambda in the damped strategy: ``"gain"`` (Nielsen's rule of the ratio of actual
+        to predicted decrease, falling by up to 10, on the largest diagonal so far), ``"nielsen"``
+        (the same, falling by up to 3, on the present diagonal), ``"ladder"`` (times 0.2 after
+        success, times 10 after failure), or a callable that takes the record of an attempt and
+        returns the next lambda, None to end the solve.
+    strategy :
+        ``"dogleg"``: a trust region with Powell's dogleg. ``"damped"``: Levenberg-Marquardt.
+        ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
+        `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
+        steps of the linear solver ``schur_pcg``; else ``dogleg``.
+    ending :
+        ``"promise"``: a solve has converged when the predicted decrease is below the precisions or
+        the rounding noise of the cost. ``"small_steps"``, the rule of the reference framework: when
+        the last ``patience + 1`` accepted steps lowered the cost by less than `abs_precision`, or
+        by less than the fraction `rel_precision`, after `min_iters` accepted steps.
     """
 
-    abs_precision: float = 1e-6
-    rel_precision: float = 1e-4
-    max_iters: int = 100
-    min_iters: int = 5
-    patience: int = 3
+    abs_precision: float = 0.0
+    rel_precision: float = 1e-10
+    max_iters: int = 500
+    min_iters: int = 0
+    patience: int = 0
     initial_lambda: float = 1e-4
     lambda_floor: float | None = None
     lambda_ceiling: float = 1e12
@@ -98,7 +113,9 @@ class LmConfig:
     num_threads: int = 1
     verbose: bool = False
     observer: Observer | None = None
-    damping: Literal["ladder", "nielsen"] | Driver = "ladder"
+    damping: Literal["gain", "ladder", "nielsen"] | Driver = "gain"
+    strategy: Literal["auto", "dogleg", "damped"] = "auto"
+    ending: Literal["promise", "small_steps"] = "promise"
 
     def __post_init__(self) -> None:
         # NumPy's scalars become Python's, so that the checks and the loop see one type of each.
@@ -114,37 +131,49 @@ class LmConfig:
     def well_conditioned(cls, **settings: Any) -> LmConfig:
         """Start near the solution of a problem that is close to linear: warm starts, small updates.
 
-        Steps are nearly Gauss-Newton from the outset (lambda 1e-6), and two may do.
+        The first step is a Gauss-Newton step, as by default; the solve ends as soon as the
+        predicted decrease is below a millionth of the cost, often after one or two steps.
         """
-        return cls(initial_lambda=1e-6, min_iters=2, patience=1).with_(**settings)
+        return cls(rel_precision=1e-6).with_(**settings)
 
     @classmethod
     def ill_conditioned(cls, **settings: Any) -> LmConfig:
-        """Start far from the solution, or parameters of very different sensitivity.
+        """Long shallow valleys, or parameters of very different sensitivity.
 
-        Strong damping at first (lambda 1e-2), the gain-ratio driver, patience with flat stretches
-        and tight precision, so that a long shallow valley is followed to its end.
+        The trust region, whose scaling holds parameters that lose their effect on the way; a tight
+        end and many attempts, so that a valley is followed to its end.
         """
-        return cls(
-            initial_lambda=1e-2,
-            damping="nielsen",
-            max_iters=500,
-            patience=6,
-            abs_precision=1e-9,
-            rel_precision=1e-6,
-        ).with_(**settings)
+        return cls(strategy="dogleg", rel_precision=1e-14, max_iters=2000).with_(**settings)
 
     @classmethod
     def conservative(cls, **settings: Any) -> LmConfig:
-        """Prefer certainty to speed: damped start, higher floor of lambda, late and strict end."""
+        """Prefer certainty to speed: damped from the start, higher floor of lambda, strict end."""
         return cls(
+            strategy="damped",
             initial_lambda=1e-3,
             lambda_floor=1e-8,
             max_iters=1000,
-            min_iters=10,
-            patience=5,
-            abs_precision=1e-10,
-            rel_precision=1e-8,
+            patience=2,
+            rel_precision=1e-14,
+        ).with_(**settings)
+
+    @classmethod
+    def reference(cls, **settings: Any) -> LmConfig:
+        """The loop of the reference framework: its eight fields with its defaults.
+
+        Levenberg-Marquardt with the ladder of damping, ended by small steps. For comparisons, and
+        for programs that were tuned to it; `docs/from_rust.md` has the table.
+        """
+        return cls(
+            abs_precision=1e-6,
+            rel_precision=1e-4,
+            max_iters=100,
+            min_iters=5,
+            patience=3,
+            initial_lambda=1e-4,
+            damping="ladder",
+            strategy="damped",
+            ending="small_steps",
         ).with_(**settings)
 
     def with_(self, **settings: Any) -> LmConfig:
@@ -160,6 +189,13 @@ class LmConfig:
         found = replace(self, **settings)
         found.validate()
         return found
+
+    def chosen_strategy(self) -> str:
+        """``dogleg`` or ``damped``: what ``auto`` stands for with a direct linear solver."""
+        if self.strategy != "auto":
+            return self.strategy
+        changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)
+        return "damped" if changed else "dogleg"
 
     def floor(self, single: bool) -> float:
         """Smallest lambda in f32 (`single`) or f64."""
@@ -192,10 +228,20 @@ class LmConfig:
             )
         if not isinstance(self.verbose, bool):
             raise _refused(f"`verbose` is {self.verbose!r}", "it must be true or false")
-        named = isinstance(self.damping, str) and self.damping in ("ladder", "nielsen")
+        named = isinstance(self.damping, str) and self.damping in _DAMPINGS
         if not named and not callable(self.damping):
             raise _refused(
-                f"`damping` is {self.damping!r}", 'it must be "ladder", "nielsen" or a callable'
+                f"`damping` is {self.damping!r}",
+                f"it must be {_listed(_DAMPINGS)} or a callable",
+            )
+        for name, words in _WORDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, str) or value not in words:
+                raise _refused(f"`{name}` is {value!r}", f"it must be {_listed(words)}")
+        if self.strategy == "dogleg" and self.damping != "gain":
+            raise _refused(
+                f"`strategy` is 'dogleg', which has no use for `damping` {self.damping!r}",
+                'set strategy="damped", or leave one of the two out',
             )
         if self.observer is not None and not callable(self.observer):
             raise _refused(f"`observer` is {self.observer!r}", "it must be callable")
@@ -222,7 +268,15 @@ _NOT_NEGATIVE = (
     "min_diagonal",
 )
 _OPTIONAL = ("lambda_floor", "time_limit")
+_DAMPINGS = ("gain", "ladder", "nielsen")
+_WORDS = {"strategy": ("auto", "dogleg", "damped"), "ending": ("promise", "small_steps")}
+# Changing one of these asks for the damped strategy.
+_OF_DAMPING = ("damping", "initial_lambda", "lambda_floor", "lambda_ceiling", "retry_budget")
 _COUNTS = {"max_iters": 1, "min_iters": 0, "patience": 0, "retry_budget": 0, "num_threads": 0}
+
+
+def _listed(words: tuple[str, ...]) -> str:
+    return ", ".join(f'"{word}"' for word in words)
 
 
 def _plain(value: Any) -> Any:
@@ -243,3 +297,6 @@ def _is_number(value: object) -> bool:
 
 def _refused(message: str, help_text: str) -> AraelError:
     return AraelError(Diagnostic("E1010", message, origin="LmConfig", help=(help_text,)))
+
+
+_DEFAULT = LmConfig()

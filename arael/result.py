@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -48,24 +49,38 @@ class Result:
     Attributes
     ----------
     status : how it ended
-        ``converged`` (small steps, or nothing left but rounding), ``cost_threshold``,
+        ``converged`` (the linear model predicts no noticeable decrease), ``cost_threshold``,
         ``gradient_tolerance``, ``parameter_tolerance``, ``predicted_reduction``: solved.
-        ``max_iterations``, ``time_limit``, ``driver_terminated``, ``observer_terminated``,
-        ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): the best state so far.
+        ``stalled`` (a decrease is predicted, but no step however short brings one, as at a jump of
+        the cost), ``max_iterations``, ``time_limit``, ``driver_terminated``,
+        ``observer_terminated``, ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): the
+        best state so far.
     start_cost, end_cost : sums of squared residuals; of a schedule, at its very start and end
     iterations : attempts at a step, rejected ones counted
     accepted_iterations : steps taken
     x : (k,) stored scalars of every entity that was solved for, in order of the system
     final_lambda : damping at the end, a good start for a warm re-solve
+        Of the dogleg, its regularisation: the multiple of the largest diagonal so far that was
+        added to J'J.
     plan : what the linear solver chose and why, what that was predicted to take and what it took
     timing : seconds per phase; ``first_factor`` is the first factorisation apart
     history : one record an attempt, a structured array
         Fields: ``iteration`` (from 1), ``retry``, ``accepted``, ``factored``, ``pivot`` (scalar at
         which a factorisation failed, or -1), ``cost``, ``trial_cost`` (NaN without a step),
-        ``predicted`` (reduction promised), ``damping`` (lambda in effect), ``next_damping``,
-        ``step_norm``, ``gradient`` (largest entry of 2 J'r), ``seconds``.
+        ``predicted`` (decrease predicted for the step), ``promise`` (decrease predicted for the
+        step before trust region and bounds cut it), ``radius`` (of the trust region, in scaled
+        variables; NaN where there is none), ``damping`` (lambda in effect, or regularisation),
+        ``next_damping``, ``step_norm``, ``gradient`` (largest entry of 2 J'r), ``seconds``.
     passes : results of the passes, in order
     name : of the pass, or of the model
+    predicted_decrease : decrease of the cost that the last linearisation that was factorised
+        predicts for its undamped step, ``g' (J'J)^-1 g``; where steps were damped, that of the
+        least damped one, which is a lower bound. NaN if there was no step.
+    gradient_norm : ``sqrt(sum_i g_i^2 / (J'J)_ii)`` with ``g = J'r``, at the last linearisation
+        In the unit of residuals: its square bounds what moving one parameter alone can bring.
+    noise_floor : rounding noise of the cost at the last linearisation, estimated
+        From the machine precision, the cost and the terms that residuals are made of. A smaller
+        change of the cost means nothing.
     """
 
     status: str
@@ -80,6 +95,9 @@ class Result:
     history: NDArray[Any]
     passes: tuple[Result, ...] = field(default=())
     name: str = ""
+    predicted_decrease: float = math.nan
+    gradient_norm: float = math.nan
+    noise_floor: float = math.nan
 
     @property
     def cost(self) -> float:
@@ -106,6 +124,9 @@ class Result:
             "iterations": self.iterations,
             "accepted_iterations": self.accepted_iterations,
             "final_lambda": self.final_lambda,
+            "predicted_decrease": _number(self.predicted_decrease),
+            "gradient_norm": _number(self.gradient_norm),
+            "noise_floor": _number(self.noise_floor),
             "seconds": self.seconds,
             "plan": _plain(self.plan),
             "timing": dict(self.timing),
@@ -113,6 +134,20 @@ class Result:
         if self.passes:
             found["passes"] = [one.to_dict() for one in self.passes]
         return found
+
+    def _left(self) -> str:
+        """What a solve that has not converged may still gain, as the end of a line."""
+        if self.converged or not math.isfinite(self.predicted_decrease):
+            return ""
+        if len(self.history) and self.history["accepted"][-1]:
+            # Of the state before that step: at the end itself nothing was factorised.
+            return (
+                f"; before the last step a decrease of {self.predicted_decrease:.3g} was predicted"
+            )
+        left = f"a further decrease of {self.predicted_decrease:.3g} is predicted"
+        if self.end_cost > 0:
+            left += f" ({100 * self.predicted_decrease / self.end_cost:.3g} % of the cost)"
+        return f"; {left}"
 
     def __repr__(self) -> str:
         return (
@@ -124,7 +159,7 @@ class Result:
         lines = [
             f"{self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g} "
             f"in {self.iterations} iterations ({self.accepted_iterations} accepted), "
-            f"{_seconds(self.seconds)}"
+            f"{_seconds(self.seconds)}{self._left()}"
         ]
         if len(self.passes) > 1:
             width = max(len(one.name) for one in self.passes)
@@ -164,6 +199,9 @@ def joined(passes: list[Result], name: str) -> Result:
         np.concatenate([one.history for one in passes]),
         tuple(passes),
         name,
+        last.predicted_decrease,
+        last.gradient_norm,
+        last.noise_floor,
     )
 
 
@@ -173,6 +211,11 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(v) for v in value]
     return value.item() if isinstance(value, np.generic) else value
+
+
+def _number(value: float) -> float | None:
+    """A number, or None for one that JSON has no form for."""
+    return float(value) if math.isfinite(value) else None
 
 
 def _short(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Solving a model: its passes in order, each a Levenberg-Marquardt solve of its own."""
+"""Solving a model: its passes in order, each a nonlinear least-squares solve of its own."""
 
 from __future__ import annotations
 
@@ -232,4 +232,7 @@ def _result(outcome: Outcome, name: str) -> Result:
         outcome.timing,
         outcome.history,
         name=name,
+        predicted_decrease=outcome.predicted_decrease,
+        gradient_norm=outcome.gradient_norm,
+        noise_floor=outcome.noise_floor,
     )

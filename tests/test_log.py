@@ -55,7 +55,7 @@ def test_passes_at_info_attempts_at_debug() -> None:
     assert heard[0].startswith("toy, pass coarse: converged: cost ")
     with arael.log_to(heard.append, "debug"):
         result = solve(line())
-    attempts = [text for text in heard if "lambda=" in text]
+    attempts = [text for text in heard if "radius=" in text]
     assert len(attempts) == result.iterations
 
 

@@ -38,7 +38,8 @@ def test_every_setting_is_listed_with_its_default(field: object) -> None:
 
 
 @pytest.mark.parametrize(
-    "status", sorted(CONVERGED | ENDING | {"max_iterations", "lambda_ceiling", "retry_budget"})
+    "status",
+    sorted(CONVERGED | ENDING | {"max_iterations", "lambda_ceiling", "retry_budget", "stalled"}),
 )
 def test_every_status_is_explained(status: str) -> None:
     assert f"`{status}`" in SOLVING

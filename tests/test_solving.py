@@ -86,7 +86,8 @@ def test_chosen_passes_run_alone_and_an_empty_list_is_one_plain_solve():
 def test_settings_of_the_call_go_over_those_of_a_pass():
     model = line(PASSES)
     result = solve(model, config=LmConfig(max_iters=7), max_iters=1)
-    assert [one.status for one in result.passes] == ["max_iterations"] * 2
+    assert [one.iterations for one in result.passes] == [1, 1]
+    assert result.passes[0].status == "max_iterations"
     assert solve(line(PASSES), config=LmConfig(max_iters=1)).passes[0].status == "converged"
 
 
@@ -183,7 +184,20 @@ def test_passes_freeze_until_a_later_one_frees():
             {"damping": "newton"},
             "E1010",
             "`damping` is 'newton'",
-            'it must be "ladder", "nielsen" or a callable',
+            'it must be "gain", "ladder", "nielsen" or a callable',
+        ),
+        (
+            {"strategy": "newton"},
+            "E1010",
+            "`strategy` is 'newton'",
+            'it must be "auto", "dogleg", "damped"',
+        ),
+        ({"ending": 3}, "E1010", "`ending` is 3", 'it must be "promise", "small_steps"'),
+        (
+            {"strategy": "dogleg", "damping": "nielsen"},
+            "E1010",
+            "`strategy` is 'dogleg', which has no use for `damping` 'nielsen'",
+            'set strategy="damped", or leave one of the two out',
         ),
         (
             {"lambda_ceiling": 1e-9},
@@ -239,11 +253,53 @@ def test_failure_leaves_the_model_as_the_passes_before_left_it():
     np.testing.assert_allclose(best.passes[0].x, [root.column("a")[0], root.column("b")[0]])
 
 
+PRESETS = (
+    LmConfig.well_conditioned,
+    LmConfig.ill_conditioned,
+    LmConfig.conservative,
+    LmConfig.reference,
+)
+
+
 def test_presets_are_valid_and_take_settings():
-    for preset in (LmConfig.well_conditioned, LmConfig.ill_conditioned, LmConfig.conservative):
+    for preset in PRESETS:
         assert preset(max_iters=17).max_iters == 17
         assert preset() != LmConfig()
         assert solve(line(), config=preset()).converged
+
+
+def test_the_reference_has_the_eight_fields_of_the_framework():
+    found = LmConfig.reference()
+    assert (found.abs_precision, found.rel_precision) == (1e-6, 1e-4)
+    assert (found.max_iters, found.min_iters, found.patience) == (100, 5, 3)
+    assert (found.initial_lambda, found.cost_threshold, found.verbose) == (1e-4, 0.0, False)
+    assert (found.chosen_strategy(), found.damping, found.ending) == (
+        "damped",
+        "ladder",
+        "small_steps",
+    )
+
+
+@pytest.mark.parametrize(
+    "settings, chosen",
+    [
+        ({}, "dogleg"),
+        ({"rel_precision": 1e-4, "max_iters": 7, "min_diagonal": 1.0}, "dogleg"),
+        ({"initial_lambda": 1e-6}, "damped"),
+        ({"lambda_floor": 1e-9}, "damped"),
+        ({"lambda_ceiling": 1e9}, "damped"),
+        ({"retry_budget": 3}, "damped"),
+        ({"damping": "ladder"}, "damped"),
+        ({"damping": lambda record: 1.0}, "damped"),
+        ({"strategy": "dogleg", "lambda_floor": 1e-9}, "dogleg"),
+        ({"strategy": "damped"}, "damped"),
+    ],
+)
+def test_a_setting_of_damping_chooses_the_damped_strategy(settings, chosen):
+    config = LmConfig.of(**settings)
+    assert config.chosen_strategy() == chosen
+    radius = solve(line(), config=config).history["radius"]
+    assert np.isnan(radius).all() if chosen == "damped" else np.isfinite(radius).all()
 
 
 # --- results ---------------------------------------------------------------------------------
@@ -260,6 +316,58 @@ def test_result_reads_as_json_and_as_text():
     assert lines[0].startswith("converged: cost ")
     assert lines[1].startswith("  coarse  converged: cost ")
     assert lines[3].startswith("  solver dense (n 2")
+
+
+def test_result_carries_what_its_end_rests_on():
+    result = solve(line(), solver="dense")
+    assert 0 <= result.predicted_decrease <= max(1e-10 * result.end_cost, result.noise_floor)
+    assert 0 < result.noise_floor < 1e-12 * result.start_cost
+    assert result.gradient_norm**2 <= 2 * max(result.predicted_decrease, result.noise_floor)
+    plain = result.to_dict()
+    for name in ("predicted_decrease", "gradient_norm", "noise_floor"):
+        assert plain[name] == getattr(result, name) == getattr(result.passes[-1], name)
+    assert "predicted" not in str(result).splitlines()[0]
+
+
+def test_status_line_says_what_an_unfinished_solve_still_promises():
+    layout = toys.rosenbrock()
+    model = model_of(layout, toys.at(layout, -1.2, 1.0))
+    rejected = solve(model, max_iters=1)
+    assert not rejected.history["accepted"][-1]
+    share = 100 * rejected.predicted_decrease / rejected.end_cost
+    assert (
+        str(rejected)
+        .splitlines()[0]
+        .endswith(
+            f"; a further decrease of {rejected.predicted_decrease:.3g} is predicted "
+            f"({share:.3g} % of the cost)"
+        )
+    )
+    whole = solve(model_of(layout, toys.at(layout, -1.2, 1.0)))
+    stopped = solve(model, max_iters=int(np.argmax(whole.history["accepted"])) + 1)
+    assert stopped.history["accepted"][-1]
+    assert "; before the last step a decrease of" in str(stopped).splitlines()[0]
+    nothing = solve(model, time_limit=0.0)
+    assert nothing.to_dict()["predicted_decrease"] is None
+    assert "predicted" not in str(nothing).splitlines()[0]
+
+
+def test_predicted_decrease_is_that_of_the_undamped_step():
+    layout = toys.rosenbrock()
+    model = model_of(layout, toys.at(layout, -1.2, 1.0))
+    problem = problem_of(model)
+    gradient, hessian = problem.gradient() / 2, problem.hessian() / 2
+    promised = gradient @ np.linalg.solve(hessian, gradient)
+    scaled = np.sqrt((gradient**2 / np.diag(hessian)).sum())
+    for settings in ({}, {"strategy": "damped"}, {"config": LmConfig.reference(max_iters=1)}):
+        result = solve(model_of(layout, toys.at(layout, -1.2, 1.0)), max_iters=1, **settings)
+        assert result.history["promise"][0] == result.predicted_decrease
+        damped = gradient @ np.linalg.solve(
+            hessian + result.history["damping"][0] * np.diag(np.diag(hessian)), gradient
+        )
+        assert result.predicted_decrease == pytest.approx(damped, rel=1e-9)
+        assert result.predicted_decrease <= promised * (1 + 1e-9)
+        assert result.gradient_norm == pytest.approx(scaled, rel=1e-12)
 
 
 def test_statuses_that_count_as_solved():

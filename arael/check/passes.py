@@ -10,6 +10,7 @@ freezing what it freed before.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import fields
 
 from arael.check.constants import Constants
 from arael.check.declared import FieldDecl, StructDecl
@@ -19,7 +20,7 @@ from arael.check.places import Place, Sites
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
 from arael.check.typed import BOOL, STRING
-from arael.config import refused
+from arael.config import LmConfig, refused
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Pass, PassSetting
 from arael.syntax import tree
@@ -41,6 +42,8 @@ REALS = frozenset(
 )
 SWITCHES = frozenset({"verbose"})
 SETTINGS = WHOLE | REALS | SWITCHES
+# Settings that a pass does not take: words, functions, and limits of the damped strategy.
+FROM_PYTHON = frozenset(one.name for one in fields(LmConfig)) - SETTINGS
 
 
 class Passes:
@@ -178,13 +181,14 @@ class Passes:
     def _unknown(self, target: tree.Path, name: str) -> None:
         if name in self.constants.declarations.broken:
             return
-        fields = [f.name for f in self.root.struct.fields.values() if f.kind == "column"]
+        columns = [f.name for f in self.root.struct.fields.values() if f.kind == "column"]
+        label = "neither a field of the root nor a setting of the solver"
+        help_lines = did_you_mean(name, [*columns, *sorted(SETTINGS)])
+        if name in FROM_PYTHON:
+            label = "a pass cannot set this setting of the solver"
+            help_lines = [f"set it from Python: `model.solve({name}=...)`"]
         self.report.error(
-            "E0209",
-            target.span,
-            f"unknown setting `{name}`",
-            label="neither a field of the root nor a setting of the solver",
-            help=did_you_mean(name, [*fields, *sorted(SETTINGS)]),
+            "E0209", target.span, f"unknown setting `{name}`", label=label, help=help_lines
         )
 
     def _config_value(self, name: str, node: tree.Expr) -> float | int | bool | None:

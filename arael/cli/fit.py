@@ -63,7 +63,7 @@ def command(
         loss=loss,
     )
     model = runtime_model(residual)
-    result = model.solve(rel_precision=1e-10, abs_precision=0.0, max_iters=300, verbose=verbose)
+    result = model.solve(rel_precision=1e-12, verbose=verbose)
     _show(model, residual, result, sigma is None, found.predicts, as_json)
     return Exit.OK if result.converged else Exit.NOT_CONVERGED
 

@@ -112,7 +112,7 @@ def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[st
     from arael.plot.history import history_figure
     from arael.plot.problem import links, map_figure, point_columns
 
-    yield "Cost and damping", history_figure([(p.name, p.history) for p in result.passes])
+    yield "Cost and length of steps", history_figure([(p.name, p.history) for p in result.passes])
     points = point_columns(instance, layout)
     if points:
         yield "Solution from above", map_figure(points, links(instance, layout))

@@ -1,4 +1,4 @@
-"""How cost and damping went over a solve."""
+"""How cost, and what shortened the steps, went over a solve."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ if TYPE_CHECKING:
 
 @styled
 def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
-    """Draw cost and lambda over the attempts of each pass, one after the other.
+    """Draw cost, and trust region or lambda, over the attempts of each pass.
 
     Parameters
     ----------
     passes : name and history of each pass: structured arrays with `cost`, `trial_cost`, `damping`
-        and `accepted` (see `arael.result.Result`)
+        and `accepted`, and `radius` where steps were cut at a trust region (see
+        `arael.result.Result`)
     """
     figure, (costs, damping) = new_figure(11.0, 4.4, columns=2)
-    start = 0
+    start, names = 0, set()
     for name, records in passes:
         at = start + np.arange(len(records))
         accepted = records["accepted"].astype(bool)
@@ -35,13 +36,16 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
         costs.plot(at, cost, "-", color=BLUE, linewidth=1)
         costs.plot(at[accepted], cost[accepted], "o", color=BLUE, markersize=4)
         costs.plot(at[~accepted], cost[~accepted], "x", color=ORANGE, markersize=6)
-        damping.plot(at, records["damping"], ".-", color=BLUE, linewidth=1)
+        region = "radius" in (records.dtype.names or ()) and np.isfinite(records["radius"]).any()
+        names.add("trust region" if region else "damping")
+        limit = records["radius" if region else "damping"]
+        damping.plot(at, limit, ".-", color=BLUE, linewidth=1)
         costs.annotate(
             name, (start, 1), xycoords=("data", "axes fraction"), va="top", color=GREY, fontsize=9
         )
         start += len(records)
     costs.set_title("cost", color=INK)
-    damping.set_title("damping", color=INK)
+    damping.set_title(", ".join(sorted(names)) or "damping", color=INK)
     for axes in (costs, damping):
         axes.set_yscale("log")
         axes.set_xlabel("attempt")

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt with multiplicative damping of the diagonal."""
+"""The loop of a solve: a trust region with the dogleg, or Levenberg-Marquardt."""
 
 from typing import Any
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from arael.config import LmConfig
 from arael.runtime.box import Box
+from arael.runtime.dogleg import Dogleg
 from arael.runtime.evaluation import Evaluation
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.vectors import Vectors
@@ -23,8 +24,13 @@ class Minimiser:
     current_cost: float
     attempts: int
     accepted: int
+    factorisations: int
     damping: float
     vectors: Vectors
+    dogleg: Dogleg
+    predicted_decrease: float
+    gradient_norm: float
+    noise_floor: float
 
     def __init__(
         self,

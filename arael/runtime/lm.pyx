@@ -1,20 +1,23 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Levenberg-Marquardt with multiplicative damping of the diagonal.
+"""The loop of a solve: linearise, propose a step, accept or reject it, decide whether to go on.
 
-Each iteration solves ``(J'J + lambda diag(J'J)) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11,
-1963). A step that lowers the cost is accepted and lambda shrinks; any other is retried with the
-same linearisation and a larger lambda. The drivers of lambda: a fixed ladder, or the gain ratio
-of Nielsen (IMM-REP-1999-05, "Damping parameter in Marquardt's method").
+The default strategy is a trust region with Powell's dogleg (dogleg.pyx). The other is
+Levenberg-Marquardt: ``(J'J + lambda D) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11, 1963),
+where a step that lowers the cost is accepted and lambda shrinks, and any other is retried with the
+same linearisation and a larger lambda. D is the diagonal of J'J with the fixed ladder of factors
+and with Nielsen's gain ratio (IMM-REP-1999-05, "Damping parameter in Marquardt's method"), or the
+largest diagonal so far (Moré, 1978) with `gain`.
 """
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from libc.math cimport INFINITY, NAN, isfinite, sqrt
+from libc.math cimport INFINITY, NAN, fabs, isfinite, sqrt
 
 from arael.runtime.address cimport address, writable
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
+from arael.runtime.dogleg cimport Dogleg
 from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Sums, Vectors
@@ -35,6 +38,7 @@ STATUSES = (
     "lambda_ceiling",
     "retry_budget",
     "aborted",
+    "stalled",
 )
 
 RECORD = np.dtype(
@@ -47,6 +51,8 @@ RECORD = np.dtype(
         ("cost", np.float64),
         ("trial_cost", np.float64),
         ("predicted", np.float64),
+        ("promise", np.float64),
+        ("radius", np.float64),
         ("damping", np.float64),
         ("next_damping", np.float64),
         ("step_norm", np.float64),
@@ -60,6 +66,10 @@ check_record("Record", RECORD, (<const Record*>address(probe, RECORD))[0], sizeo
 
 # Seconds between looks at pending signals (Ctrl-C): each takes the GIL.
 cdef double SIGNAL_INTERVAL = 0.02
+# Undamped steps prove an end: regularisation up to here.
+cdef double PROOF = 1e-6
+# Square of the rounding of doubles: a cost this small a fraction of the first has no digit left.
+cdef double EXACT = 4.9e-32
 # A driver that rejected so often in a row that its growth overflows has given up.
 cdef double GROWTH_LIMIT = 1e9
 
@@ -89,6 +99,7 @@ cdef class Minimiser:
         self._epsilon = float(np.finfo(evaluation.dtype).eps)
         self._read(config, watched)
         self.vectors = Vectors(evaluation.size, evaluation.totals, evaluation.threads)
+        self.dogleg = Dogleg(self.vectors, box, config.floor(evaluation.single))
         self._grow_history(min(self._settings.max_iters, 1024) + 1)
 
     def _read(self, config, bint watched):
@@ -106,10 +117,14 @@ cdef class Minimiser:
         s.time_limit = INFINITY if config.time_limit is None else config.time_limit
         s.watched = watched
         self._driver = config.damping if callable(config.damping) else None
-        s.damping = CUSTOM if self._driver is not None else (
-            NIELSEN if config.damping == "nielsen" else LADDER
-        )
-        self.damping = max(s.initial_lambda, s.lambda_floor)
+        s.dogleg = config.chosen_strategy() == "dogleg"
+        s.damping = CUSTOM if self._driver is not None else {
+            "ladder": LADDER, "nielsen": NIELSEN, "gain": GAIN
+        }[config.damping]
+        s.by_promise = config.ending == "promise"
+        self.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
+        self.predicted_decrease = self.gradient_norm = self.noise_floor = NAN
+        self._jitter[:] = [0, 0, 0]
         self._growth = 2
 
     def _grow_history(self, Py_ssize_t capacity):
@@ -175,11 +190,17 @@ cdef class Minimiser:
         cdef double cost
         self._mark = seconds()
         cost = self.evaluation.linearise(self.vectors.gradient, self.vectors.values)
-        if self.evaluation.guarded:
+        if self.evaluation.guarded and not s.by_promise:
             self.current_cost = cost  # other instances may act than those the step was judged by
+        self._energy = self.evaluation.states.energy(
+            self.vectors.values, self.evaluation.totals.diagonal_at)
         if self._box.count:
             self._box.hold(self.vectors.gradient, self.vectors.values)
         self._now.gradient = 2 * self.vectors.take_diagonal(s.min_diagonal)
+        self.gradient_norm = sqrt(self.vectors.scaled_gradient())
+        self._floor_of_noise()
+        self.dogleg.begin()
+        self._proven = False
         self._now.iteration += 1
         self._now.retry = 0
         self._lap(LINEARISE)
@@ -193,6 +214,27 @@ cdef class Minimiser:
             self._status = COST_THRESHOLD
         elif s.gradient_tolerance > 0 and self._now.gradient <= s.gradient_tolerance:
             self._status = GRADIENT_TOLERANCE
+        elif s.by_promise and self._is_exact():
+            self.predicted_decrease = self.current_cost
+            self._status = CONVERGED
+
+    cdef bint _is_exact(self) noexcept nogil:
+        """Whether every residual is at the level of rounding, and steps do not help any more."""
+        if self.current_cost <= EXACT * self.start_cost:
+            return True
+        if self.current_cost > 4 * self._epsilon * self._epsilon * self._energy:
+            return False
+        return self.accepted == 0 or self.current_cost > 0.25 * self._now.cost
+
+    cdef void _floor_of_noise(self) noexcept nogil:
+        """Noise of the cost: rounding of its sum, and of residuals by that of their terms.
+
+        A residual is about as uncertain as the machine precision times its terms ``J_i x_i``; a
+        change dr changes the cost by ``2 r dr + dr^2``.
+        """
+        cdef double terms = self._epsilon * self._epsilon * self._energy
+        self.noise_floor = (
+            4 * self._epsilon * self.current_cost + 2 * sqrt(self.current_cost * terms) + terms)
 
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
@@ -206,11 +248,17 @@ cdef class Minimiser:
             self._status = ABORTED
         if self._status != RUNNING:
             return
-        self._now.cost, self._now.damping = self.current_cost, self.damping
+        self._now.cost = self.current_cost
         self._now.trial_cost = self._now.predicted = self._now.step_norm = NAN
-        if self._factor():
-            self._propose()
-            self._now.accepted = self._now.trial_cost < self.current_cost
+        self._now.promise = self._now.radius = NAN
+        if self._settings.dogleg:
+            self._now.damping = self.dogleg.regularisation
+            if self.dogleg.known or self._factor():
+                self._try_dogleg()
+        else:
+            self._now.damping = self.damping
+            if self._factor():
+                self._try_damped()
         if self.evaluation.raised.any or self.solver.raised.any:
             self._now.accepted = False
         self._next_damping()
@@ -220,21 +268,42 @@ cdef class Minimiser:
     cdef bint _factor(self) noexcept nogil:
         cdef Py_ssize_t failed
         self._mark = seconds()
-        self.vectors.prepare(self.damping)
+        if self._settings.dogleg:
+            self.dogleg.prepare()
+        else:
+            self.vectors.prepare(self.damping, self._settings.damping == GAIN)
+        self.factorisations += 1
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
+        if failed == 0:
+            self.solver.finish(self.vectors.step)
+            self._lap(SOLVE)
         return failed == 0
 
-    cdef void _propose(self) noexcept nogil:
-        """The step, what it promises, and what it brings."""
+    cdef void _try_dogleg(self) noexcept nogil:
+        """A step inside the trust region, and what it brings."""
+        self._mark = seconds()
+        if not self.dogleg.known:
+            self.dogleg.take_newton(sqrt(self._energy))
+        self._now.radius = self.dogleg.radius
+        self._now.predicted = self.dogleg.propose()
+        self._now.promise, self._added = self.dogleg.promise, self.dogleg.added
+        self._now.step_norm = sqrt(self.vectors.products().length)
+        self._lap(SOLVE)
+        self._look_ahead()
+
+    cdef void _try_damped(self) noexcept nogil:
+        """The damped step, what it promises, and what it brings."""
         cdef Sums sums
         cdef bint cut
         self._mark = seconds()
-        self.solver.finish(self.vectors.step)
-        cut = self._box.count > 0 and self._box.clamp(self.vectors.step)
         sums = self.vectors.products()
+        self._now.promise, self._added = -sums.slope, sums.added
+        cut = self._box.count > 0 and self._box.clamp(self.vectors.step)
+        if cut:
+            sums = self.vectors.products()
         self._now.step_norm = sqrt(sums.length)
         # Of the exact solution, step' H step = -slope - added.
         if cut:
@@ -243,20 +312,43 @@ cdef class Minimiser:
         else:
             self._now.predicted = -sums.slope + sums.added
         self._lap(SOLVE)
+        self._look_ahead()
+
+    cdef void _look_ahead(self) noexcept nogil:
+        """Cost of the trial state; whether the step is accepted."""
+        self._mark = seconds()
         self.evaluation.states.move(self.vectors.step, self.vectors.threads)
         self._lap(REFRESH)
-        self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.states.current)
+        if self.evaluation.guarded and self._settings.by_promise:
+            # Guards over parameters are evaluated at the trial state, so that costs compare.
+            self.evaluation.states.accept()
+            self.evaluation.guard()
+            self._now.trial_cost = self.evaluation.cost(self.evaluation.states.current)
+            self.evaluation.states.accept()
+        else:
+            self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.states.current)
+        self._now.accepted = self._now.trial_cost < self.current_cost
         self._lap(COST)
 
     # --- damping -----------------------------------------------------------------------------
 
     cdef void _next_damping(self) noexcept nogil:
         cdef double floor = self._settings.lambda_floor
+        cdef double gain = (self._now.cost - self._now.trial_cost) / self._now.predicted
+        if self._settings.dogleg:
+            if self.dogleg.known:
+                self.dogleg.adapt(self._now.accepted, gain)
+            else:
+                self.dogleg.regularise()
+            self.damping = self._now.next_damping = self.dogleg.regularisation
+            return
         if self._settings.damping == CUSTOM:
             with gil:
                 self._drive()
         elif self._settings.damping == NIELSEN:
-            self._nielsen()
+            self._nielsen(gain, 1.0 / 3.0)
+        elif self._settings.damping == GAIN:
+            self._nielsen(gain, 0.1)
         elif self._now.accepted:
             self.damping *= 0.2
         else:
@@ -265,17 +357,16 @@ cdef class Minimiser:
             self.damping = floor
         self._now.next_damping = self.damping
 
-    cdef void _nielsen(self) noexcept nogil:
-        cdef double gain, shape
+    cdef void _nielsen(self, double gain, double least) noexcept nogil:
+        cdef double shape
         if not self._now.accepted:
             self.damping *= self._growth
             self._growth *= 2
             if self._growth > GROWTH_LIMIT:
                 self._status = DRIVER_TERMINATED
             return
-        gain = (self._now.cost - self._now.trial_cost) / self._now.predicted
         shape = 2 * gain - 1
-        self.damping *= max(1.0 / 3.0, 1 - shape * shape * shape) if isfinite(gain) else 1.0 / 3.0
+        self.damping *= max(least, 1 - shape * shape * shape) if isfinite(gain) else least
         self._growth = 2
 
     def _drive(self):
@@ -302,6 +393,9 @@ cdef class Minimiser:
             self.evaluation.states.accept()
             self.current_cost = self._now.trial_cost
             self.accepted += 1
+        elif self.evaluation.guarded and self._settings.by_promise:
+            self.evaluation.guard()
+        self._keep_promise()
         verdict = self._verdict()
         self._take_failure()
         if self._settings.watched and self._failure is None:
@@ -311,11 +405,26 @@ cdef class Minimiser:
         if verdict != RUNNING and self._status != ABORTED:
             self._status = verdict
 
+    cdef void _keep_promise(self) noexcept nogil:
+        """Of the attempts with one linearisation, what the least damped promised."""
+        if not self._now.factored and not self.dogleg.known:
+            return
+        if self._now.retry == 0 or not self.predicted_decrease >= self._now.promise:
+            self.predicted_decrease = self._now.promise
+
     cdef int _verdict(self) noexcept nogil:
         cdef Settings* s = &self._settings
         cdef double before = self._now.cost
         cdef int found
-        if self._now.accepted:
+        if s.by_promise:
+            if self._now.accepted and s.cost_threshold > 0 and (
+                self.current_cost <= s.cost_threshold
+            ):
+                return COST_THRESHOLD
+            found = self._by_promise()
+            if found != RUNNING:
+                return found
+        elif self._now.accepted:
             found = self._after_acceptance()
             if found != RUNNING:
                 return found
@@ -332,9 +441,60 @@ cdef class Minimiser:
         if not self._now.accepted:
             if self.damping > s.lambda_ceiling:
                 return LAMBDA_CEILING
+            if s.dogleg and self.dogleg.known and self._now.retry >= 2 and (
+                self.dogleg.radius <= self._epsilon * sqrt(self._energy)
+                or self.dogleg.radius < 1e-300
+            ):
+                return CONVERGED if self._promise_is_noise() else STALLED
             if s.retry_budget > 0 and self._now.retry >= s.retry_budget:
                 return RETRY_BUDGET
         return RUNNING
+
+    cdef int _by_promise(self) noexcept nogil:
+        """Whether the linearisation promises no decrease that could be noticed.
+
+        The promise ``g' H^-1 g`` of an undamped step bounds what any step can bring, and every
+        scaled entry of the gradient. Where the step was damped, an undamped one is tried first.
+        """
+        cdef Settings* s = &self._settings
+        if not self._now.factored and not self.dogleg.known:
+            return RUNNING
+        if not self._now.accepted:
+            self._jitter[self._now.retry % 3] = fabs(self._now.trial_cost - self._now.cost)
+        if not self._now.promise <= max(
+            max(s.rel_precision * self._now.cost, s.abs_precision), self.noise_floor
+        ):
+            self._small_steps = 0
+            return RUNNING
+        if self._now.damping > PROOF or (
+            s.min_diagonal > 0 and self._added > 0.5 * self._now.promise
+        ):
+            if not s.dogleg and s.lambda_floor < PROOF and not self._proven:
+                self._proven = True  # once a linearisation: it may fail
+                self.damping = s.lambda_floor
+            return RUNNING
+        self._small_steps += self._now.accepted
+        if self._now.accepted and (
+            self.accepted < s.min_iters or self._small_steps <= s.patience
+        ):
+            return RUNNING
+        return CONVERGED
+
+    cdef bint _promise_is_noise(self) noexcept nogil:
+        """Whether costs at states that hardly differ scatter by more than is promised.
+
+        Where the cost jumps, by a guard over parameters or a condition within a formula, it rises
+        by nearly the same at each of them, which is no scatter.
+        """
+        cdef double least = INFINITY, most = 0
+        cdef int k
+        if self.evaluation.guarded:
+            return False
+        for k in range(3):
+            if not isfinite(self._jitter[k]):
+                return False
+            least, most = min(least, self._jitter[k]), max(most, self._jitter[k])
+        return most - least > 0.1 * most and self._now.promise <= 4 * most
 
     cdef int _after_acceptance(self) noexcept nogil:
         cdef Settings* s = &self._settings

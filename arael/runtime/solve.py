@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from arael.config import LmConfig
@@ -39,6 +39,9 @@ class Outcome:
     plan: dict[str, Any]
     timing: dict[str, float]
     history: Array
+    predicted_decrease: float
+    gradient_norm: float
+    noise_floor: float
 
 
 def minimise(
@@ -48,7 +51,7 @@ def minimise(
     write: Callable[[str], object] | None = None,
     analysis_seconds: float = 0.0,
 ) -> Outcome:
-    """Run Levenberg-Marquardt; the store is not touched.
+    """Run the loop; the store is not touched.
 
     Parameters
     ----------
@@ -59,6 +62,7 @@ def minimise(
     SolveError
         E1001-E1007, with the outcome so far in ``best``. What observers and drivers raise passes.
     """
+    config = _suited(config, solver)
     if write is None and config.verbose:
         write = to_stderr
     began = time.perf_counter()
@@ -86,9 +90,12 @@ def minimise(
             minimiser.accepted,
             status,
             minimiser.damping,
-            {**solver.report(), **_measured(solver, timing, minimiser.attempts)},
+            {**solver.report(), **_measured(solver, timing, minimiser.factorisations)},
             timing,
             minimiser.history,
+            minimiser.predicted_decrease,
+            minimiser.gradient_norm,
+            minimiser.noise_floor,
         )
 
     try:
@@ -99,18 +106,30 @@ def minimise(
     return outcome(status)
 
 
-def _measured(solver: LinearSolver, timing: dict[str, float], attempts: int) -> dict[str, float]:
+def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:
+    """The configuration, with damped steps in place of the dogleg where steps are approximate.
+
+    Conjugate gradients need the damping: without it they are slow along what nothing holds, and
+    stop short of the Gauss-Newton step that the dogleg relies on.
+    """
+    approximate = solver.plan.get("solver") == "schur_pcg"
+    if approximate and config.strategy == "auto" and config.chosen_strategy() == "dogleg":
+        return replace(config, strategy="damped", damping="ladder")
+    return config
+
+
+def _measured(solver: LinearSolver, timing: dict[str, float], count: int) -> dict[str, float]:
     """What a factorisation took, to stand beside what was predicted; nothing if there was none.
 
     The first, which touches all memory for the first time, counts only where it is the only one.
     What iterates was predicted with its iterations, so it is measured with them.
     """
-    if not attempts:
+    if not count:
         return {}
-    again = attempts > 1
-    seconds = timing["factor"] / (attempts - 1) if again else timing["first_factor"]
+    again = count > 1
+    seconds = timing["factor"] / (count - 1) if again else timing["first_factor"]
     if solver.plan.get("solver") == "schur_pcg":
-        seconds += timing["solve"] / attempts
+        seconds += timing["solve"] / count
     return {"measured_ms": 1e3 * seconds}
 
 

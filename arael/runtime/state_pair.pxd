@@ -1,6 +1,6 @@
 # The states of all entities twice over: as accepted, and as a step would have them.
 
-from libc.stdint cimport int32_t, int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.kernel cimport refresh_function
 from arael.runtime.raised cimport Raised
@@ -14,6 +14,9 @@ cdef struct EntityStates:
     Py_ssize_t stored            # stored scalars of a row
     Py_ssize_t stride            # state scalars of a row
     bint plain                   # whether a step is just added
+    const int32_t* uses          # [use_count][4] first stored, stored, first tangent, tangent
+    Py_ssize_t use_count
+    bint curved                  # whether some parameter is a point of a manifold
     size_t frame                 # bytes of stack that suffice for `refresh`
     refresh_function refresh     # NULL: the interpreter does it
 
@@ -38,6 +41,7 @@ cdef class StatePair:
     cdef Py_ssize_t _pieces      # of what moves without the interpreter
     cdef const int64_t* _piece   # [pieces][3] entity, first row, end
     cdef bint _large             # whether they are worth sharing among threads
+    cdef const uint8_t* _held    # [size] scalars that do not move
 
     # The other states become the accepted ones moved by `step`.
     cdef void move(self, const void* step, int threads) noexcept nogil
@@ -47,6 +51,10 @@ cdef class StatePair:
     cdef void* at(self, Py_ssize_t entity) noexcept nogil
     # Euclidean norm of the stored scalars of all entities that are solved for.
     cdef double norm(self) noexcept nogil
+    # Sum of H_ii x_i^2 over the scalars that move, from the values of H and where its diagonal is:
+    # how large the terms are that residuals are made of. A scalar of a tangent space, such as that
+    # of a rotation, counts with the largest stored scalar of its parameter, and as no less than 1.
+    cdef double energy(self, const void* values, const int64_t* diagonal_at) noexcept nogil
 
     cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil

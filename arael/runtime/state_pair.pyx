@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from libc.math cimport sqrt
-from libc.stdint cimport int32_t, int64_t
+from libc.math cimport fabs, sqrt
+from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.stdlib cimport calloc, free
 
 from cython cimport floating
@@ -67,6 +67,39 @@ cdef void call_refresh(void* job) noexcept nogil:
     call.one.refresh(call.rows, call.state, call.step, call.delta_at, call.moved)
 
 
+cdef double weighted_squares(
+    const EntityStates* one, const floating* state, const floating* values, const int64_t* at,
+    const uint8_t* held
+) noexcept nogil:
+    """Part of one entity in `StatePair.energy`."""
+    cdef Py_ssize_t row, u, k, first
+    cdef const int32_t* use
+    cdef const floating* x
+    cdef double total = 0, size, whole
+    for row in range(one.rows):
+        first = one.delta_at[row]
+        if first < 0:
+            continue
+        x = state + row * one.stride
+        for u in range(one.use_count):
+            use = one.uses + 4 * u
+            whole = 1
+            if use[1] != use[3]:
+                for k in range(use[1]):
+                    whole = max(whole, fabs(<double>x[use[0] + k]))
+            for k in range(use[3]):
+                if held[first + use[2] + k]:
+                    continue
+                if use[1] != use[3]:
+                    size = whole
+                else:
+                    size = fabs(<double>x[use[0] + k])
+                    if one.curved:
+                        size = max(size, 1.0)
+                total += <double>values[at[first + use[2] + k]] * size * size
+    return total
+
+
 cdef class StatePair:
     """What the parameters are and what they are tried to be.
 
@@ -115,9 +148,20 @@ cdef class StatePair:
             one.delta_at = <const int32_t*>address(first, np.int32, rows)
             one.rows, one.moving = rows, rows if (first >= 0).any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
+            uses = np.array(
+                [(u.stored_start, u.stored, u.tangent_start, u.tangent) for u in entity.params],
+                dtype=np.int32,
+            ).reshape(-1, 4)
+            self._keep.append(uses)
+            one.uses, one.use_count = <const int32_t*>address(uses, "int32"), len(uses)
+            one.curved = not all(u.kind in ("real", "vec") for u in entity.params)
             if table != NULL and e < table.entity_count:
                 one.frame = refresh_frame_of(entity)
                 one.refresh = table.refresh[<Py_ssize_t>e]
+        held = np.zeros(max(self._size, 1), dtype=np.uint8)
+        held[system.held] = 1
+        self._keep.append(held)
+        self._held = <const uint8_t*>address(held, "uint8")
         pieces = np.array(self._cut(), dtype=np.int64).reshape(-1, 3)
         self._keep.append(pieces)
         self._pieces, self._piece = len(pieces), <const int64_t*>table_address(pieces, 3)
@@ -190,6 +234,20 @@ cdef class StatePair:
             else:
                 total += squares(<const double*>self.at(e), one.moving, one.stride, one.stored)
         return sqrt(total)
+
+    cdef double energy(self, const void* values, const int64_t* diagonal_at) noexcept nogil:
+        cdef double total = 0
+        cdef Py_ssize_t e
+        cdef EntityStates* one
+        for e in range(self._count):
+            one = &self.entities[e]
+            if self.single:
+                total += weighted_squares(
+                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held)
+            else:
+                total += weighted_squares(
+                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held)
+        return total
 
     cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil:
         return not self.entities[e].plain and self.entities[e].refresh == NULL

@@ -61,7 +61,7 @@ class Watcher:
             return (
                 f"{head}{shown_cost(record['cost'])}->{shown_cost(record['trial_cost'])} / "
                 f"{shown_cost(record['cost'] - record['trial_cost'])}, "
-                f"lambda={shown_lambda(record['damping'])} (step={step})"
+                f"{_how(minimiser, record)} (step={step})"
             )
         gradient = minimiser.vectors.gradient_array[: self._problem.size]
         diagonal = minimiser.vectors.diagonal_array[: self._problem.size]
@@ -78,6 +78,15 @@ class Watcher:
         )
         named = offenders(self._problem, gradient, diagonal, int(record["pivot"]))
         return "\n".join([line, *(f"    {text}" for text in named)])
+
+
+def _how(minimiser: Any, record: Any) -> str:
+    """What shortened the step: lambda, or the trust region and more than the least lambda."""
+    lam = f"lambda={shown_lambda(record['damping'])}"
+    if np.isnan(record["radius"]):
+        return lam
+    radius = f"radius={shown_lambda(record['radius'])}"
+    return f"{radius} {lam}" if record["damping"] > minimiser.dogleg.floor else radius
 
 
 def shown_cost(cost: float) -> str:

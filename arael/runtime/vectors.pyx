@@ -9,6 +9,7 @@ import numpy as np
 
 from libc.math cimport fabs
 from libc.stdint cimport int64_t
+from libc.string cimport memcpy
 
 from arael.runtime.address cimport writable
 from arael.runtime.pool cimport Task, distribute
@@ -33,6 +34,10 @@ cdef class Vectors:
     ----------
     gradient_array, value_array : arrays of `Totals.kept`
     diagonal_array, damped_array, step_array : (n,)
+    scale_array : (n,)
+        Largest diagonal of J'J since the solve began, which is the square of the scaling of
+        variables of Moré, "The Levenberg-Marquardt algorithm: implementation and theory", 1978.
+    newton_array, descent_array : (n,)
     """
 
     def __init__(self, Py_ssize_t n, Totals totals, int threads):
@@ -41,14 +46,16 @@ cdef class Vectors:
         self._at = totals.diagonal_at
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
-        self.diagonal_array, self.damped_array, self.step_array, own = (
-            np.zeros(max(n, 1), dtype=dtype) for _ in range(4)
-        )
+        (self.diagonal_array, self.damped_array, self.step_array, self.scale_array,
+         self.newton_array, self.descent_array, own) = np.zeros((7, max(n, 1)), dtype=dtype)
         self._keep = (totals, own)
         self.gradient = writable(self.gradient_array, dtype)
         self.values = writable(self.value_array, dtype)
         self.step = writable(self.step_array, dtype, n)
         self.damped = writable(self.damped_array, dtype, n)
+        self.scale = writable(self.scale_array, dtype, n)
+        self.newton = writable(self.newton_array, dtype, n)
+        self.descent = writable(self.descent_array, dtype, n)
         self._diagonal = writable(self.diagonal_array, dtype, n)
         self._own = writable(own, dtype, n)
 
@@ -61,8 +68,8 @@ cdef class Vectors:
             largest = max(largest, self._largest[part])
         return largest
 
-    cdef void prepare(self, double damping) noexcept nogil:
-        self._factor = 1 + damping
+    cdef void prepare(self, double damping, bint by_scale) noexcept nogil:
+        self._damping, self._by_scale = damping, by_scale
         self._share(prepare_part)
 
     cdef Sums products(self) noexcept nogil:
@@ -73,8 +80,26 @@ cdef class Vectors:
         for part in range(1, self._parts):
             total.slope += self._sums[part].slope
             total.length += self._sums[part].length
+            total.scaled += self._sums[part].scaled
             total.added += self._sums[part].added
         return total
+
+    cdef void keep_newton(self) noexcept nogil:
+        memcpy(self.newton, self.step, self.n * (4 if self.single else 8))
+
+    cdef Descent take_descent(self) noexcept nogil:
+        cdef Py_ssize_t part
+        cdef Descent total
+        self._share(descent_part)
+        total = self._descents[0]
+        for part in range(1, self._parts):
+            total.length += self._descents[part].length
+            total.added += self._descents[part].added
+        return total
+
+    cdef void combine(self, double along, double across) noexcept nogil:
+        self._along, self._across = along, across
+        self._share(combine_part)
 
     cdef double scaled_gradient(self) noexcept nogil:
         if self.single:
@@ -93,6 +118,7 @@ cdef class Vectors:
         cdef const int64_t* at = self._at
         cdef real* own = <real*>self._own
         cdef real* diagonal = <real*>self._diagonal
+        cdef real* scale = <real*>self.scale
         cdef const real* gradient = <const real*>self.gradient
         cdef double floor = self._floor, largest = 0
         # Alone in its loop, so that many of these wait for memory at a time.
@@ -100,6 +126,7 @@ cdef class Vectors:
             own[i] = values[at[i]]
         for i in range(begin, end):
             diagonal[i] = <real>floor if own[i] < floor else own[i]
+            scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
         for i in range(begin, end):
             largest = max(largest, fabs(<double>gradient[i]))
         self._largest[part] = largest
@@ -107,11 +134,18 @@ cdef class Vectors:
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i
         cdef const real* diagonal = <const real*>self._diagonal
+        cdef const real* scale = <const real*>self.scale
         cdef real* damped = <real*>self.damped
         cdef real* step = <real*>self.step
-        cdef real factor = <real>self._factor
-        for i in range(self._end(part - 1) if part else 0, self._end(part)):
-            damped[i] = diagonal[i] * factor
+        cdef real factor = <real>(1 + self._damping), damping = <real>self._damping
+        cdef Py_ssize_t begin = self._end(part - 1) if part else 0, end = self._end(part)
+        if self._by_scale:
+            for i in range(begin, end):
+                damped[i] = diagonal[i] + damping * scale[i]
+        else:
+            for i in range(begin, end):
+                damped[i] = diagonal[i] * factor
+        for i in range(begin, end):
             step[i] = -gradient[i]
 
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil:
@@ -119,14 +153,39 @@ cdef class Vectors:
         cdef const real* gradient = <const real*>self.gradient
         cdef const real* damped = <const real*>self.damped
         cdef const real* own = <const real*>self._own
-        cdef double slope = 0, length = 0, added = 0, x
+        cdef const real* scale = <const real*>self.scale
+        cdef double slope = 0, length = 0, scaled = 0, added = 0, x
         for i in range(self._end(part - 1) if part else 0, self._end(part)):
             x = step[i]
             slope += <double>gradient[i] * x
             length += x * x
+            scaled += <double>scale[i] * x * x
             added += (<double>damped[i] - <double>own[i]) * x * x
         self._sums[part].slope, self._sums[part].length = slope, length
-        self._sums[part].added = added
+        self._sums[part].scaled, self._sums[part].added = scaled, added
+
+    cdef void _descent_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
+        cdef Py_ssize_t i
+        cdef const real* scale = <const real*>self.scale
+        cdef const real* damped = <const real*>self.damped
+        cdef const real* own = <const real*>self._own
+        cdef const real* newton = <const real*>self.newton
+        cdef real* descent = <real*>self.descent
+        cdef double length = 0, added = 0, c
+        for i in range(self._end(part - 1) if part else 0, self._end(part)):
+            c = -<double>gradient[i] / scale[i] if scale[i] > 0 else 0
+            descent[i] = <real>c
+            length -= <double>gradient[i] * c
+            added += (<double>damped[i] - <double>own[i]) * c * <double>newton[i]
+        self._descents[part].length, self._descents[part].added = length, added
+
+    cdef void _combine_part(self, Py_ssize_t part, real* step) noexcept nogil:
+        cdef Py_ssize_t i
+        cdef const real* newton = <const real*>self.newton
+        cdef const real* descent = <const real*>self.descent
+        cdef real along = <real>self._along, across = <real>self._across
+        for i in range(self._end(part - 1) if part else 0, self._end(part)):
+            step[i] = along * descent[i] + across * newton[i]
 
     cdef double _scaled(self, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i
@@ -157,6 +216,20 @@ cdef void product_part(void* of, Py_ssize_t part) noexcept nogil:
         (<Vectors>of)._product_part(part, <const float*>(<Vectors>of).step)
     else:
         (<Vectors>of)._product_part(part, <const double*>(<Vectors>of).step)
+
+
+cdef void descent_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._descent_part(part, <const float*>(<Vectors>of).gradient)
+    else:
+        (<Vectors>of)._descent_part(part, <const double*>(<Vectors>of).gradient)
+
+
+cdef void combine_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._combine_part(part, <float*>(<Vectors>of).step)
+    else:
+        (<Vectors>of)._combine_part(part, <double*>(<Vectors>of).step)
 
 
 def count_parts(n):

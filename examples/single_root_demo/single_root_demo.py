@@ -20,7 +20,7 @@ def solved() -> tuple[Any, Any]:
     """The solved instance and the result of the solve."""
     instance = arael.load(MODEL)()
     instance.sub.target = 5.0
-    result = instance.solve(config=arael.LmConfig(initial_lambda=1e-9, rel_precision=1e-12))
+    result = instance.solve(config=arael.LmConfig(rel_precision=1e-12))
     return instance, result
 
 

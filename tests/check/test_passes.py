@@ -31,8 +31,8 @@ def test_slam_schedule() -> None:
         return (PassSetting("frine_isigma_scale", (value,)),)
 
     assert standard("slam").passes == (
-        Pass("coarse", scale(0.01)),
-        Pass("medium", scale(0.1)),
+        Pass("coarse", scale(0.01), {"rel_precision": 1e-4}),
+        Pass("medium", scale(0.1), {"rel_precision": 1e-4}),
         Pass("fine", scale(1.0), {"rel_precision": 1e-6}),
     )
 
@@ -109,3 +109,12 @@ def test_a_refused_setting_is_refused_by_lm_config() -> None:
         assert refused(name, value)
         with pytest.raises(AraelError, match=name):
             LmConfig(**{name: value}).validate()  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["strategy", "ending", "damping", "observer", "lambda_ceiling"])
+def test_settings_that_are_set_from_python_say_so(name: str) -> None:
+    with pytest.raises(AraelError) as caught:
+        checked(MODEL.replace("STEPS", f"{name} = 1"))
+    (found,) = caught.value.diagnostics
+    assert found.code == "E0209"
+    assert found.help == (f"set it from Python: `model.solve({name}=...)`",)

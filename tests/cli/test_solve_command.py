@@ -31,6 +31,8 @@ def test_json_holds_what_is_documented(arael: Arael, line: Path) -> None:
         assert key in found
     assert found["status"] == "converged"
     assert found["plan"]["solver"]
+    for key in ("predicted_decrease", "gradient_norm", "noise_floor"):
+        assert found[key] >= 0
     assert [p["name"] for p in found["passes"]] == ["rough", "fine"]
     for one in found["passes"]:
         assert one["seconds"] > 0
@@ -70,8 +72,24 @@ def test_max_iters_goes_over_the_models_passes(arael: Arael, line: Path) -> None
     (line / "line.arael").write_text(text)
     done = arael("solve", "line.arael", "line.json", "--max-iters", "1", "--json")
     assert done.code == 1
-    assert {p["status"] for p in done.json["passes"]} == {"max_iterations"}
+    assert [p["iterations"] for p in done.json["passes"]] == [1, 1]
+    assert done.json["passes"][0]["status"] == "max_iterations"
     assert done.json["converged"] is False
+
+
+def test_a_stalled_solve_says_what_was_promised(arael: Arael, tmp_path: Path) -> None:
+    """The residual jumps where it starts: exit code 1, and the predicted decrease beside it."""
+    (tmp_path / "jump.arael").write_text(
+        "root A {\n    param x: real = 1\n    constraint c { if x > 1 then x + 9 else x - 3 }\n}\n"
+    )
+    (tmp_path / "jump.json").write_text("{}")
+    done = arael("solve", tmp_path / "jump.arael", tmp_path / "jump.json")
+    assert done.code == 1
+    assert done.out.startswith("stalled: cost 4 -> 4 in ")
+    assert "; a further decrease of 4 is predicted (100 % of the cost)" in done.out
+    done = arael("solve", tmp_path / "jump.arael", tmp_path / "jump.json", "--json")
+    assert done.code == 1 and done.json["status"] == "stalled"
+    assert done.json["predicted_decrease"] == pytest.approx(4)
 
 
 @pytest.mark.parametrize(
@@ -155,10 +173,13 @@ def test_covariance_ending_is_told_before_the_solve(arael: Arael, line: Path) ->
 
 
 def test_verbose_traces_each_pass(arael: Arael, line: Path) -> None:
+    # The first residual is no longer zero at the solution of the pass before.
+    text = (line / "line.json").read_text()
+    (line / "line.json").write_text(text.replace("3", "3.1", 1))
     done = arael("solve", "line.arael", "line.json", "-v")
     assert "pass rough\n1/0: " in done.err
     assert "pass fine\n1/0: " in done.err
-    assert "lambda=" in done.err
+    assert "radius=" in done.err
 
 
 def test_a_pipe_sees_no_progress(arael: Arael, line: Path) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from arael.compiler.compiler import syntax, types
 from arael.compiler.moving_guards import split
+from arael.config import LmConfig
 from arael.diagnostics.records import Findings, Source
 from arael.loading import load
 from arael.model import Model
@@ -72,14 +75,20 @@ root R { limit: real; nodes: list of Node; edges: list of Edge }
             assert residuals[acting].any(axis=1).all()
 
 
+@pytest.mark.parametrize("strategy", ["dogleg", "damped"])
 @pytest.mark.parametrize("interpret", [False, True])
-def test_instances_switch_as_the_solve_goes(tmp_path: Path, interpret: bool) -> None:
+def test_instances_switch_as_the_solve_goes(
+    tmp_path: Path, interpret: bool, strategy: Literal["dogleg", "damped"]
+) -> None:
     path = tmp_path / "trimmed.arael"
     path.write_text(TRIMMED)
     model = load(path, interpret=interpret)(a=0.0)
     x = np.array([-3.0, 0.5, 1.2, 1.4, 2.0, 2.1, 2.3, 2.4, 2.6, 9.0])
     model.readings.extend(x=x)
-    result = model.solve(abs_precision=1e-14, rel_precision=1e-14)
+    # The cost rises where readings come in, which only the reference's rule of ending goes over.
+    config = LmConfig.reference(abs_precision=1e-14, rel_precision=1e-14)
+    result = model.solve(replace(config, strategy=strategy, damping="gain"))
+    assert (result.history["cost"][1:] > result.history["trial_cost"][:-1]).any()
     mean = 0.0
     for _ in range(50):
         near = np.abs(mean - x) < 1.5
@@ -93,6 +102,21 @@ def test_instances_switch_as_the_solve_goes(tmp_path: Path, interpret: bool) -> 
     jacobian = model.jacobian()
     assert jacobian.constraint.tolist() == np.flatnonzero(near).tolist()
     assert jacobian.dense().ravel().tolist() == [1.0] * 8
+
+
+def test_readings_that_would_come_in_and_cost_more_end_the_solve(tmp_path: Path) -> None:
+    """By default costs are compared with guards asked at the trial state."""
+    path = tmp_path / "trimmed.arael"
+    path.write_text(TRIMMED)
+    model = load(path, interpret=True)(a=0.0)
+    x = np.array([-3.0, 0.5, 1.2, 1.4, 2.0, 2.1, 2.3, 2.4, 2.6, 9.0])
+    model.readings.extend(x=x)
+    result = model.solve()
+    cost = ((float(model.a.value) - x[np.abs(float(model.a.value) - x) < 1.5]) ** 2).sum()
+    assert result.status == "stalled"
+    assert result.end_cost == pytest.approx(cost, rel=1e-12)
+    assert result.end_cost < result.start_cost
+    assert result.predicted_decrease > 1e-3 * result.end_cost
 
 
 def test_what_does_not_act_may_be_undefined(tmp_path: Path) -> None:

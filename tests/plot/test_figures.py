@@ -95,6 +95,20 @@ def test_history_marks_rejected_attempts() -> None:
 
 
 @needs("matplotlib")
+def test_history_draws_the_trust_region_where_there_is_one() -> None:
+    kinds = [
+        ("cost", float), ("trial_cost", float), ("damping", float), ("radius", float),
+        ("accepted", int),
+    ]  # fmt: skip
+    cut = np.array([(9, 4, 1e-12, 7.5, 1), (4, 1, 1e-12, 15.0, 1)], dtype=kinds)
+    damped = np.array([(1, 0.5, 1e-4, np.nan, 1)], dtype=kinds)
+    axes = history_figure([("first", cut), ("second", damped)]).axes[1]
+    assert axes.get_title(loc="left") == "damping, trust region"
+    drawn = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() == "."]
+    assert drawn == [[7.5, 15.0], [1e-4]]
+
+
+@needs("matplotlib")
 def test_fit_and_map_figures(tmp_path: Path) -> None:
     x = np.linspace(0, 1, 9)
     fit = fit_figure(x, 2 * x, x > 0.8, [Line("robust", 2.0, 0.0, figures.BLUE)])

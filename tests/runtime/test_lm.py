@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import signal
 import time
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
 from arael.config import LmConfig
+from arael.runtime.layout import Layout
 from arael.runtime.linear.dense import DenseSolver
 from arael.runtime.lm import STATUSES
 from arael.runtime.problem import Problem
@@ -25,6 +27,17 @@ def solved(layout, store, frozen=(), **settings) -> tuple[Outcome, Problem]:
 def rosenbrock(**settings) -> Outcome:
     layout = toys.rosenbrock()
     return solved(layout, toys.at(layout, -1.2, 1.0), **settings)[0]
+
+
+def referred(layout, store, **settings) -> tuple[Outcome, Problem]:
+    """Solve by the loop of the reference framework."""
+    return solved(layout, store, **reference(**settings))
+
+
+def reference(**settings) -> dict:
+    """Settings of `LmConfig.reference`, those given going over them."""
+    config = LmConfig.reference()
+    return {**{f.name: getattr(config, f.name) for f in fields(config)}, **settings}
 
 
 # --- known optima ----------------------------------------------------------------------------
@@ -63,7 +76,7 @@ def test_powell_singular_function_converges_to_the_origin():
     np.testing.assert_allclose(outcome.x, 0, atol=1e-3)
 
 
-@pytest.mark.parametrize("damping", ["ladder", "nielsen"])
+@pytest.mark.parametrize("damping", ["gain", "ladder", "nielsen"])
 def test_pose_chain_ends_at_a_stationary_point(damping):
     layout = toys.chain()
     outcome, problem = solved(
@@ -144,7 +157,7 @@ def test_unit_quaternion_entity_finds_the_rotation():
 
 
 def test_ladder_multiplies_by_a_fifth_and_by_ten_and_keeps_its_floor():
-    history = rosenbrock(lambda_floor=1e-6).history
+    history = rosenbrock(**reference(lambda_floor=1e-6)).history
     for record in history:
         factor = 0.2 if record["accepted"] else 10
         expected = max(record["damping"] * factor, 1e-6)
@@ -227,6 +240,13 @@ def status_cases() -> dict[str, dict]:
     }
 
 
+def jump(precision: str = "f64") -> Layout:
+    """A residual that jumps: no step from 1, however short, lowers the cost."""
+    return toys.root_only(
+        1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)], precision
+    )
+
+
 @pytest.mark.parametrize("status", status_cases())
 def test_status(status):
     outcome = rosenbrock(**status_cases()[status])
@@ -235,7 +255,16 @@ def test_status(status):
 
 
 def test_all_statuses_are_covered_here():
-    assert {*status_cases(), "aborted", "running"} == set(STATUSES)
+    assert {*status_cases(), "stalled", "aborted", "running"} == set(STATUSES)
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_stalled_at_a_jump(precision):
+    layout = jump(precision)
+    outcome, _ = solved(layout, toys.at(layout, 1.0))
+    assert outcome.status == "stalled"
+    assert outcome.x[0] == 1.0 and outcome.accepted_iterations == 0
+    assert outcome.predicted_decrease == pytest.approx(4, rel=1e-6)
 
 
 def test_max_iterations_counts_retries():
@@ -259,7 +288,7 @@ def test_patience_and_min_iters_decide_when_small_steps_end_a_solve():
     """From far up a quartic every step is alike: the cost falls by 16/81 each time."""
     layout = toys.root_only(1, lambda x: [x[0] * x[0]])
     for patience, least, expected in [(0, 0, 1), (0, 4, 4), (2, 0, 3), (3, 5, 5)]:
-        outcome, _ = solved(
+        outcome, _ = referred(
             layout, toys.at(layout, 1e-1), abs_precision=1.0, patience=patience, min_iters=least
         )
         assert outcome.status == "converged"
@@ -270,7 +299,7 @@ def test_a_step_is_small_by_either_measure():
     layout = toys.root_only(1, lambda x: [x[0] * x[0]])
     settings = {"patience": 0, "min_iters": 0}
     for abs_precision, rel_precision in [(0.0, 0.99), (1.0, 0.0)]:
-        outcome, _ = solved(
+        outcome, _ = referred(
             layout,
             toys.at(layout, 1e-1),
             abs_precision=abs_precision,
@@ -282,7 +311,7 @@ def test_a_step_is_small_by_either_measure():
 
 def test_machine_floor_ends_a_solve_before_min_iters():
     layout = toys.line()
-    outcome, _ = solved(layout, toys.line_store(layout), min_iters=50, patience=50)
+    outcome, _ = referred(layout, toys.line_store(layout), min_iters=50, patience=50)
     assert outcome.status == "converged"
     assert outcome.accepted_iterations < 10
 
@@ -294,8 +323,7 @@ def test_perfect_start_converges_without_moving():
 
 
 def test_nielsen_gives_up_when_its_growth_overflows():
-    """A residual that jumps: no step, however short, lowers the cost."""
-    layout = toys.root_only(1, lambda x: [toy.where_at_most(x[0], 1.0, x[0] - 3.0, x[0] + 9.0)])
+    layout = jump()
     outcome, _ = solved(
         layout, toys.at(layout, 1.0), damping="nielsen", lambda_ceiling=1e300, max_iters=1000
     )

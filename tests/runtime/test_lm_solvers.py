@@ -19,15 +19,15 @@ EXACT = {"schur_pcg": {"tolerance": 1e-13, "floor": 1e-13}}
 
 @pytest.mark.parametrize("name", solvers(SOLVERS))
 @pytest.mark.parametrize("loops", [False, True])
-def test_same_first_step(name, loops):
+@pytest.mark.parametrize("strategy", ["dogleg", "damped"])
+def test_same_first_step(name, loops, strategy):
     layout = toys.chain()
     moved = []
     for solver in ("dense", name):
         problem = Problem(layout, toys.chain_store(layout, 25, loops))
         before = problem.x
-        minimise(
-            problem, LmConfig.of(max_iters=1), problem.make_solver(solver, **EXACT.get(solver, {}))
-        )
+        config = LmConfig.of(max_iters=1, strategy=strategy)
+        minimise(problem, config, problem.make_solver(solver, **EXACT.get(solver, {})))
         moved.append(problem.x - before)
     scale = np.abs(moved[0]).max()
     np.testing.assert_allclose(moved[1], moved[0], rtol=1e-8, atol=1e-8 * scale)
