@@ -134,7 +134,7 @@ def _initialise(instance: Any, init: str) -> Any:
     Raises
     ------
     AraelError
-        E1050 if a start was asked for that the model has not; E1051 a singular chordal start.
+        E0843 if a start was asked for that the model has not; E0844 a singular chordal start.
     """
     from arael import starts
 

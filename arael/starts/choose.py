@@ -74,7 +74,7 @@ def initialise(model: Any, how: How = "auto") -> Start:
     Raises
     ------
     AraelError
-        E1050 the model is no pose graph; E1051 the measurements do not determine a chordal start
+        E0843 the model is no pose graph; E0844 the measurements do not determine a chordal start
         (``auto`` goes on without it then); E1010 no such way; E1040 another thread is solving it.
     """
     if how not in WAYS:
@@ -90,7 +90,7 @@ def initialise(model: Any, how: How = "auto") -> Start:
     if not can_initialise(model):
         raise AraelError(
             Diagnostic(
-                "E1050",
+                "E0843",
                 f"`{store.layout.root}` of {store.layout.source} is no pose graph: "
                 "there is no start to compute for it",
                 origin="initialise",
@@ -155,7 +155,7 @@ def _comparable(cost: float) -> float:
 def _undetermined(store: Any) -> AraelError:
     return AraelError(
         Diagnostic(
-            "E1051",
+            "E0844",
             "the measurements do not determine a chordal start: its linear system is singular",
             origin=f"{store.layout.root} of {store.layout.source}",
             help=(
