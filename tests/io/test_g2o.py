@@ -1,11 +1,11 @@
 """g2o in and out: known start costs of public graphs, chains, and every mistake by file and line."""
 # ruff: noqa: E501 - a case, or a column, is one line
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from arael import io
 from arael.diagnostics.records import AraelError
