@@ -18,10 +18,15 @@ from arael.starts.tree import tree_poses
 How = Literal["auto", "file", "tree", "chordal"]
 WAYS: tuple[How, ...] = get_args(How)
 
+# In the order in which `auto` computes them.
 _CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
-    "tree": tree_poses,
     "chordal": chordal_poses,
+    "tree": tree_poses,
 }
+
+# `auto` computes no further start than one that lowers the cost to less than this per residual:
+# noise alone leaves about 1 there, and steps take care of the rest.
+_NEAR = 10.0
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,8 @@ def initialise(model: Any, how: How = "auto") -> Start:
     model : an instance of `pose_graph_2d`, `pose_graph_3d`, or of a model with their collections
     how : ``tree`` composes poses along the least uncertain paths; ``chordal`` relaxes rotations
         to matrices and solves two sparse linear systems; ``file`` keeps the values that are there;
-        ``auto`` takes the one of these at which the cost is least
+        ``auto`` takes the one of these at which the cost is least, and does without the tree where
+        the chordal start is already near the noise
 
     Returns
     -------
@@ -132,6 +138,8 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
             put(store, found[name])
             problem.refresh()
             costs[name] = problem.cost()
+            if costs[name] < min(costs["file"], _NEAR * graph.residuals):
+                break
     except BaseException:
         _restore(table, before)
         raise

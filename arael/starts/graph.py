@@ -111,6 +111,11 @@ class PoseGraph:
         """2 or 3."""
         return self.poses.dimension
 
+    @property
+    def residuals(self) -> int:
+        """Number of residuals of the edges."""
+        return len(self.a) * int(self.information.shape[-1])
+
     def without(self, holding: Ints) -> Ints:
         """First poses of the components that hold none of the poses `holding`."""
         held = np.zeros(len(self.poses), np.bool_)
