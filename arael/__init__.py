@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
     from arael.schedule import Pass as Pass
+    from arael.starts import Start as Start
+    from arael.starts import initialise as initialise
 
 __version__ = "0.1.0"
 
@@ -47,6 +49,8 @@ _HOMES = {
     "Ref": "arael.model",
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",
+    "Start": "arael.starts",
+    "initialise": "arael.starts",
     "load": "arael.loading",
     "log_to": "arael.log",
     "read": "arael.io",

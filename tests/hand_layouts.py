@@ -175,7 +175,10 @@ def pose_graph(n: int) -> Layout:
     return layout(
         f"pose_graph_{n}d", "PoseGraph",
         table("", "PoseGraph", "root"),
-        table("poses", "Pose", "list", *pose, data("id", "int", (0,), role="skip")),
+        table(
+            "poses", "Pose", "list", *pose, data("id", "int", (0,), role="skip"),
+            data("held", "bool", (False,), role="skip"),
+        ),
         table("edges", "Edge", "list", *ends, *measured, u),
         table(
             "anchors", "Anchor", "list", ref("pose", "Pose", "poses", "root.poses"), *measured, *weights

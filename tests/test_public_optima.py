@@ -67,3 +67,13 @@ def test_every_solver_takes_the_same_first_step(solver: str) -> None:
         states.append(graph.poses.t.value.copy())
     dense, state = states
     assert abs(state - dense).max() < 1e-8 * abs(dense).max()
+
+
+def test_the_held_pose_is_exact_in_covariances() -> None:
+    graph = arael.load("pose_graph_3d")()
+    graph.read(public("pose_graph_3d/tinyGrid3D.g2o"))
+    graph.solve()
+    covariance = graph.covariance()
+    assert not [name for name in covariance.names if name.startswith("poses[0].")]
+    to_first = covariance.relative(graph.poses[3], graph.poses[0])
+    assert abs(to_first - covariance.marginal(graph.poses[3])).max() < 1e-12

@@ -11,6 +11,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 SOLVERS = ("auto", "dense", "band", "sparse", "schur", "schur_pcg", "cholmod", "lapack_band")
 
+INITS = ("auto", "file", "tree", "chordal")
+"""As `arael.starts.WAYS`, which would import NumPy for ``--help``."""
+
 
 def solver_option(function: F) -> F:
     """Add ``--solver``."""
@@ -27,6 +30,18 @@ def precision_option(function: F) -> F:
     """Add ``--precision``."""
     return click.option(
         "--precision", type=click.Choice(["f32", "f64"]), help="Instead of what the root declares."
+    )(function)
+
+
+def init_option(function: F) -> F:
+    """Add ``--init``."""
+    return click.option(
+        "--init",
+        "init",
+        type=click.Choice(INITS),
+        default="auto",
+        show_default=True,
+        help="Start values of a pose graph: auto takes those of least cost.",
     )(function)
 
 

@@ -12,6 +12,7 @@ import click
 
 from arael.cli.exits import Exit
 from arael.cli.options import (
+    init_option,
     json_option,
     plot_option,
     precision_option,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the solved data here.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--pass", "passes", multiple=True, metavar="NAME", help="Run this pass only.")
+@init_option
 @solver_option
 @precision_option
 @threads_option
@@ -59,6 +61,7 @@ def command(
     output: str | None,
     settings: tuple[str, ...],
     passes: tuple[str, ...],
+    init: str,
     solver: str,
     precision: str | None,
     threads: int,
@@ -90,6 +93,9 @@ def command(
     check_shown(shown, loaded.layout)
     note = _rehearse_writing(instance, loaded.layout, output)
 
+    start = _initialise(instance, init)
+    if start is not None and not as_json:
+        click.echo(str(start), err=True)
     result = run(instance, solver, passes, threads, max_iters, verbose, as_json)
     solution = solution_of(instance, loaded.layout, shown)
     if not as_json:
@@ -110,6 +116,7 @@ def command(
         found = {
             "model": model,
             "data": data,
+            **({} if start is None else {"init": summary.plain(start.to_dict())}),
             **summary.as_dict(result),
             **solution.as_dict(),
             "written": written,
@@ -119,6 +126,21 @@ def command(
         for path in written:
             click.echo(f"wrote {path}")
     return Exit.OK if summary.has_converged(result) else Exit.NOT_CONVERGED
+
+
+def _initialise(instance: Any, init: str) -> Any:
+    """Give a pose graph its start values; None where the file's are taken without a comparison.
+
+    Raises
+    ------
+    AraelError
+        E0843 if a start was asked for that the model has not; E0844 a singular chordal start.
+    """
+    from arael import starts
+
+    if init == "file" or (init == "auto" and not starts.can_initialise(instance)):
+        return None
+    return starts.initialise(instance, init)  # type: ignore[arg-type]
 
 
 def run(

@@ -265,3 +265,63 @@ def test_interrupt_keeps_the_best_state(tmp_path: Path) -> None:
     assert "aborted" in out
     assert "interrupted" in err
     assert abs(json.loads((tmp_path / "out.json").read_text())["x"]) < 3.0
+
+
+LOOP = """\
+VERTEX_SE2 0 0 0 0
+VERTEX_SE2 1 1.1 9 1.6
+VERTEX_SE2 2 -1 0.9 2.9
+EDGE_SE2 0 1 1 0 1.5 100 0 0 100 0 400
+EDGE_SE2 1 2 1 0 1.5 100 0 0 100 0 400
+EDGE_SE2 0 2 1.07 1 3 100 0 0 100 0 400
+"""
+
+
+@pytest.fixture
+def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, made the current one, with a pose graph that starts far off."""
+    (tmp_path / "loop.g2o").write_text(LOOP)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_pose_graph_starts_from_the_least_cost(arael: Arael, loop: Path) -> None:
+    done = arael("solve", "pose_graph_2d", "loop.g2o")
+    assert done.code == 0
+    assert "start: chordal, cost " in done.err
+    assert " (file 17263.5)" in done.err
+    found = arael("solve", "pose_graph_2d", "loop.g2o", "--json").json
+    assert found["init"]["chosen"] == "chordal"
+    assert found["start_cost"] == pytest.approx(found["init"]["costs"]["chordal"])
+
+
+@pytest.mark.parametrize("init", ["tree", "chordal"])
+def test_the_start_of_a_pose_graph_can_be_chosen(arael: Arael, loop: Path, init: str) -> None:
+    found = arael("solve", "pose_graph_2d", "loop.g2o", "--init", init, "--json").json
+    assert found["init"]["chosen"] == init
+    assert list(found["init"]["costs"]) == ["file", init]
+
+
+def test_init_file_takes_the_values_in_the_file(arael: Arael, loop: Path) -> None:
+    done = arael("solve", "pose_graph_2d", "loop.g2o", "--init", "file", "--json")
+    assert done.json["start_cost"] == pytest.approx(17263.5, abs=0.1)
+    assert "init" not in done.json
+    assert done.err == ""
+
+
+def test_other_models_have_no_start_to_compute(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--init", "chordal")
+    assert done.code == 2
+    assert "E0843" in done.err
+    assert "`Line` of line.arael is no pose graph" in done.err
+    assert "start:" not in arael("solve", "line.arael", "line.json").err
+
+
+def test_a_singular_chordal_start_is_bad_input(arael: Arael, loop: Path) -> None:
+    edge = '{"a": 0, "b": 1, "t": [1, 0], "th": 0, "u": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]}'
+    (loop / "loop.json").write_text(
+        f'{{"poses": [{{"t": [0, 0], "th": 0}}, {{"t": [1, 0], "th": 0}}], "edges": [{edge}]}}'
+    )
+    done = arael("solve", "pose_graph_2d", "loop.json", "--init", "chordal")
+    assert done.code == 2
+    assert "E0844" in done.err

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from arael import io
 from arael.diagnostics.records import AraelError
@@ -65,7 +66,7 @@ def load(n: int, path: Path) -> Store:
     [
         (2, "M3500", 2.5667e6),
         (2, "intel", 551.736),
-        (2, "kitti_00", 7.533e7),
+        (2, "kitti_00", 538621),  # no vertices: from the spanning tree
         (2, "ringCity", 6.129e7),
         (3, "tinyGrid3D", 256.329),
         (3, "smallGrid3D", 120560),
@@ -90,7 +91,7 @@ VERTICES2 = "VERTEX_SE2 7 0 0 0\nVERTEX_SE2 3 1 0 0.5\n"
 EDGE2 = "EDGE_SE2 7 3 1 0 0.5 2 0 0 2 0 4\n"
 
 
-def test_ids_order_information_and_anchor(tmp_path: Path) -> None:
+def test_ids_order_and_information(tmp_path: Path) -> None:
     path = tmp_path / "a.g2o"
     path.write_text("# a comment\n" + VERTICES2 + "EDGE_SE2 7 3 1 0 0.5 4 1 0.5 5 0.25 6\r\n\n")
     store = load(2, path)
@@ -99,7 +100,6 @@ def test_ids_order_information_and_anchor(tmp_path: Path) -> None:
     u = store.tables["edges"].column("u")[0]
     assert np.allclose(u.T @ u, [[4, 1, 0.5], [1, 5, 0.25], [0.5, 0.25, 6]])
     assert np.array_equal(u, np.triu(u))
-    assert store.tables["anchors"].target_rows("pose").tolist() == [0]
     io.write(store, tmp_path / "b.g2o")
     lines = (tmp_path / "b.g2o").read_text().splitlines()
     assert lines[:2] == ["VERTEX_SE2 7 0.0 0.0 0.0", "VERTEX_SE2 3 1.0 0.0 0.5"]
@@ -112,12 +112,13 @@ def test_toro_tags_have_their_own_order_of_the_information(tmp_path: Path) -> No
     assert np.allclose(u.T @ u, [[4, 1, 0.5], [1, 5, 0.25], [0.5, 0.25, 6]])
 
 
-def test_fix_takes_the_place_of_the_anchor_and_is_written(tmp_path: Path) -> None:
+def test_fix_takes_the_place_of_the_held_pose_and_is_written(tmp_path: Path) -> None:
     path = tmp_path / "a.g2o"
     path.write_text(VERTICES2 + EDGE2 + "FIX 3\n")
     store = load(2, path)
     poses = store.tables["poses"]
     assert poses.fixed("t").tolist() == [False, True] == poses.fixed("th").tolist()
+    assert not poses.column("held").any()
     assert store.tables["anchors"].size == 0
     io.write(store, tmp_path / "b.g2o")
     assert "FIX 3" in (tmp_path / "b.g2o").read_text().splitlines()
@@ -126,32 +127,104 @@ def test_fix_takes_the_place_of_the_anchor_and_is_written(tmp_path: Path) -> Non
         io.write(store, tmp_path / "b.g2o")
 
 
+COMPONENTS = """\
+VERTEX_SE2 8 0.0 0.0 0.0
+VERTEX_SE2 1 5.0 0.0 0.5
+VERTEX_SE2 2 9.0 0.0 0.0
+VERTEX_SE2 3 1.0 0.0 0.5
+VERTEX_SE2 4 5.0 1.0 0.5
+VERTEX_SE2 5 9.0 1.0 0.0
+VERTEX_SE2 6 7.0 7.0 0.0
+VERTEX_SE2 7 8.0 7.0 0.0
+VERTEX_SE2 0 2.0 0.0 0.5
+FIX 4
+EDGE_PRIOR_SE2 5 9.0 1.0 0.0 1.0 0.0 0.0 1.0 0.0 1.0
+EDGE_SE2 3 8 1.0 0.0 0.5 4.0 0.0 0.0 4.0 0.0 4.0
+EDGE_SE2 0 3 1.0 0.0 0.5 4.0 0.0 0.0 4.0 0.0 4.0
+EDGE_SE2 1 4 1.0 0.0 0.5 4.0 0.0 0.0 4.0 0.0 4.0
+EDGE_SE2 2 5 1.0 0.0 0.5 4.0 0.0 0.0 4.0 0.0 4.0
+EDGE_SE2 7 6 1.0 0.0 0.5 4.0 0.0 0.0 4.0 0.0 4.0
+"""
+"""Components {8, 3, 0}, {1, 4} with a FIX, {2, 5} with a prior, {6, 7}."""
+
+
+def test_the_first_pose_of_each_component_that_nothing_holds_is_fixed(tmp_path: Path) -> None:
+    (tmp_path / "a.g2o").write_text(COMPONENTS)
+    store = load(2, tmp_path / "a.g2o")
+    poses = store.tables["poses"]
+    ids = poses.column("id")
+    assert ids[poses.column("held")].tolist() == [8, 6]
+    for path in ("t", "th"):
+        assert ids[poses.fixed(path)].tolist() == [8, 4, 6]
+    assert ids[store.tables["anchors"].target_rows("pose")].tolist() == [5]
+
+
+def test_a_graph_written_again_is_the_same_file(tmp_path: Path) -> None:
+    """Also by way of JSON and NPZ: FIX stands where the file had it, and nowhere else."""
+    (tmp_path / "a.g2o").write_text(COMPONENTS)
+    store = load(2, tmp_path / "a.g2o")
+    for way in ("b.json", "b.npz"):
+        io.write(store, tmp_path / way)
+        again = load(2, tmp_path / way)
+        assert again.tables["poses"].fixed("t").sum() == 3
+        io.write(again, tmp_path / "c.g2o")
+        assert (tmp_path / "c.g2o").read_text() == COMPONENTS
+
+
+def test_a_model_without_held_keeps_the_gauge_as_fix(tmp_path: Path) -> None:
+    layout = pose_graph(2)
+    tables = tuple(
+        replace(t, columns=tuple(c for c in t.columns if c.path != "held")) for t in layout.tables
+    )
+    store = Store(replace(layout, tables=tables))
+    (tmp_path / "a.g2o").write_text(VERTICES2 + EDGE2)
+    io.read(store, tmp_path / "a.g2o")
+    io.write(store, tmp_path / "b.g2o")
+    assert "FIX 7" in (tmp_path / "b.g2o").read_text().splitlines()
+
+
 @pytest.mark.parametrize("n", [2, 3])
-def test_an_anchor_that_its_pose_has_left_is_written_as_a_prior(tmp_path: Path, n: int) -> None:
+def test_anchors_are_written_as_priors(tmp_path: Path, n: int) -> None:
     store = load(n, public(f"pose_graph_{n}d/{'intel' if n == 2 else 'tinyGrid3D'}.g2o"))
+    for path in ("t", "th" if n == 2 else "q"):
+        store.tables["poses"].fixed(path)[:] = False
+    for row in (0, 2):
+        store.tables["anchors"].append(pose=row, **{
+            p: store.tables["poses"].column(p)[row] for p in ("t", "th" if n == 2 else "q")})  # fmt: skip
     store.tables["poses"].column("t")[:] += 0.25
     before = cost(store)
     io.write(store, tmp_path / "b.g2o")
     again = load(n, tmp_path / "b.g2o")
     assert cost(again) == pytest.approx(before, rel=1e-12)
-    anchors = again.tables["anchors"].column("t")
-    assert anchors.tolist() == store.tables["anchors"].column("t").tolist()
-    again.tables["anchors"].append(pose=2, **{
-        p: again.tables["poses"].column(p)[1] for p in ("t", "th" if n == 2 else "q")})  # fmt: skip
-    io.write(again, tmp_path / "c.g2o")
-    assert load(n, tmp_path / "c.g2o").tables["anchors"].target_rows("pose").tolist() == [0, 2]
+    anchors = again.tables["anchors"]
+    assert anchors.column("t").tolist() == store.tables["anchors"].column("t").tolist()
+    assert anchors.target_rows("pose").tolist() == [0, 2]
+    assert not again.tables["poses"].fixed("t").any()
 
 
 def test_a_graph_without_vertices_starts_along_its_edges(tmp_path: Path) -> None:
     path = tmp_path / "a.g2o"
-    edges = ["EDGE_SE2 2 0 9 9 9", "EDGE_SE2 0 1 1 0 1.5707963267948966", "EDGE_SE2 1 2 2 0 0"]
+    edges = ["EDGE_SE2 0 1 1 0 1.5707963267948966", "EDGE_SE2 1 2 2 0 0"]
     edges += ["EDGE_SE2 5 2 1 0 1.5707963267948966"]  # against the direction
-    path.write_text("".join(f"{e} 1 0 0 1 0 1\n" for e in edges))
+    information = ["1 0 0 1 0 1\n"] * 3 + ["1 0 0 1 0 0.1\n"]  # the last heading is less certain
+    edges += ["EDGE_SE2 2 0 9 9 9"]
+    path.write_text("".join(f"{e} {u}" for e, u in zip(edges, information, strict=True)))
     poses = load(2, path).tables["poses"]
     assert poses.column("id").tolist() == [0, 1, 2, 5]
     half = np.pi / 2
     assert np.allclose(poses.column("t"), [[0, 0], [1, 0], [1, 2], [0, 2]])
     assert np.allclose(wrap(poses.column("th") - [0, half, half, 0]), 0)
+
+
+def test_without_vertices_a_component_starts_at_its_prior(tmp_path: Path) -> None:
+    path = tmp_path / "a.g2o"
+    path.write_text(
+        "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 3 1 0 0 1 0 0 1 0 1\n"
+        "EDGE_PRIOR_SE2 3 10 20 1.5707963267948966 1 0 0 1 0 1\n"
+    )
+    poses = load(2, path).tables["poses"]
+    assert np.allclose(poses.column("t"), [[0, 0], [1, 0], [10, 19], [10, 20]])
+    assert poses.column("held").tolist() == [True, False, False, False]
 
 
 def test_a_spatial_chain_closes_its_own_edges(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""g2o files into a model: poses, edges, and an anchor that holds the first pose."""
+"""g2o files into a model: poses, edges, anchors, and the poses that hold the graph."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.io.g2o.chain import poses_along
 from arael.io.g2o.kinds import Kind, kind_of
 from arael.io.g2o.parse import Graph, parse
 from arael.io.report import Report
-from arael.runtime.store import Store
+from arael.runtime.store import Store, rotations
+from arael.starts.columns import angles, planar, quaternions
+from arael.starts.components import components
+from arael.starts.graph import Anchors, PoseGraph, Poses
+from arael.starts.tree import tree_poses
 
 Array = NDArray[Any]
 
@@ -20,10 +23,11 @@ def read(store: Store, content: bytes, name: str) -> None:
     """Replace the data of a pose graph model by that of a g2o file.
 
     Poses keep the order of the file and their ids (where the model has ``skip id: int``). Without
-    any vertex the poses are composed along the edges, in order of their ids. Edges keep the upper
-    Cholesky factor ``u`` of their information (``u' u``). FIX fixes poses, a prior with unit
-    information becomes an anchor; without either, an anchor holds the first pose where the file
-    put it.
+    any vertex the poses are composed along a spanning tree of the edges, in order of their ids.
+    Edges keep the upper Cholesky factor ``u`` of their information (``u' u``). FIX fixes poses, a
+    prior with unit information becomes an anchor. In each connected component without either, the
+    first pose is fixed where the file put it, and marked as ``held`` (where the model has
+    ``skip held: bool``): relative measurements leave a component free as a whole.
 
     Raises
     ------
@@ -52,18 +56,69 @@ def _fill(store: Store, graph: Graph, kind: Kind) -> None:
     if report.found:
         return
     measured = graph.edges.numbers[:, : kind.size] if ends else np.empty((0, kind.size))
+    rows = np.array(ends, np.int64).reshape(-1, 2)
     if graph.vertices.lines:
         start = graph.vertices.numbers
     else:
-        start = poses_along(kind, len(row_of), ends, measured)
-    _put(store, kind, list(row_of), start, ends, measured, factors, fixed)
-    if "anchors" not in store.tables:
-        return
-    held = graph.priors.numbers[:, : kind.size] if anchored else start[:0]
-    if not anchored and len(row_of) and not fixed.any():
-        anchored, held = [0], start[:1]
-    fields = kind.fields(held.reshape(-1, kind.size))
-    store.tables["anchors"].extend(len(anchored), pose=np.array(anchored, np.int64), **fields)
+        start = _start(graph, kind, len(row_of), rows, factors, anchored)
+    held = _held(len(row_of), rows, fixed, anchored)
+    _put(store, kind, list(row_of), start, rows, measured, factors, fixed, held)
+    if "anchors" in store.tables:
+        fields = kind.fields(graph.priors.numbers[:, : kind.size].reshape(-1, kind.size))
+        store.tables["anchors"].extend(len(anchored), pose=np.array(anchored, np.int64), **fields)
+
+
+def _held(
+    count: int, ends: NDArray[np.int64], fixed: NDArray[np.bool_], anchored: list[int]
+) -> NDArray[np.bool_]:
+    """The first pose of each connected component in which nothing is fixed or anchored."""
+    component = components(count, ends[:, 0], ends[:, 1])
+    holding = np.concatenate((np.flatnonzero(fixed), np.array(anchored, np.int64)))
+    loose = np.ones(count, np.bool_)
+    loose[component[holding]] = False
+    held: NDArray[np.bool_] = loose & (component == np.arange(count))
+    return held
+
+
+def _start(
+    graph: Graph,
+    kind: Kind,
+    count: int,
+    ends: NDArray[np.int64],
+    factors: Array,
+    anchored: list[int],
+) -> Array:
+    """Poses (count, size) as a file would have them, composed along the edges.
+
+    Each connected component starts at what its first prior measured, or at the origin.
+    """
+    d = 2 if kind.size == 3 else 3
+    none, units = np.zeros(count, np.bool_), np.ones(len(anchored))
+    anchors = Anchors(
+        np.array(anchored, np.int64), _transforms(kind, graph.priors.numbers), units, units
+    )
+    found = tree_poses(
+        PoseGraph(
+            Poses.identity(count, d),
+            ends[:, 0],
+            ends[:, 1],
+            _transforms(kind, graph.edges.numbers),
+            factors.transpose(0, 2, 1) @ factors,
+            none,
+            none,
+            anchors,
+        )
+    )
+    turned = (angles if d == 2 else quaternions)(found.rotation)
+    return kind.numbers({"t": found.position, kind.rotation_field: turned})
+
+
+def _transforms(kind: Kind, numbers: Array) -> Poses:
+    """Poses as transforms from lines of numbers that begin with them."""
+    columns = kind.fields(numbers[:, : kind.size].reshape(-1, kind.size))
+    if kind.rotation_field == "th":
+        return Poses(planar(columns["th"]), columns["t"])
+    return Poses(rotations.matrix_from_quaternion(columns["q"]), columns["t"])
 
 
 def _rows_by_id(graph: Graph) -> dict[int, int]:
@@ -157,16 +212,18 @@ def _put(
     kind: Kind,
     ids: list[int],
     start: Array,
-    ends: list[tuple[int, int]],
+    ends: NDArray[np.int64],
     measured: Array,
     factors: Array,
     fixed: NDArray[np.bool_],
+    held: NDArray[np.bool_],
 ) -> None:
     poses, edges = store.tables["poses"], store.tables["edges"]
     fields = kind.fields(start)
-    more: dict[str, Any] = {f"{name}.fixed": fixed for name in fields}
+    more: dict[str, Any] = {f"{name}.fixed": fixed | held for name in fields}
     if "id" in poses.data:
         more["id"] = np.array(ids, np.int64)
+    if "held" in poses.data:
+        more["held"] = held
     poses.extend(len(ids), **fields, **more)
-    pairs = np.array(ends, np.int64).reshape(-1, 2)
-    edges.extend(len(pairs), a=pairs[:, 0], b=pairs[:, 1], **kind.fields(measured), u=factors)
+    edges.extend(len(ends), a=ends[:, 0], b=ends[:, 1], **kind.fields(measured), u=factors)

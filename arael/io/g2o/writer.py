@@ -20,8 +20,8 @@ Array = NDArray[Any]
 def dump(store: Store, name: str) -> bytes:
     """Return the graph as g2o text; read back it has the same cost.
 
-    An anchor that is where a reader would put it (on the first pose, at its value) is not written;
-    any other is, as a prior with unit information.
+    Fixed poses are written as FIX, except those that the reader fixed because nothing held their
+    component (``held``): it does so again. Anchors are written as priors with unit information.
 
     Raises
     ------
@@ -37,8 +37,8 @@ def dump(store: Store, name: str) -> bytes:
     fixed = _fixed(poses, kind)
     values = kind.numbers(_columns(poses, kind))
     lines = [_line(kind.vertex, [i], row) for i, row in zip(ids, values, strict=True)]
-    lines += [f"FIX {ids[i]}" for i in np.flatnonzero(fixed).tolist()]
-    lines += _priors(store, kind, ids, values, fixed)
+    lines += [f"FIX {ids[i]}" for i in np.flatnonzero(fixed & ~_held(poses)).tolist()]
+    lines += _priors(store, kind, ids)
     lines += _edges(edges, kind, ids)
     return ("\n".join(lines) + "\n").encode()
 
@@ -86,17 +86,21 @@ def _fixed(poses: Table, kind: Kind) -> NDArray[np.bool_]:
     return position
 
 
-def _priors(
-    store: Store, kind: Kind, ids: list[int], values: Array, fixed: NDArray[np.bool_]
-) -> list[str]:
+def _held(poses: Table) -> NDArray[np.bool_]:
+    """Poses that the reader fixed of itself."""
+    if "held" not in poses.data:
+        return np.zeros(poses.size, np.bool_)
+    held: NDArray[np.bool_] = poses.column("held").astype(np.bool_)
+    return held
+
+
+def _priors(store: Store, kind: Kind, ids: list[int]) -> list[str]:
     anchors = store.tables.get("anchors")
     if anchors is None or not anchors.size:
         return []
     _refuse_not_finite(anchors)
     rows = anchors.target_rows("pose").tolist()
     held = kind.numbers(_columns(anchors, kind))
-    if rows == [0] and np.array_equal(held[0], values[0]) and not fixed.any():
-        return []
     for name in ("t_isigma", "th_isigma"):
         if name in anchors.data and np.any(anchors.column(name) != 1):
             raise _cannot("priors have unit weight there", f"anchors.{name}")

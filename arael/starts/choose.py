@@ -1,0 +1,174 @@
+"""Start values of a model: the candidates, and the one of least cost."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.starts.chordal import chordal_poses
+from arael.starts.columns import graph_of, put, rotation_column
+from arael.starts.graph import PoseGraph, Poses
+from arael.starts.relaxation import SingularError
+from arael.starts.tree import tree_poses
+
+How = Literal["auto", "file", "tree", "chordal"]
+WAYS: tuple[How, ...] = get_args(How)
+
+# In the order in which `auto` computes them.
+_CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
+    "chordal": chordal_poses,
+    "tree": tree_poses,
+}
+
+# `auto` computes no further start than one that lowers the cost to less than this per residual:
+# noise alone leaves about 1 there, and steps take care of the rest.
+_NEAR = 10.0
+
+
+@dataclass(frozen=True)
+class Start:
+    """Which start was taken.
+
+    Attributes
+    ----------
+    chosen : ``file`` (the values that were there), ``tree`` or ``chordal``
+    costs : cost of the model at each start that was computed, by name
+    seconds : spent in all
+    """
+
+    chosen: str
+    costs: dict[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {"chosen": self.chosen, "costs": dict(self.costs), "seconds": self.seconds}
+
+    def __str__(self) -> str:
+        others = [f"{n} {c:.6g}" for n, c in self.costs.items() if n != self.chosen]
+        beside = f" ({', '.join(others)})" if others else ""
+        return f"start: {self.chosen}, cost {self.costs[self.chosen]:.6g}{beside}"
+
+
+def can_initialise(model: Any) -> bool:
+    """Whether `initialise` knows starts for a model: whether it is a pose graph by its columns."""
+    return bool(rotation_column(model._store))
+
+
+def initialise(model: Any, how: How = "auto") -> Start:
+    """Give the poses of a pose graph start values, computed from its measurements.
+
+    Fixed poses and parts of poses keep their values. A component in which no pose is fixed and none
+    is anchored keeps its first pose where it is.
+
+    Parameters
+    ----------
+    model : an instance of `pose_graph_2d`, `pose_graph_3d`, or of a model with their collections
+    how : ``tree`` composes poses along the least uncertain paths; ``chordal`` relaxes rotations
+        to matrices and solves two sparse linear systems; ``file`` keeps the values that are there;
+        ``auto`` takes the one of these at which the cost is least, and does without the tree where
+        the chordal start is already near the noise
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    AraelError
+        E0843 the model is no pose graph; E0844 the measurements do not determine a chordal start
+        (``auto`` goes on without it then); E1010 no such way; E1040 another thread is solving it.
+    """
+    if how not in WAYS:
+        raise AraelError(
+            Diagnostic(
+                "E1010",
+                f"there is no start `{how}`",
+                origin="initialise",
+                help=(f"choose one of {', '.join(WAYS)}",),
+            )
+        )
+    store = model._store
+    if not can_initialise(model):
+        raise AraelError(
+            Diagnostic(
+                "E0843",
+                f"`{store.layout.root}` of {store.layout.source} is no pose graph: "
+                "there is no start to compute for it",
+                origin="initialise",
+                help=("set start values in the data, or use `pose_graph_2d` or `pose_graph_3d`",),
+            )
+        )
+    from arael.session import session_of
+
+    began = time.perf_counter()
+    store.check_complete()
+    with store.use.solving(), session_of(model).held() as session:
+        chosen, costs = _choose(model, how, session)
+    return Start(chosen, costs, time.perf_counter() - began)
+
+
+def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
+    from arael.solving import problem_of
+
+    store = model._store
+    problem = session.keep(problem_of(model))
+    costs = {"file": problem.cost()}
+    graph = graph_of(store)
+    nothing_to_do = not len(graph.a) or (graph.fixed_position & graph.fixed_rotation).all()
+    if how == "file" or nothing_to_do:
+        return "file", costs
+    # `put` leaves fixed parts alone, so restoring goes through the columns themselves.
+    columns = ("t", rotation_column(store))
+    table = store.tables["poses"]
+    before = {path: table.column(path).copy() for path in columns}
+    found: dict[str, Poses] = {}
+    try:
+        for name in _CANDIDATES if how == "auto" else (how,):
+            try:
+                found[name] = _CANDIDATES[name](graph)
+            except SingularError:
+                if how != "auto":
+                    raise _undetermined(store) from None
+                continue
+            put(store, found[name])
+            problem.refresh()
+            costs[name] = problem.cost()
+            if costs[name] < min(costs["file"], _NEAR * graph.residuals):
+                break
+    except BaseException:
+        _restore(table, before)
+        raise
+    chosen = how if how != "auto" else min(costs, key=lambda n: _comparable(costs[n]))
+    _restore(table, before)
+    if chosen != "file":
+        put(store, found[chosen])
+    return chosen, costs
+
+
+def _restore(table: Any, before: dict[str, Any]) -> None:
+    for path, values in before.items():
+        table.column(path)[...] = values
+
+
+def _comparable(cost: float) -> float:
+    """A cost, infinite where it is not a number."""
+    return math.inf if math.isnan(cost) else cost
+
+
+def _undetermined(store: Any) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E0844",
+            "the measurements do not determine a chordal start: its linear system is singular",
+            origin=f"{store.layout.root} of {store.layout.source}",
+            help=(
+                "every edge needs information about position and rotation: look for zeros in `u`",
+                "start from the tree, or from the values in the file",
+            ),
+        )
+    )

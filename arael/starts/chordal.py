@@ -1,0 +1,138 @@
+"""The chordal start: rotations relaxed to matrices, projected, then positions.
+
+D. Martinec and T. Pajdla, "Robust rotation and translation estimation in multiview
+reconstruction", CVPR 2007. L. Carlone, R. Tron, K. Daniilidis, F. Dellaert, "Initialization
+techniques for 3D SLAM: a survey on rotation estimation and its use in pose graph optimization",
+ICRA 2015.
+In the plane a rotation relaxes to a complex number.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.starts.graph import PoseGraph, Poses
+from arael.starts.relaxation import Relaxation
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# Least eigenvalue of the weight of an edge, as part of its trace: keeps the relaxation convex where
+# one axis is known much better than the two others.
+_LEAST = 1e-3
+
+
+def chordal_poses(graph: PoseGraph) -> Poses:
+    """Poses of the chordal relaxation, each measurement weighted by its information.
+
+    Two sparse linear solves with the same pattern. Poses that are fixed keep their values; a
+    component without a fixed pose or an anchor keeps its first pose.
+
+    Raises
+    ------
+    SingularError
+        The measurements do not determine every pose.
+    """
+    relaxation = Relaxation(len(graph.poses), graph.dimension, graph.a, graph.b)
+    rotation = _rotations(graph, relaxation)
+    return Poses(rotation, _positions(graph, relaxation, rotation))
+
+
+def _held(graph: PoseGraph, fixed: Bools, weight: Array) -> Bools:
+    """Poses that keep a part: fixed ones, and the first of each component that nothing holds."""
+    holding = np.concatenate((np.flatnonzero(fixed), graph.anchors.pose[weight > 0]))
+    held = fixed.copy()
+    held[graph.without(holding)] = True
+    return held
+
+
+def _rotations(graph: PoseGraph, relaxation: Relaxation) -> Array:
+    """(n, d, d) rotations that minimise the weighted chordal distances, projected.
+
+    Unknown is X = R', world to body, whose columns are independent of each other (in the plane one
+    column is enough). The residual ``X_b - Rm' X_a`` has rows along the axes of `b`, in which the
+    information is given, and ``|W^(1/2) (X_b - Rm' X_a)|^2 = theta' (tr(W) I - W) theta`` for a
+    small error theta; so W = tr(information) / 2 I - information.
+    """
+    d, anchors = graph.dimension, graph.anchors
+    columns = 1 if d == 2 else 3
+    step = graph.measured.rotation
+    weight = _chordal_weight(graph.rotation_information, d)
+    back = step @ weight
+    blocks = (back @ step.transpose(0, 2, 1), -back, weight)
+    square = anchors.rotation_weight**2 / (1 if d == 2 else 2)
+    own = relaxation.summed(anchors.pose, square[:, None, None] * np.eye(d))
+    target = anchors.measured.rotation.transpose(0, 2, 1)[:, :, :columns]
+    right = relaxation.summed(anchors.pose, square[:, None, None] * target)
+    held = _held(graph, graph.fixed_rotation, anchors.rotation_weight)
+    at = graph.poses.rotation.transpose(0, 2, 1)[:, :, :columns]
+    relaxed = relaxation.solved(blocks, own, right, held, at)
+    found = _projected(relaxed).transpose(0, 2, 1)
+    return np.where(held[:, None, None], graph.poses.rotation, found)
+
+
+def _chordal_weight(information: Array, d: int) -> Array:
+    """(m, d, d) weights of the chordal residual's rows from the information of rotations."""
+    if d == 2:
+        planar: Array = information * np.eye(2)
+        return planar
+    trace = np.trace(information, axis1=1, axis2=2)
+    raw = 0.5 * trace[:, None, None] * np.eye(3) - information
+    values, vectors = np.linalg.eigh(raw)
+    values = np.maximum(values, _LEAST * trace[:, None])
+    found: Array = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
+    return found
+
+
+def _projected(relaxed: Array) -> Array:
+    """(n, d, d) nearest rotations: of 3 x 3 matrices by SVD, of planar columns by their length."""
+    if relaxed.shape[1] == 2:
+        x, y = relaxed[:, 0, 0], relaxed[:, 1, 0]
+        angle = np.arctan2(y, x)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+    u, _, vt = np.linalg.svd(relaxed)
+    turned = np.ones((len(relaxed), 3))
+    turned[:, 2] = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)
+    found: Array = (u * turned[:, None, :]) @ vt
+    return found
+
+
+def _positions(graph: PoseGraph, relaxation: Relaxation, rotation: Array) -> Array:
+    """(n, d) positions that minimise the cost at these rotations: it is quadratic in them."""
+    d, a, b, anchors = graph.dimension, graph.a, graph.b, graph.anchors
+    turn = rotation[a].transpose(0, 2, 1)
+    measured = graph.measured.position
+    error = graph.measured.rotation.transpose(0, 2, 1) @ turn @ rotation[b]
+    if d == 2:  # planar models have the position's error in the frame that was measured for b
+        back = graph.measured.rotation.transpose(0, 2, 1)
+        turn = back @ turn
+        measured = np.einsum("mij,mj->mi", back, measured)
+        turned = np.arctan2(error[:, 1, 0], error[:, 0, 0])[:, None]
+    else:
+        turned = _twice_quaternion_vector(error)
+    weight = graph.information[:, :d, :d]
+    wanted = np.einsum("mij,mj->mi", weight, measured)
+    wanted -= np.einsum("mij,mj->mi", graph.information[:, :d, d:], turned)
+    pull = np.einsum("mji,mj->mi", turn, wanted)[:, :, None]
+    block = turn.transpose(0, 2, 1) @ weight @ turn
+    square = anchors.position_weight**2
+    own = relaxation.summed(anchors.pose, square[:, None, None] * np.eye(d))
+    target = square[:, None, None] * anchors.measured.position[:, :, None]
+    right = relaxation.summed(anchors.pose, target)
+    right = right + relaxation.summed(b, pull) - relaxation.summed(a, pull)
+    held = _held(graph, graph.fixed_position, anchors.position_weight)
+    at = graph.poses.position[:, :, None]
+    found = relaxation.solved((block, -block, block), own, right, held, at)[:, :, 0]
+    return np.where(held[:, None], graph.poses.position, found)
+
+
+def _twice_quaternion_vector(rotation: Array) -> Array:
+    """(m, 3) twice the vector part of the quaternion with w >= 0, the error of spatial models."""
+    from arael.runtime.store.rotations import quaternion_from_matrix
+
+    q = quaternion_from_matrix(rotation)
+    found: Array = np.where(q[:, :1] < 0, -2.0, 2.0) * q[:, 1:]
+    return found

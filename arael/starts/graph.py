@@ -1,0 +1,138 @@
+"""A pose graph as arrays: what initialisation needs to know, in two or three dimensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.starts.components import components
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Rigid transforms, body to world (of an edge: second end to first end).
+
+    Attributes
+    ----------
+    rotation : (n, d, d), orthogonal with determinant 1
+    position : (n, d)
+    """
+
+    rotation: Array
+    position: Array
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.position.shape[1])
+
+    def __getitem__(self, rows: Ints | Bools) -> Poses:
+        return Poses(self.rotation[rows], self.position[rows])
+
+    def __matmul__(self, other: Poses) -> Poses:
+        """Compose row by row: first `other`, then this."""
+        moved = np.einsum("nij,nj->ni", self.rotation, other.position)
+        return Poses(self.rotation @ other.rotation, self.position + moved)
+
+    def inverse(self) -> Poses:
+        """Inverse of each transform."""
+        back = self.rotation.transpose(0, 2, 1)
+        return Poses(back, -np.einsum("nij,nj->ni", back, self.position))
+
+    @classmethod
+    def identity(cls, count: int, dimension: int) -> Poses:
+        """Return `count` identities."""
+        return cls(np.tile(np.eye(dimension), (count, 1, 1)), np.zeros((count, dimension)))
+
+
+@dataclass(frozen=True)
+class Anchors:
+    """Absolute measurements of poses.
+
+    Attributes
+    ----------
+    pose : (k,) row of the pose that each one measures
+    measured : the poses measured
+    position_weight, rotation_weight : (k,) inverse standard deviations, [1/m] and [1/rad]
+    """
+
+    pose: Ints
+    measured: Poses
+    position_weight: Array
+    rotation_weight: Array
+
+    @classmethod
+    def none(cls, dimension: int) -> Anchors:
+        """No absolute measurement at all."""
+        empty = np.empty(0)
+        return cls(np.empty(0, np.int64), Poses.identity(0, dimension), empty, empty)
+
+
+@dataclass(frozen=True)
+class PoseGraph:
+    """Poses and measurements of one pose relative to another.
+
+    Attributes
+    ----------
+    poses : present values
+    a, b : (m,) rows of the two poses of each edge
+    measured : pose of `b` in the frame of `a`
+    information : (m, k, k), inverse covariance of position and rotation vector (k = 3 or 6)
+    fixed_position, fixed_rotation : (n,) what must keep its value
+    anchors : absolute measurements
+    component : (n,) connected component of each pose, named by its first pose
+    """
+
+    poses: Poses
+    a: Ints
+    b: Ints
+    measured: Poses
+    information: Array
+    fixed_position: Bools
+    fixed_rotation: Bools
+    anchors: Anchors
+    component: Ints = field(init=False)
+
+    def __post_init__(self) -> None:
+        found = components(len(self.poses), self.a, self.b)
+        object.__setattr__(self, "component", found)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.poses.dimension
+
+    @property
+    def residuals(self) -> int:
+        """Number of residuals of the edges."""
+        return len(self.a) * int(self.information.shape[-1])
+
+    def without(self, holding: Ints) -> Ints:
+        """First poses of the components that hold none of the poses `holding`."""
+        held = np.zeros(len(self.poses), np.bool_)
+        held[self.component[holding]] = True
+        first = self.component == np.arange(len(self.poses))
+        return np.flatnonzero(first & ~held)
+
+    @property
+    def rotation_information(self) -> Array:
+        """(m, r, r) information of the measured rotations alone, positions marginalised.
+
+        The Schur complement of the positions: the inverse of the rotations' covariance.
+        """
+        d = self.dimension
+        whole = self.information
+        if not whole[:, d:, :d].any():  # most files: nothing to solve
+            return whole[:, d:, d:]
+        # A position may be without information along some axis: hence the pseudo-inverse.
+        back = np.linalg.pinv(whole[:, :d, :d], hermitian=True)
+        return whole[:, d:, d:] - whole[:, d:, :d] @ back @ whole[:, :d, d:]
