@@ -58,7 +58,15 @@ def measure() -> dict[str, float]:
         for _ in range(RUNS):
             model = make()
             for what, iterations in (("first solve", 1), ("ten iterations", 10)):
-                config = arael.LmConfig(max_iters=iterations)
+                # Trees from before `reference` have that loop only.
+                loop = getattr(arael.LmConfig, "reference", arael.LmConfig)
+                config = loop(
+                    max_iters=iterations,
+                    min_iters=iterations,
+                    patience=iterations,
+                    abs_precision=0.0,
+                    rel_precision=0.0,
+                )
                 began = time.process_time()
                 model.solve(config=config)
                 key = f"{name}: {what}"

@@ -68,7 +68,7 @@ def _measure(name: str, instance: Any, runs: int) -> list[list[object]]:
                 rows = len(problem.structure.system.blocks[entity].first)
                 problem.evaluation.start_at(entity, state[:rows, :stored])
             solver.restart()
-            config = LmConfig.of(max_iters=3, num_threads=count, **UNSTOPPED)
+            config = LmConfig.reference(max_iters=3, num_threads=count, **UNSTOPPED)
             began, used = time.perf_counter(), time.process_time()
             minimise(problem, config, solver)
             clock[count].append(time.perf_counter() - began)

@@ -30,7 +30,11 @@ class Arael:
 
     def iterate(self, count: int, to_end: bool) -> int:
         stop: dict[str, Any] = {"rel_precision": 1e-9} if to_end else UNSTOPPED
+        # The time of an iteration is that of a damped one, as the peers make them: each attempt of
+        # theirs factorises, while a rejected step of the trust region does not.
+        config = arael.LmConfig() if to_end else arael.LmConfig.reference()
         result = self.instance.solve(
+            config,
             solver=SOLVER,
             passes=self.kind.last_pass,
             max_iters=count,
