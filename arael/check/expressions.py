@@ -67,6 +67,14 @@ def _unary(t: Typist, node: tree.Unary) -> Binding:
         return t.make(
             Literal_(type=value.type, span=node.span, value=-value.value, unit=value.unit)
         )
+    if isinstance(value.type, TransformType):
+        return t.fail(
+            "E0301",
+            node.span,
+            f"`-{value.type}` does not fit",
+            label=f"this is {value.type}",
+            help=("write `T.inverse()` for the transform back",),
+        )
     return t.apply(node, "neg", [value], widened(value.type))
 
 

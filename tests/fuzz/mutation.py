@@ -222,9 +222,14 @@ def mutated_json(rng: random.Random, value: Any, most: int = 3) -> bytes:
 
 
 def _holders(value: Any) -> list[Any]:
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    here = [value] if isinstance(value, (dict, list)) else []
-    return here + [found for one in inner for found in _holders(one)]
+    """Objects and arrays, outer before inner; texts of the corpus may be nested very deeply."""
+    found, left = [], [value]
+    while left:
+        one = left.pop()
+        if isinstance(one, (dict, list)):
+            found.append(one)
+            left += reversed(list(one.values()) if isinstance(one, dict) else one)
+    return found
 
 
 def mutated_archive(rng: random.Random, content: bytes) -> bytes:

@@ -178,8 +178,10 @@ def test_simplified_programs_are_not_longer(program: list[Step]) -> None:
     plain, simple = Graph(simplify=False), Graph()
     last_plain, last_simple = _build(plain, program)[-1], _build(simple, program)[-1]
     powers = sum(name == "pow" for name, *_ in program)
+    # A sign that was absorbed is written again where the value is used with the other sign as well.
+    signs = sum(name == "neg" for name, *_ in program)
     found, written = simple.tape([last_simple]).operations, plain.tape([last_plain]).operations
-    assert found <= written + 6 * powers
+    assert found <= written + 6 * powers + signs
 
 
 def test_negations_are_absorbed_where_they_are_free() -> None:
