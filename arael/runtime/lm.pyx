@@ -183,6 +183,10 @@ cdef class Minimiser:
                 self._attempt()
                 if self._now.accepted:
                     break
+        # What a result reports of its last linearisation; not computed on the way.
+        self.gradient_norm = sqrt(self.vectors.scaled_gradient())
+        if not (self._settings.by_promise or self._settings.dogleg):
+            self._floor_of_noise()
 
     cdef void _linearise(self) noexcept nogil:
         """Gradient, blocks and diagonal at the accepted state."""
@@ -192,13 +196,11 @@ cdef class Minimiser:
         cost = self.evaluation.linearise(self.vectors.gradient, self.vectors.values)
         if self.evaluation.guarded and not s.by_promise:
             self.current_cost = cost  # other instances may act than those the step was judged by
-        self._energy = self.evaluation.states.energy(
-            self.vectors.values, self.evaluation.totals.diagonal_at)
+        if s.by_promise or s.dogleg:
+            self._floor_of_noise()
         if self._box.count:
             self._box.hold(self.vectors.gradient, self.vectors.values)
         self._now.gradient = 2 * self.vectors.take_diagonal(s.min_diagonal)
-        self.gradient_norm = sqrt(self.vectors.scaled_gradient())
-        self._floor_of_noise()
         self.dogleg.begin()
         self._proven = False
         self._now.iteration += 1
@@ -232,7 +234,10 @@ cdef class Minimiser:
         A residual is about as uncertain as the machine precision times its terms ``J_i x_i``; a
         change dr changes the cost by ``2 r dr + dr^2``.
         """
-        cdef double terms = self._epsilon * self._epsilon * self._energy
+        cdef double terms
+        self._energy = self.evaluation.states.energy(
+            self.vectors.values, self.evaluation.totals.diagonal_at)
+        terms = self._epsilon * self._epsilon * self._energy
         self.noise_floor = (
             4 * self._epsilon * self.current_cost + 2 * sqrt(self.current_cost * terms) + terms)
 
