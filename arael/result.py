@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from arael.runtime.outcomes import Components
 
 CONVERGED = frozenset(
     {
@@ -55,8 +58,12 @@ class Result:
         the cost), ``max_iterations``, ``time_limit``, ``driver_terminated``,
         ``observer_terminated``, ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): the
         best state so far.
+        Where connected components were solved apart, ``converged`` if all are solved, else the
+        worst of their statuses; see `components`.
     start_cost, end_cost : sums of squared residuals; of a schedule, at its very start and end
     iterations : attempts at a step, rejected ones counted
+        Of components that are solved apart, attempts of all together: at least as many as the
+        component with the most of them has.
     accepted_iterations : steps taken
     x : (k,) stored scalars of every entity that was solved for, in order of the system
     final_lambda : damping at the end, a good start for a warm re-solve
@@ -81,6 +88,9 @@ class Result:
     noise_floor : rounding noise of the cost at the last linearisation, estimated
         From the machine precision, the cost and the terms that residuals are made of. A smaller
         change of the cost means nothing.
+    components : what became of each connected component of the problem
+        A table `arael.runtime.outcomes.Components`; None if the problem has only one, or was
+        solved as one. Of a schedule that of its last pass.
     """
 
     status: str
@@ -98,6 +108,7 @@ class Result:
     predicted_decrease: float = math.nan
     gradient_norm: float = math.nan
     noise_floor: float = math.nan
+    components: Components | None = None
 
     @property
     def cost(self) -> float:
@@ -133,6 +144,8 @@ class Result:
         }
         if self.passes:
             found["passes"] = [one.to_dict() for one in self.passes]
+        elif self.components is not None:
+            found["components"] = self.components.to_dict()
         return found
 
     def _left(self) -> str:
@@ -164,6 +177,8 @@ class Result:
         if len(self.passes) > 1:
             width = max(len(one.name) for one in self.passes)
             lines += [f"  {one.name:<{width}}  {str(one).splitlines()[0]}" for one in self.passes]
+        elif self.components is not None:
+            lines.append(f"  {self.components.summary()}")
         lines.append(f"  solver {self.plan}")
         phases = [
             f"{name} {_seconds(self.timing[name])}"
@@ -202,6 +217,7 @@ def joined(passes: list[Result], name: str) -> Result:
         last.predicted_decrease,
         last.gradient_norm,
         last.noise_floor,
+        last.components,
     )
 
 

@@ -235,4 +235,5 @@ def _result(outcome: Outcome, name: str) -> Result:
         predicted_decrease=outcome.predicted_decrease,
         gradient_norm=outcome.gradient_norm,
         noise_floor=outcome.noise_floor,
+        components=outcome.components,
     )

@@ -1,6 +1,6 @@
 # Bounds of parameters: scalars held at a bound, and steps cut off at it.
 
-from libc.stdint cimport int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from cython cimport floating
 
@@ -24,12 +24,18 @@ cdef class Box:
 
     # Give scalars at a bound whose gradient points outward an identity row and no gradient.
     cdef void hold(self, void* gradient, void* values) noexcept nogil
-    # Cut a step off at the bounds; whether it was cut.
-    cdef bint clamp(self, void* step) noexcept nogil
-    # step' H step, for steps that do not solve the damped system.
-    cdef double curvature(self, const void* values, const void* step) noexcept nogil
+    # Cut a step off at the bounds; whether it was cut. `cut` is set for components of which it was;
+    # `component` is that of each scalar, or NULL: all are of one.
+    cdef bint clamp(self, void* step, const int32_t* component, uint8_t* cut) noexcept nogil
+    # Add step' H step by component, for steps that do not solve the damped system.
+    cdef void curvature(
+        self, const void* values, const void* step, const int32_t* component, double* total
+    ) noexcept nogil
 
     cdef double _value(self, Py_ssize_t k) noexcept nogil
     cdef void _hold(self, floating* gradient, floating* values) noexcept nogil
-    cdef bint _clamp(self, floating* step) noexcept nogil
-    cdef double _curvature(self, const floating* values, const floating* step) noexcept nogil
+    cdef bint _clamp(
+        self, floating* step, const int32_t* component, uint8_t* cut) noexcept nogil
+    cdef void _curvature(
+        self, const floating* values, const floating* step, const int32_t* component,
+        double* total) noexcept nogil

@@ -10,7 +10,7 @@ import numpy as np
 
 from cython cimport floating
 from libc.math cimport fabs
-from libc.stdint cimport int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.address cimport address, table_address
 from arael.runtime.evaluation cimport Evaluation
@@ -86,38 +86,52 @@ cdef class Box:
                     values[self._positions[p]] = 0
                 values[self._diagonal[k]] = 1
 
-    cdef bint clamp(self, void* step) noexcept nogil:
+    cdef bint clamp(self, void* step, const int32_t* component, uint8_t* cut) noexcept nogil:
         if self._evaluation.single:
-            return self._clamp(<float*>step)
-        return self._clamp(<double*>step)
+            return self._clamp(<float*>step, component, cut)
+        return self._clamp(<double*>step, component, cut)
 
-    cdef bint _clamp(self, floating* step) noexcept nogil:
-        cdef Py_ssize_t k
+    cdef bint _clamp(
+        self, floating* step, const int32_t* component, uint8_t* cut
+    ) noexcept nogil:
+        cdef Py_ssize_t k, i
         cdef double x, s
-        cdef bint cut = False
+        cdef bint any_cut = False
         for k in range(self.count):
-            x, s = self._value(k), step[self._scalar[k]]
+            i = self._scalar[k]
+            x, s = self._value(k), step[i]
             if x + s < self._low[k]:
-                step[self._scalar[k]] = <floating>(self._low[k] - x)
-                cut = True
+                step[i] = <floating>(self._low[k] - x)
             elif x + s > self._high[k]:
-                step[self._scalar[k]] = <floating>(self._high[k] - x)
-                cut = True
-        return cut
+                step[i] = <floating>(self._high[k] - x)
+            else:
+                continue
+            any_cut = True
+            cut[0 if component == NULL else component[i]] = True
+        return any_cut
 
-    cdef double curvature(self, const void* values, const void* step) noexcept nogil:
+    cdef void curvature(
+        self, const void* values, const void* step, const int32_t* component, double* total
+    ) noexcept nogil:
         if self._evaluation.single:
-            return self._curvature(<const float*>values, <const float*>step)
-        return self._curvature(<const double*>values, <const double*>step)
+            self._curvature(<const float*>values, <const float*>step, component, total)
+        else:
+            self._curvature(<const double*>values, <const double*>step, component, total)
 
-    cdef double _curvature(self, const floating* values, const floating* step) noexcept nogil:
-        cdef Py_ssize_t b, i, j
+    cdef void _curvature(
+        self, const floating* values, const floating* step, const int32_t* component,
+        double* total
+    ) noexcept nogil:
+        cdef Py_ssize_t b, i, j, c = 0
         cdef const int64_t* block
         cdef const floating* value
-        cdef double total = 0, row
+        cdef double sum_, row
         for b in range(self._block_count):
             block = &self._blocks[5 * b]
             value = values + block[4]
+            if component != NULL:
+                c = component[block[0]]
+            sum_ = total[c]
             for i in range(block[2]):
                 row = 0
                 if block[0] == block[1]:
@@ -127,8 +141,8 @@ cdef class Box:
                 else:
                     for j in range(block[3]):
                         row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
-                total += row * step[block[0] + i]
-        return total
+                sum_ += row * step[block[0] + i]
+            total[c] = sum_
 
 
 def stored_places(system, scalars):

@@ -28,7 +28,8 @@ cdef class CompiledGroups:
     cdef bint missing(self, Py_ssize_t g) noexcept nogil
     # Whether threads may run it side by side.
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil
-    cdef double cost(self, Py_ssize_t g, const Lanes* lanes) noexcept nogil
+    # The sum of squared residuals; with `costs`, those of each instance instead, see `Kernel.cost`.
+    cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil
     cdef double linearise(
         self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values) noexcept nogil
     # Whether its kernel asks a guard over parameters.

@@ -29,7 +29,7 @@ cdef struct Call:
 
 cdef void call_cost(void* job) noexcept nogil:
     cdef Call* call = <Call*>job
-    call.value = call.kernel.cost(call.lanes)
+    call.value = call.kernel.cost(call.lanes, <double*>call.first)
 
 
 cdef void call_linearise(void* job) noexcept nogil:
@@ -109,15 +109,15 @@ cdef class CompiledGroups:
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].free
 
-    cdef double cost(self, Py_ssize_t g, const Lanes* lanes) noexcept nogil:
+    cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return 0
         if one.program != NULL:
-            return (<Program>one.program).cost(lanes, &self.exhausted)
+            return (<Program>one.program).cost(lanes, costs, &self.exhausted)
         if not stack_suffices(one.frame):
-            return self._elsewhere(one, call_cost, lanes, NULL, NULL)
-        return one.kernel.cost(lanes)
+            return self._elsewhere(one, call_cost, lanes, costs, NULL)
+        return one.kernel.cost(lanes, costs)
 
     cdef double linearise(
         self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values

@@ -1,35 +1,46 @@
 # Powell's dogleg: the path from steepest descent to the Gauss-Newton step, cut at a trust region.
 
+from libc.stdint cimport int32_t, uint8_t
+
 from arael.runtime.box cimport Box
+from arael.runtime.levenberg.component cimport Component
 from arael.runtime.vectors cimport Vectors
 
 
 cdef class Dogleg:
-    cdef readonly double radius  # of the trust region, in scaled variables; 0: not chosen yet
-    cdef readonly double regularisation  # multiple of the scale that is added to the diagonal
-    cdef readonly bint known            # whether this linearisation has its Gauss-Newton step
     cdef readonly double floor          # of the regularisation
-    cdef double promise                 # reduction that the linearisation promises: -g' n
-    cdef double length                  # of the proposed step, in scaled variables
-
     cdef Vectors _vectors
     cdef Box _box
-    cdef double added                   # of that, by what was added to the diagonal
-    cdef double _newton_length
+    cdef Component* _components
+    cdef Py_ssize_t _count
+    cdef const int32_t* _component      # of each scalar; NULL: all are of one
+    cdef uint8_t* _cut                  # whether the step of each component was clamped
+    cdef double* _curvature
+    cdef object _keep
     cdef bint _descended                # whether steepest descent is there
-    cdef double _descent_length, _descent_curvature, _descent_added
 
-    # A new linearisation.
+    # A new linearisation of the whole, and one of a component that has moved.
     cdef void begin(self) noexcept nogil
-    # Diagonal and right-hand side of the Gauss-Newton step.
+    cdef void begin_component(self, Component* c) noexcept nogil
+    # Diagonal and right-hand side of the Gauss-Newton steps.
     cdef void prepare(self) noexcept nogil
-    # The matrix was not positive definite.
-    cdef void regularise(self) noexcept nogil
-    # The step in `vectors` is the Gauss-Newton step; `size` is the length of the state.
-    cdef void take_newton(self, double size) noexcept nogil
-    # Put the step into `vectors`, inside region and bounds; the reduction that the model predicts.
-    cdef double propose(self) noexcept nogil
+    # The matrix of a component was not positive definite.
+    cdef void regularise(self, Component* c) noexcept nogil
+    # The step in `vectors` is the Gauss-Newton step; the square root of a component's energy is the
+    # length of its state.
+    cdef void take_newton(self) noexcept nogil
+    # Put the steps into `vectors`, each inside its region, and inside bounds; the reductions that the
+    # model predicts.
+    cdef void propose(self) noexcept nogil
+    # Cut the steps in `vectors` off at the bounds; whether one was cut. Then the sums are new, and the
+    # predicted reductions of the components of which it was.
+    cdef bint clamp(self) noexcept nogil
     # Move the radius after a step of gain ratio `gain`.
-    cdef void adapt(self, bint accepted, double gain) noexcept nogil
+    cdef void adapt(self, Component* c, double gain) noexcept nogil
 
     cdef void _descend(self) noexcept nogil
+    cdef void _cut_path(self, Py_ssize_t k) noexcept nogil
+
+
+cdef Dogleg dogleg_of(
+    Vectors vectors, Box box, double floor, components, const int32_t* component)

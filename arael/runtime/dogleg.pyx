@@ -4,13 +4,22 @@
 Powell, "A hybrid method for nonlinear equations", 1970, with the scaling of variables of Moré,
 "The Levenberg-Marquardt algorithm: implementation and theory", 1978: lengths are measured in
 ``D^1/2 x``, where D is the largest diagonal of J'J so far. One factorisation serves all attempts
-with a linearisation, so a rejected step costs no more than the cost of the trial state.
+with a linearisation, so a rejected step costs no more than the cost of the trial state. Each
+connected component of the problem has a trust region of its own.
 """
 
-from libc.math cimport isfinite, sqrt
+import numpy as np
 
+
+from libc.math cimport isfinite, sqrt
+from libc.stdint cimport int32_t, uint8_t
+from libc.string cimport memset
+
+from arael.runtime.address cimport writable
 from arael.runtime.box cimport Box
-from arael.runtime.vectors cimport Descent, Sums, Vectors
+from arael.runtime.levenberg.component cimport Component, Region
+from arael.runtime.levenberg.settings cimport RUNNING
+from arael.runtime.vectors cimport Sums, Vectors
 
 # Gain ratios below and above which the radius shrinks and grows, and by how much.
 cdef double POOR = 0.25
@@ -21,90 +30,174 @@ cdef double GROW = 2
 
 
 cdef class Dogleg:
-    """Trust region whose steps lie on Powell's dogleg.
+    """Trust regions whose steps lie on Powell's dogleg; bound to components by `dogleg_of`.
 
-    Parameters
+    Attributes
     ----------
-    vectors : Vectors
-    box : Box
     floor : float
         Smallest regularisation: without one, rounding decides about directions that nothing holds.
     """
 
-    def __init__(self, Vectors vectors, Box box, double floor):
-        self._vectors, self._box = vectors, box
-        self.floor = self.regularisation = floor
+    @property
+    def radius(self):
+        """Smallest radius of a component that is being solved, or of all if none is."""
+        regions = [
+            self._components[k].region.radius for k in range(self._count)
+            if self._components[k].status == RUNNING
+        ]
+        return min(regions or [self._components[k].region.radius for k in range(self._count)])
 
     cdef void begin(self) noexcept nogil:
-        self.known = self._descended = False
-        self.regularisation = max(self.floor, 0.1 * self.regularisation)
+        self._descended = False
+
+    cdef void begin_component(self, Component* c) noexcept nogil:
+        c.region.known = False
+        c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
 
     cdef void prepare(self) noexcept nogil:
-        self._vectors.prepare(self.regularisation, True)
+        cdef Py_ssize_t k
+        for k in range(self._count):
+            self._vectors.damping[k] = self._components[k].region.regularisation
+        self._vectors.prepare(True)
 
-    cdef void regularise(self) noexcept nogil:
-        self.regularisation = max(10 * self.regularisation, 1e-15)
+    cdef void regularise(self, Component* c) noexcept nogil:
+        c.region.regularisation = max(10 * c.region.regularisation, 1e-15)
 
-    cdef void take_newton(self, double size) noexcept nogil:
-        cdef Sums sums = self._vectors.products()
+    cdef void take_newton(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef Sums* sums
+        cdef double size
+        self._vectors.products()
+        for k in range(self._count):
+            c, sums = &self._components[k], &self._vectors.sums[k]
+            self._vectors.wanted[k] = c.status == RUNNING and not c.region.known
+            if not self._vectors.wanted[k]:
+                continue
+            c.promise, c.added = -sums.slope, sums.added
+            c.region.newton_length = sums.scaled
+            c.region.known = True
+            if c.region.radius == 0:
+                # A first step no longer than the state is far: beyond, costs tend to be flat.
+                size = sqrt(c.energy)
+                c.region.radius = sqrt(sums.scaled)
+                if size > 0:
+                    c.region.radius = min(c.region.radius, size)
         self._vectors.keep_newton()
-        self.promise = -sums.slope
-        self._newton_length, self.added = sums.scaled, sums.added
-        self.known = True
-        if self.radius == 0:
-            # A first step no longer than the state is far: beyond, costs tend to be flat.
-            self.radius = sqrt(self._newton_length)
-            if size > 0:
-                self.radius = min(self.radius, size)
 
-    cdef double propose(self) noexcept nogil:
+    cdef void propose(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Component* c
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.tried:
+                self._cut_path(k)
+        self._vectors.combine()
+        if not self.clamp():
+            self._vectors.products()
+        for k in range(self._count):
+            self._components[k].step_length = self._vectors.sums[k].length
+
+    cdef bint clamp(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Component* c
+        if self._box.count == 0:
+            return False
+        memset(self._cut, 0, self._count)
+        if not self._box.clamp(self._vectors.step, self._component, self._cut):
+            return False
+        memset(self._curvature, 0, self._count * sizeof(double))
+        self._box.curvature(
+            self._vectors.values, self._vectors.step, self._component, self._curvature)
+        self._vectors.products()
+        for k in range(self._count):
+            c = &self._components[k]
+            if self._cut[k]:
+                c.region.length = sqrt(self._vectors.sums[k].scaled)
+                c.predicted = -2 * self._vectors.sums[k].slope - self._curvature[k]
+        return True
+
+    cdef void _cut_path(self, Py_ssize_t k) noexcept nogil:
+        """Where a component's path leaves its region, and what the step promises without bounds."""
         cdef double along = 0, across = 1, gg, t, newton, corner, gap, product, curvature
-        cdef Sums sums
-        newton = self._newton_length
-        self.length = sqrt(newton)
-        if self.length > self.radius:
+        cdef Component* c = &self._components[k]
+        cdef Region* region = &c.region
+        newton = region.newton_length
+        region.length = sqrt(newton)
+        if region.length > region.radius:
             self._descend()
-            gg = self._descent_length
-            t = gg / self._descent_curvature
+            gg = region.descent_length
+            t = gg / region.descent_curvature
             if not isfinite(t):
                 t = 0
             corner = t * t * gg
-            if corner >= self.radius * self.radius:
-                along, across = self.radius / sqrt(gg), 0
+            if corner >= region.radius * region.radius:
+                along, across = region.radius / sqrt(gg), 0
             else:
                 # |corner + s (n - corner)| = radius, of the root that cancels nothing
-                product = t * self.promise - corner
-                gap = newton - 2 * t * self.promise + corner
-                across = (self.radius * self.radius - corner) / (
-                    product + sqrt(product * product + gap * (self.radius * self.radius - corner)))
+                product = t * c.promise - corner
+                gap = newton - 2 * t * c.promise + corner
+                across = (region.radius * region.radius - corner) / (
+                    product
+                    + sqrt(product * product + gap * (region.radius * region.radius - corner)))
                 along = t * (1 - across)
-            self.length = self.radius
-        self._vectors.combine(along, across)
-        if self._box.count > 0 and self._box.clamp(self._vectors.step):
-            sums = self._vectors.products()
-            self.length = sqrt(sums.scaled)
-            return -2 * sums.slope - self._box.curvature(
-                self._vectors.values, self._vectors.step)
-        curvature = across * across * (self.promise - self.added)
+            region.length = region.radius
+        self._vectors.along[k], self._vectors.across[k] = along, across
+        curvature = across * across * (c.promise - c.added)
         if along != 0:
-            curvature += along * along * self._descent_curvature + 2 * along * across * (
-                self._descent_length - self._descent_added)
-            return 2 * (along * self._descent_length + across * self.promise) - curvature
-        return 2 * across * self.promise - curvature
+            curvature += along * along * region.descent_curvature + 2 * along * across * (
+                region.descent_length - region.descent_added)
+            c.predicted = 2 * (along * region.descent_length + across * c.promise) - curvature
+        else:
+            c.predicted = 2 * across * c.promise - curvature
 
     cdef void _descend(self) noexcept nogil:
-        cdef Descent found
+        """Steepest descent of all components, once a linearisation."""
+        cdef Py_ssize_t k
+        cdef Region* region
         if self._descended:
             return
-        found = self._vectors.take_descent()
-        self._descent_length, self._descent_added = found.length, found.added
-        self._descent_curvature = self._box.curvature(self._vectors.values, self._vectors.descent)
+        self._vectors.take_descent()
+        memset(self._curvature, 0, self._count * sizeof(double))
+        self._box.curvature(
+            self._vectors.values, self._vectors.descent, self._component, self._curvature)
+        for k in range(self._count):
+            region = &self._components[k].region
+            region.descent_length = self._vectors.sums[k].descent_length
+            region.descent_added = self._vectors.sums[k].descent_added
+            region.descent_curvature = self._curvature[k]
         self._descended = True
 
-    cdef void adapt(self, bint accepted, double gain) noexcept nogil:
-        if not accepted:
-            self.radius = SHRINK_REJECTED * self.length
+    cdef void adapt(self, Component* c, double gain) noexcept nogil:
+        cdef Region* region = &c.region
+        if not c.accepted:
+            region.radius = SHRINK_REJECTED * region.length
         elif gain > GOOD:
-            self.radius = max(self.radius, GROW * self.length)
+            region.radius = max(region.radius, GROW * region.length)
         elif not gain >= POOR:
-            self.radius = SHRINK_ACCEPTED * self.length
+            region.radius = SHRINK_ACCEPTED * region.length
+
+
+cdef Dogleg dogleg_of(
+    Vectors vectors, Box box, double floor, components, const int32_t* component
+):
+    """Trust regions of the components of `vectors`.
+
+    Parameters
+    ----------
+    components : array that holds a `Component` for each
+    component : that of each scalar, or NULL: all are of one
+    """
+    cdef Dogleg found = Dogleg.__new__(Dogleg)
+    cdef Py_ssize_t k
+    found._vectors, found._box, found.floor = vectors, box, floor
+    found._components = <Component*>writable(components, np.float64)
+    found._count, found._component = vectors.components, component
+    cut = np.zeros(found._count, dtype=np.uint8)
+    curvature = np.zeros(found._count)
+    found._keep = (cut, curvature, components)
+    found._cut = <uint8_t*>writable(cut, np.uint8)
+    found._curvature = <double*>writable(curvature, np.float64)
+    for k in range(found._count):
+        found._components[k].region.regularisation = floor
+    return found

@@ -4,6 +4,7 @@
 import numpy as np
 
 from arael.runtime.address cimport writable
+from arael.runtime.component_lanes cimport ComponentLanes, GroupCosts
 from arael.runtime.group_lanes cimport MOST_SHARES
 from arael.runtime.groups cimport Groups
 from arael.runtime.kernel cimport Lanes
@@ -13,6 +14,12 @@ from arael.runtime.pool cimport Task, distribute
 cdef void cost_of_share(void* job, Py_ssize_t share) noexcept nogil:
     cdef Work* work = <Work*>job
     work.costs[share] = (<Evaluation>work.evaluation)._cost_of_share(share, work.which)
+
+
+cdef void costs_of_share(void* job, Py_ssize_t share) noexcept nogil:
+    cdef Work* work = <Work*>job
+    (<Evaluation>work.evaluation)._costs_in_share(
+        share, work.which, <ComponentLanes>work.chosen)
 
 
 cdef void guard_share(void* job, Py_ssize_t share) noexcept nogil:
@@ -28,7 +35,7 @@ cdef void clear_share(void* job, Py_ssize_t share) noexcept nogil:
 cdef void linearise_share(void* job, Py_ssize_t share) noexcept nogil:
     cdef Work* work = <Work*>job
     work.costs[share] = (<Evaluation>work.evaluation)._linearise_share(
-        share, work.gradient, work.values)
+        share, work.gradient, work.values, <ComponentLanes>work.chosen)
 
 
 cdef void add_share(void* job, Py_ssize_t share) noexcept nogil:
@@ -62,6 +69,26 @@ cdef class Evaluation(Groups):
                 total += self.group_cost_at(g, which)
         return total
 
+    cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil:
+        cdef Py_ssize_t g, share
+        cdef Work work
+        if self.shares > 1:
+            work.which, work.chosen = which, <void*>chosen
+            self._run_shares(costs_of_share, &work)
+        for g in range(self.count):
+            if not self._whole(g):
+                continue
+            if self.compiled.missing(g):
+                with gil:
+                    try:
+                        chosen.costs[g][:] = self.interpreters[g].costs(self.states.arrays[which])
+                    except BaseException as error:
+                        self.raised.keep(error)
+                continue
+            for share in range(self.shares):
+                self._costs_of_chosen(g, share, which, chosen)
+        self._checked(0)
+
     cdef void guard(self) noexcept nogil:
         cdef Py_ssize_t g
         cdef Work work
@@ -73,16 +100,19 @@ cdef class Evaluation(Groups):
             if self._whole(g):
                 self.guard_group(g)
 
-    cdef double linearise(self, void* gradient, void* values) noexcept nogil:
+    cdef double linearise(
+        self, void* gradient, void* values, ComponentLanes chosen
+    ) noexcept nogil:
         cdef double costs[MOST_SHARES]
         cdef double total = 0
-        cdef Py_ssize_t g, k
+        cdef Py_ssize_t g, k, share
         cdef Work work
         self.guard()
         if self.shares == 1:
             self.totals.clear(0, 1, gradient, values)
         else:
             work.gradient, work.values, work.costs = gradient, values, costs
+            work.chosen = <void*>chosen
             self._run_shares(clear_share, &work)
             self._run_shares(linearise_share, &work)
             self._run_shares(add_share, &work)
@@ -90,9 +120,15 @@ cdef class Evaluation(Groups):
                 total += costs[k]
             self._checked(total)
         for g in range(self.count):
-            if self._whole(g):
+            if not self._whole(g):
+                continue
+            if chosen is None or self.compiled.missing(g):
                 total += self.linearise_group(
                     g, self.lanes.whole(self.states.current, g), gradient, values)
+                continue
+            for share in range(self.shares):
+                total += self._checked(
+                    self._linearise_chosen(g, share, gradient, values, chosen))
         self.totals.hold(gradient, values)
         return total
 
@@ -111,7 +147,7 @@ cdef class Evaluation(Groups):
         cdef Py_ssize_t g
         for g in range(self.count):
             if self.compiled.sharable(g):
-                total += self.compiled.cost(g, self.lanes.part(which, g, share))
+                total += self.compiled.cost(g, self.lanes.part(which, g, share), NULL)
         return total
 
     cdef void _guard_share(self, Py_ssize_t share) noexcept nogil:
@@ -121,14 +157,51 @@ cdef class Evaluation(Groups):
                 self.compiled.guard(g, self.lanes.part(self.states.current, g, share))
 
     cdef double _linearise_share(
-        self, Py_ssize_t share, void* gradient, void* values
+        self, Py_ssize_t share, void* gradient, void* values, ComponentLanes chosen
     ) noexcept nogil:
         cdef double total = 0
         cdef Py_ssize_t g
         for g in range(self.count):
-            if self.compiled.sharable(g):
+            if not self.compiled.sharable(g):
+                continue
+            if chosen is None:
                 total += self.compiled.linearise(
                     g, self.lanes.part(self.states.current, g, share), gradient, values)
+            else:
+                total += self._linearise_chosen(g, share, gradient, values, chosen)
+        return total
+
+    cdef void _costs_in_share(
+        self, Py_ssize_t share, int which, ComponentLanes chosen
+    ) noexcept nogil:
+        cdef Py_ssize_t g
+        for g in range(self.count):
+            if self.compiled.sharable(g):
+                self._costs_of_chosen(g, share, which, chosen)
+
+    # --- what is chosen of one group and share -----------------------------------------------
+
+    cdef void _costs_of_chosen(
+        self, Py_ssize_t g, Py_ssize_t share, int which, ComponentLanes chosen
+    ) noexcept nogil:
+        cdef const GroupCosts* one = &chosen.groups[g]
+        cdef Py_ssize_t k
+        cdef Lanes lanes
+        for k in range(one.ends[share], one.ends[share + 1]):
+            lanes = self.lanes.between(which, g, one.runs[2 * k], one.runs[2 * k + 1])
+            self.compiled.cost(g, &lanes, one.costs + one.runs[2 * k] * one.width)
+
+    cdef double _linearise_chosen(
+        self, Py_ssize_t g, Py_ssize_t share, void* gradient, void* values, ComponentLanes chosen
+    ) noexcept nogil:
+        cdef const GroupCosts* one = &chosen.groups[g]
+        cdef double total = 0
+        cdef Py_ssize_t k
+        cdef Lanes lanes
+        for k in range(one.ends[share], one.ends[share + 1]):
+            lanes = self.lanes.between(
+                self.states.current, g, one.runs[2 * k], one.runs[2 * k + 1])
+            total += self.compiled.linearise(g, &lanes, gradient, values)
         return total
 
     # --- from Python -------------------------------------------------------------------------
@@ -153,7 +226,7 @@ cdef class Evaluation(Groups):
         cdef void* second = writable(values, self.dtype, self.totals.value_room)
         cdef double cost
         with nogil:
-            cost = self.linearise(first, second)
+            cost = self.linearise(first, second, None)
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
 

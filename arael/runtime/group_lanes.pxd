@@ -9,16 +9,24 @@ cdef enum:
     MOST_SHARES = 64
 
 
+# How far the arrays of a group reach from one block of lanes to the next.
+cdef struct Stride:
+    Py_ssize_t data             # bytes
+    Py_ssize_t width            # lanes
+    Py_ssize_t uses
+
+
 cdef class GroupLanes:
     cdef readonly list data      # per group, its data in lane order, and its uniforms
     cdef object _keep            # arrays of places
     cdef object _adds            # zeros: no block of lanes is the first to write
     cdef object _orders          # per group, that of its instances, or None
     cdef object _dtype           # of scalars
-    cdef object _bounds          # of the shares, per group, in blocks of lanes
+    cdef readonly object bounds  # of the shares, per group, in blocks of lanes
     cdef list _widths            # per group, its lanes
     cdef list _uses              # per group, how many entities it uses
     cdef const uint8_t* _none_first
+    cdef Stride* _stride         # [groups]
     cdef Py_ssize_t _shares
     cdef Lanes* _whole[2]        # [groups], by which of the states they read
     cdef Lanes* _parts[2]        # [groups][shares], the same by shares
@@ -30,6 +38,9 @@ cdef class GroupLanes:
     cdef Lanes adding(self, int which, Py_ssize_t g) noexcept nogil
     # Of the instances in one share.
     cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil
+    # Of the instances in some blocks of lanes, from `begin` to `end`.
+    cdef Lanes between(
+        self, int which, Py_ssize_t g, Py_ssize_t begin, Py_ssize_t end) noexcept nogil
 
     cdef _place(self, Py_ssize_t g, one)
     cdef _cut(self, Py_ssize_t g)

@@ -38,7 +38,7 @@ cdef class GroupLanes:
     def __init__(self, groups, instances, plan, widths, StatePair states, NativeTable natives):
         cdef Py_ssize_t use = 0, which
         cdef Lanes* lanes
-        self._bounds, self._widths, self._shares = plan.bounds, widths, plan.count
+        self.bounds, self._widths, self._shares = plan.bounds, widths, plan.count
         self._orders = plan.orders
         most = max([placed[5].size for placed in plan.placed], default=0)
         self._adds = np.zeros(most + 1, dtype=np.uint8)
@@ -51,8 +51,9 @@ cdef class GroupLanes:
             self._whole[which] = <Lanes*>calloc(len(groups) + 1, sizeof(Lanes))
             self._parts[which] = <Lanes*>calloc(len(groups) * self._shares + 1, sizeof(Lanes))
         self._pointers = <const void**>calloc(2 * sum(self._uses) + 1, sizeof(void*))
+        self._stride = <Stride*>calloc(len(groups) + 1, sizeof(Stride))
         if not (self._whole[0] and self._whole[1] and self._parts[0] and self._parts[1]
-                and self._pointers):
+                and self._pointers and self._stride):
             raise MemoryError
         for g, (group, placed, one) in enumerate(zip(groups, plan.placed, instances, strict=True)):
             self._place(g, one)
@@ -77,6 +78,7 @@ cdef class GroupLanes:
         free(self._parts[0])
         free(self._parts[1])
         free(self._pointers)
+        free(self._stride)
 
     cdef Lanes* whole(self, int which, Py_ssize_t g) noexcept nogil:
         return &self._whole[which][g]
@@ -110,21 +112,28 @@ cdef class GroupLanes:
 
     cdef _cut(self, Py_ssize_t g):
         """The lanes of a group's shares: the same arrays from each share's first block on."""
-        cdef Py_ssize_t which, share, begin, end, width = self._widths[g]
-        cdef Py_ssize_t data = self.data[g][0].strides[0]
-        cdef Py_ssize_t uses = self._uses[g], pairs = uses * (uses + 1) // 2
-        cdef Lanes* part
-        bounds = self._bounds[g]
+        cdef Py_ssize_t which, share
+        cdef Stride* stride = &self._stride[g]
+        stride.data, stride.width = self.data[g][0].strides[0], self._widths[g]
+        stride.uses = self._uses[g]
+        bounds = self.bounds[g]
         for which in range(2):
             for share in range(self._shares):
-                begin, end = bounds[share], bounds[share + 1]
-                part = self.part(which, g, share)
-                part[0] = self.whole(which, g)[0]
-                part.n = min(part.n, end * width) - min(part.n, begin * width)
-                part.data = <const char*>part.data + begin * data
-                part.row += begin * uses * width
-                part.gradient_at += begin * uses * width
-                part.block_at += begin * pairs * width
-                part.turn += begin * pairs * width
-                part.run += begin
-                part.first += begin * pairs
+                self.part(which, g, share)[0] = self.between(
+                    which, g, bounds[share], bounds[share + 1])
+
+    cdef Lanes between(
+        self, int which, Py_ssize_t g, Py_ssize_t begin, Py_ssize_t end
+    ) noexcept nogil:
+        cdef const Stride* stride = &self._stride[g]
+        cdef Py_ssize_t uses = stride.uses, width = stride.width, pairs = uses * (uses + 1) // 2
+        cdef Lanes lanes = self._whole[which][g]
+        lanes.n = min(lanes.n, end * width) - min(lanes.n, begin * width)
+        lanes.data = <const char*>lanes.data + begin * stride.data
+        lanes.row += begin * uses * width
+        lanes.gradient_at += begin * uses * width
+        lanes.block_at += begin * pairs * width
+        lanes.turn += begin * pairs * width
+        lanes.run += begin
+        lanes.first += begin * pairs
+        return lanes

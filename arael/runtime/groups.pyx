@@ -64,7 +64,7 @@ cdef class Groups:
         if lanes.n == 0:
             return 0
         if not self.compiled.missing(g):
-            return self._checked(self.compiled.cost(g, lanes))
+            return self._checked(self.compiled.cost(g, lanes, NULL))
         with gil:
             try:
                 return self.interpreters[g].cost(self.states.arrays[which])

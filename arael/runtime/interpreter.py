@@ -98,6 +98,12 @@ class GroupInterpreter:
         """Sum of squared residuals, in f64."""
         return _squares(self.residuals(states))
 
+    def costs(self, states: Sequence[Array]) -> Array:
+        """(n,) squared residuals of each instance, in f64."""
+        r = self.residuals(states).astype(np.float64)
+        with np.errstate(all="ignore"):
+            return np.asarray(np.einsum("nr,nr->n", r, r))
+
     def rows(self, states: Sequence[Array]) -> tuple[Array, Array]:
         """Residuals (n, residuals) and Jacobian entries (n, entries), as `Group.jacobian` lists."""
         found = self._run(self.group.tape, states)

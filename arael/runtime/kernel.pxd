@@ -9,7 +9,7 @@ from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
-    KERNEL_ABI = 4
+    KERNEL_ABI = 5
 
 # A native function as it was bound, called with its arguments in f64. Numbered as in
 # Layout.natives; addresses come with a problem and are never part of generated code.
@@ -37,7 +37,8 @@ ctypedef struct Lanes:
 # rows and that of use b as columns; of a diagonal pair what is above the diagonal is undefined.
 # Entities that are not solved for have offsets into a trash area behind gradient and values.
 
-ctypedef double (*cost_function)(const Lanes* lanes) noexcept nogil
+# costs [n] of the instances, in the order of the lanes; if NULL, their sum is returned instead
+ctypedef double (*cost_function)(const Lanes* lanes, double* costs) noexcept nogil
 ctypedef double (*linearise_function)(
     const Lanes* lanes, void* gradient, void* values) noexcept nogil
 # residuals [n][residuals], entries [n][jacobian entries], both in the order of the lanes

@@ -1,36 +1,16 @@
-# The Levenberg-Marquardt loop: plain C state, so that an iteration touches no Python object.
+# The loop of a solve: plain C state, so that an iteration touches no Python object.
 
-from libc.stdint cimport int32_t, int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.box cimport Box
+from arael.runtime.component_lanes cimport ComponentLanes
 from arael.runtime.dogleg cimport Dogleg
 from arael.runtime.evaluation cimport Evaluation
+from arael.runtime.levenberg.component cimport Component
+from arael.runtime.levenberg.record cimport History, Record
+from arael.runtime.levenberg.settings cimport Settings
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Vectors
-
-
-cdef enum:
-    RUNNING = 0
-    CONVERGED
-    COST_THRESHOLD
-    MAX_ITERATIONS
-    GRADIENT_TOLERANCE
-    PARAMETER_TOLERANCE
-    PREDICTED_REDUCTION
-    TIME_LIMIT
-    DRIVER_TERMINATED
-    OBSERVER_TERMINATED
-    LAMBDA_CEILING
-    RETRY_BUDGET
-    ABORTED
-    STALLED
-
-
-cdef enum:
-    LADDER = 0
-    NIELSEN
-    GAIN
-    CUSTOM
 
 
 cdef enum:
@@ -43,45 +23,14 @@ cdef enum:
     PHASES
 
 
-# One attempt at a step. The layout of `RECORD` in lm.pyx.
-ctypedef struct Record:
-    int32_t iteration     # from 1; retries keep the number
-    int32_t retry         # rejections before this attempt, with the same linearisation
-    int32_t accepted
-    int32_t factored      # whether the damped matrix was positive definite
-    int64_t pivot         # scalar at which factorisation failed, or -1
-    double cost           # before
-    double trial_cost     # after; NaN without a step
-    double predicted      # reduction that the linear model predicts for the step
-    double promise        # reduction that it predicts for the step without bounds and region
-    double radius         # of the trust region; NaN where there is none
-    double damping        # lambda in effect
-    double next_damping   # lambda of the attempt to come
-    double step_norm
-    double gradient       # largest magnitude of the gradient 2 J'r
-    double seconds        # spent on this attempt
-
-
-ctypedef struct Settings:
-    double abs_precision
-    double rel_precision
-    Py_ssize_t max_iters
-    Py_ssize_t min_iters
-    Py_ssize_t patience
-    double initial_lambda
-    double lambda_floor
-    double lambda_ceiling
-    Py_ssize_t retry_budget
-    double cost_threshold
-    double gradient_tolerance
-    double parameter_tolerance
-    double predicted_reduction_tolerance
-    double min_diagonal
-    double time_limit
-    bint dogleg           # or damped steps
-    int damping
-    bint by_promise       # how the end is judged: by what is promised, or by small steps
-    bint watched          # whether the watcher wants to see each step
+# What became of a component. The layout of `COMPONENT` in lm.pyx.
+ctypedef struct Ended:
+    int64_t status
+    int64_t iterations
+    int64_t accepted
+    double start_cost
+    double end_cost
+    double predicted_decrease
 
 
 cdef class Minimiser:
@@ -92,10 +41,10 @@ cdef class Minimiser:
     cdef readonly Py_ssize_t attempts
     cdef readonly Py_ssize_t accepted
     cdef readonly Py_ssize_t factorisations  # failed ones counted
-    cdef readonly double damping          # lambda of the next attempt
+    cdef readonly double damping          # largest lambda of the next attempt
     cdef readonly Vectors vectors
     cdef readonly Dogleg dogleg
-    cdef readonly double predicted_decrease  # by the last linearisation, least damped
+    cdef readonly double predicted_decrease  # by the last linearisations, least damped
     cdef readonly double gradient_norm       # sqrt of the sum of g_i^2 / H_ii
     cdef readonly double noise_floor         # of the cost, by rounding
 
@@ -104,40 +53,51 @@ cdef class Minimiser:
     cdef object _watcher
     cdef object _driver
     cdef object _failure
-    cdef object _history
-    cdef Record* _records
-    cdef Py_ssize_t _capacity
+    cdef History _history
     cdef Record _now
     cdef double[6] _phases
     cdef double _began, _mark, _last_check
-    cdef double _epsilon
-    cdef double _growth                   # Nielsen's nu
-    cdef Py_ssize_t _small_steps
-    cdef double _energy                   # see `StatePair.energy`
-    cdef double _added                    # of the promise, by what was added to the diagonal
-    cdef double[3] _jitter                # of the costs of the last rejected states
-    cdef bint _proven                     # whether an undamped step was asked for
 
     cdef Box _box
+    cdef Py_ssize_t _count                # of components
+    cdef Py_ssize_t _running              # of those, that have not ended
+    cdef Component* _components
+    cdef ComponentLanes _lanes            # None: one component
+    cdef const int32_t* _component        # of each scalar; NULL: all are of one
+    cdef const int64_t* _value_runs       # [][3] begin, end and component of values
+    cdef Py_ssize_t _value_run_count
+    cdef double* _sums                    # [components + 1] costs or energies
+    cdef uint8_t* _marks                  # [components + 1] which are evaluated
+    cdef uint8_t* _accepts                # [components]
+    cdef bint _retiring                   # whether components have ended that are in the system
+    cdef double _constant                 # cost of what reads nothing that is solved for
+    cdef object _keep
 
     cdef void _run(self) noexcept nogil
+    cdef void _start_components(self) noexcept nogil
     cdef void _linearise(self) noexcept nogil
+    cdef void _begin_components(self) noexcept nogil
+    cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
+    cdef bint _may_attempt(self) noexcept nogil
+    cdef bint _all_known(self) noexcept nogil
     cdef bint _factor(self) noexcept nogil
-    cdef bint _is_exact(self) noexcept nogil
-    cdef void _floor_of_noise(self) noexcept nogil
-    cdef void _try_dogleg(self) noexcept nogil
-    cdef void _try_damped(self) noexcept nogil
+    cdef void _blame(self, Py_ssize_t pivot) noexcept nogil
+    cdef void _take_noise(self) noexcept nogil
+    cdef void _propose_damped(self) noexcept nogil
     cdef void _look_ahead(self) noexcept nogil
-    cdef void _judge(self) noexcept nogil
+    cdef void _take_costs(self, int which) noexcept nogil
+    cdef void _fill_record(self) noexcept nogil
     cdef void _next_damping(self) noexcept nogil
-    cdef void _nielsen(self, double gain, double least) noexcept nogil
-    cdef void _keep_promise(self) noexcept nogil
-    cdef int _verdict(self) noexcept nogil
-    cdef int _by_promise(self) noexcept nogil
-    cdef bint _promise_is_noise(self) noexcept nogil
-    cdef int _after_acceptance(self) noexcept nogil
-    cdef bint _at_noise_floor(self) noexcept nogil
+    cdef void _judge(self) noexcept nogil
+    cdef void _accept(self) noexcept nogil
+    cdef void _measure(self) noexcept nogil
+    cdef void _measure_tried(self) noexcept nogil
+    cdef void _end(self, Component* c, int status) noexcept nogil
+    cdef void _retire(self) noexcept nogil
+    cdef void _hold_retired(self) noexcept nogil
+    cdef int _worst(self) noexcept nogil
+    cdef void _finish(self) noexcept nogil
     cdef bint _interrupted(self) noexcept nogil
     cdef void _keep_record(self) noexcept nogil
     cdef void _take_failure(self) noexcept nogil

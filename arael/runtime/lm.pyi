@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from arael.config import LmConfig
 from arael.runtime.box import Box
+from arael.runtime.components import Partition
 from arael.runtime.dogleg import Dogleg
 from arael.runtime.evaluation import Evaluation
+from arael.runtime.levenberg.record import RECORD as RECORD
+from arael.runtime.levenberg.settings import STATUSES as STATUSES
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.vectors import Vectors
 
-STATUSES: tuple[str, ...]
-RECORD: np.dtype[Any]
+COMPONENT: np.dtype[Any]
 
 class Minimiser:
     """One solve."""
@@ -40,9 +42,12 @@ class Minimiser:
         config: LmConfig,
         watcher: Any,
         watched: bool,
+        partition: Partition | None = None,
     ) -> None: ...
     def run(self) -> str: ...
     @property
     def history(self) -> NDArray[Any]: ...
+    @property
+    def components(self) -> NDArray[Any]: ...
     @property
     def timing(self) -> dict[str, float]: ...

@@ -1,77 +1,58 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""The loop of a solve: linearise, propose a step, accept or reject it, decide whether to go on.
+"""The loop of a solve: linearise, propose steps, accept or reject them, decide whether to go on.
 
-The default strategy is a trust region with Powell's dogleg (dogleg.pyx). The other is
-Levenberg-Marquardt: ``(J'J + lambda D) step = -J'r`` (Marquardt, SIAM J. Appl. Math. 11, 1963),
-where a step that lowers the cost is accepted and lambda shrinks, and any other is retried with the
-same linearisation and a larger lambda. D is the diagonal of J'J with the fixed ladder of factors
-and with Nielsen's gain ratio (IMM-REP-1999-05, "Damping parameter in Marquardt's method"), or the
-largest diagonal so far (Moré, 1978) with `gain`.
+The default strategy is a trust region with Powell's dogleg (dogleg.pyx), the other is
+Levenberg-Marquardt (levenberg/damping.pyx). A problem is one or more connected components, which
+share linearisation and factorisation; each has its own trust region or damping, and is accepted,
+rejected and ended by itself (levenberg/). A component that has ended leaves the system: its rows are
+those of the identity, and blocks of lanes without any other instances are not evaluated any more.
 """
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from libc.math cimport INFINITY, NAN, fabs, isfinite, sqrt
+from libc.math cimport NAN, isfinite, isnan, sqrt
+from libc.stdint cimport int32_t, int64_t, uint8_t
+from libc.string cimport memset
 
-from arael.runtime.address cimport address, writable
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
-from arael.runtime.dogleg cimport Dogleg
+from arael.runtime.component_lanes cimport ComponentLanes
+from arael.runtime.dogleg cimport Dogleg, dogleg_of
 from arael.runtime.evaluation cimport Evaluation
+from arael.runtime.levenberg.component cimport Component
+from arael.runtime.levenberg.damping cimport next_damping
+from arael.runtime.levenberg.ends cimport after_attempt, at_linearisation, noise_of
+from arael.runtime.levenberg.record cimport History, Record
+from arael.runtime.levenberg.settings cimport (
+    ABORTED, COST_THRESHOLD, CUSTOM, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, OBSERVER_TERMINATED,
+    RUNNING, Settings, TIME_LIMIT, badness, settings_of,
+)
 from arael.runtime.linear.base cimport LinearSolver
-from arael.runtime.vectors cimport Sums, Vectors
+from arael.runtime.vectors cimport Vectors
 
+from arael.runtime.levenberg.record import RECORD
+from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.records import check_record, probe_of
 
-STATUSES = (
-    "running",
-    "converged",
-    "cost_threshold",
-    "max_iterations",
-    "gradient_tolerance",
-    "parameter_tolerance",
-    "predicted_reduction",
-    "time_limit",
-    "driver_terminated",
-    "observer_terminated",
-    "lambda_ceiling",
-    "retry_budget",
-    "aborted",
-    "stalled",
-)
-
-RECORD = np.dtype(
+# What became of a component, as `outcomes.py` takes it.
+COMPONENT = np.dtype(
     [
-        ("iteration", np.int32),
-        ("retry", np.int32),
-        ("accepted", np.int32),
-        ("factored", np.int32),
-        ("pivot", np.int64),
-        ("cost", np.float64),
-        ("trial_cost", np.float64),
-        ("predicted", np.float64),
-        ("promise", np.float64),
-        ("radius", np.float64),
-        ("damping", np.float64),
-        ("next_damping", np.float64),
-        ("step_norm", np.float64),
-        ("gradient", np.float64),
-        ("seconds", np.float64),
+        ("status", np.int64),
+        ("iterations", np.int64),
+        ("accepted", np.int64),
+        ("start_cost", np.float64),
+        ("end_cost", np.float64),
+        ("predicted_decrease", np.float64),
     ]
 )
 
-probe = probe_of(RECORD)
-check_record("Record", RECORD, (<const Record*>address(probe, RECORD))[0], sizeof(Record))
+ended_probe = probe_of(COMPONENT)
+check_record("Ended", COMPONENT, (<const Ended*>address(ended_probe, COMPONENT))[0], sizeof(Ended))
 
 # Seconds between looks at pending signals (Ctrl-C): each takes the GIL.
 cdef double SIGNAL_INTERVAL = 0.02
-# Undamped steps prove an end: regularisation up to here.
-cdef double PROOF = 1e-6
-# Square of the rounding of doubles: a cost this small a fraction of the first has no digit left.
-cdef double EXACT = 4.9e-32
-# A driver that rejected so often in a row that its growth overflows has given up.
-cdef double GROWTH_LIMIT = 1e9
 
 
 cdef class Minimiser:
@@ -88,54 +69,60 @@ cdef class Minimiser:
         ``started(minimiser)`` is called after the first linearisation and may raise;
         ``stepped(minimiser, record)`` after each attempt if `watched`, and ends the solve by False.
     watched : bool
+    partition : Partition, or None
+        The components that are solved apart; None: all is one. Custom damping and ends by small
+        steps need one.
     """
 
     def __init__(self, Evaluation evaluation, LinearSolver solver, Box box, config, watcher,
-                 bint watched):
+                 bint watched, partition=None):
         if bool(solver.single) != bool(evaluation.single):
             raise ValueError("the linear solver and the problem differ in precision")
         self.evaluation, self.solver, self._box = evaluation, solver, box
         self._watcher = watcher
-        self._epsilon = float(np.finfo(evaluation.dtype).eps)
-        self._read(config, watched)
-        self.vectors = Vectors(evaluation.size, evaluation.totals, evaluation.threads)
-        self.dogleg = Dogleg(self.vectors, box, config.floor(evaluation.single))
-        self._grow_history(min(self._settings.max_iters, 1024) + 1)
-
-    def _read(self, config, bint watched):
-        s = &self._settings
-        s.abs_precision, s.rel_precision = config.abs_precision, config.rel_precision
-        s.max_iters, s.min_iters, s.patience = config.max_iters, config.min_iters, config.patience
-        s.initial_lambda = config.initial_lambda
-        s.lambda_floor = config.floor(self.evaluation.single)
-        s.lambda_ceiling, s.retry_budget = config.lambda_ceiling, config.retry_budget
-        s.cost_threshold = config.cost_threshold
-        s.gradient_tolerance = config.gradient_tolerance
-        s.parameter_tolerance = config.parameter_tolerance
-        s.predicted_reduction_tolerance = config.predicted_reduction_tolerance
-        s.min_diagonal = config.min_diagonal
-        s.time_limit = INFINITY if config.time_limit is None else config.time_limit
-        s.watched = watched
-        self._driver = config.damping if callable(config.damping) else None
-        s.dogleg = config.chosen_strategy() == "dogleg"
-        s.damping = CUSTOM if self._driver is not None else {
-            "ladder": LADDER, "nielsen": NIELSEN, "gain": GAIN
-        }[config.damping]
-        s.by_promise = config.ending == "promise"
-        self.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
+        self._settings = settings_of(config, evaluation.dtype, evaluation.guarded, watched)
+        self._driver = config.damping if self._settings.damping == CUSTOM else None
+        self._count = self._running = 1
+        if partition is not None:
+            self._take_partition(partition)
+        self.vectors = Vectors(
+            evaluation.size, evaluation.totals, evaluation.threads,
+            None if partition is None else partition.of_scalar, self._count)
+        self._make_components()
+        self._history = History(min(self._settings.max_iters, 1024) + 1)
         self.predicted_decrease = self.gradient_norm = self.noise_floor = NAN
-        self._jitter[:] = [0, 0, 0]
-        self._growth = 2
 
-    def _grow_history(self, Py_ssize_t capacity):
-        history = np.zeros(capacity, dtype=RECORD)
-        if self._history is not None:
-            history[: len(self._history)] = self._history
-        # Whatever may raise comes before the first change: the old records must stay reachable.
-        cdef void* records = writable(history, RECORD, capacity)
-        self._history = history
-        self._capacity = capacity
-        self._records = <Record*>records
+    def _take_partition(self, partition):
+        if not self._settings.by_promise or self._driver is not None:
+            raise ValueError("one lambda, or an end by small steps, is for one component")
+        self._count = self._running = partition.count
+        self._lanes = ComponentLanes(self.evaluation, partition)
+        self._component = <const int32_t*>address(
+            partition.of_scalar, np.int32, self.evaluation.size)
+        self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
+        self._value_run_count = len(partition.of_values)
+
+    def _make_components(self):
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef Settings* s = &self._settings
+        memory = np.zeros((self._count, sizeof(Component) // sizeof(double)))
+        sums, marks = np.zeros(self._count + 1), np.ones(self._count + 1, dtype=np.uint8)
+        accepts = np.zeros(self._count, dtype=np.uint8)
+        self._keep = (memory, sums, marks, accepts)
+        self._accepts = <uint8_t*>writable(accepts, np.uint8)
+        self._components = <Component*>writable(memory, np.float64)
+        self._sums = <double*>writable(sums, np.float64)
+        self._marks = <uint8_t*>writable(marks, np.uint8)
+        for k in range(self._count):
+            c = &self._components[k]
+            c.fresh = True
+            c.growth = 2
+            c.predicted_decrease = NAN
+            c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
+        self.damping = self._components[0].damping
+        self.dogleg = dogleg_of(
+            self.vectors, self._box, s.lambda_floor, memory, self._component)
 
     # --- from Python -------------------------------------------------------------------------
 
@@ -154,7 +141,7 @@ cdef class Minimiser:
     @property
     def history(self):
         """Attempts so far, as a structured array of `RECORD`."""
-        return self._history[: self.attempts].copy()
+        return self._history.array()
 
     @property
     def timing(self):
@@ -168,43 +155,71 @@ cdef class Minimiser:
             "cost": self._phases[COST],
         }
 
+    @property
+    def components(self):
+        """What became of each component, as a structured array of `COMPONENT`."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        found = np.zeros(self._count, dtype=COMPONENT)
+        cdef Ended* at = <Ended*>writable(found, COMPONENT)
+        for k in range(self._count):
+            c = &self._components[k]
+            at[k].status, at[k].iterations, at[k].accepted = c.status, c.attempts, c.steps
+            at[k].start_cost, at[k].end_cost = c.start_cost, c.cost
+            at[k].predicted_decrease = c.predicted_decrease
+        return found
+
     # --- the loop ----------------------------------------------------------------------------
 
     cdef void _run(self) noexcept nogil:
         self._began = self._mark = self._last_check = seconds()
-        self.evaluation.guard()
-        self.start_cost = self.current_cost = self.evaluation.cost(self.evaluation.states.current)
-        self._lap(COST)
-        self._now.iteration = 0
         self._status = RUNNING
+        self._start_components()
         while self._status == RUNNING:
             self._linearise()
             while self._status == RUNNING:
                 self._attempt()
                 if self._now.accepted:
                     break
-        # What a result reports of its last linearisation; not computed on the way.
-        self.gradient_norm = sqrt(self.vectors.scaled_gradient())
-        if not (self._settings.by_promise or self._settings.dogleg):
-            self._floor_of_noise()
+        self._finish()
+
+    cdef void _start_components(self) noexcept nogil:
+        """Costs of the start."""
+        cdef Py_ssize_t k
+        self.evaluation.guard()
+        for k in range(self._count):
+            self._components[k].tried = True
+        self._take_costs(self.evaluation.states.current)
+        if self._lanes is not None:
+            self._constant = self._sums[self._count]
+            self._marks[self._count] = False
+            if self._constant != 0:
+                self._lanes.choose(self._marks)
+        for k in range(self._count):
+            self._components[k].cost = self._components[k].trial_cost
+            self._components[k].start_cost = self._components[k].trial_cost
+        self._measure()
+        self.start_cost = self.current_cost
+        self._lap(COST)
 
     cdef void _linearise(self) noexcept nogil:
         """Gradient, blocks and diagonal at the accepted state."""
         cdef Settings* s = &self._settings
         cdef double cost
         self._mark = seconds()
-        cost = self.evaluation.linearise(self.vectors.gradient, self.vectors.values)
-        if self.evaluation.guarded and not s.by_promise:
-            self.current_cost = cost  # other instances may act than those the step was judged by
+        cost = self.evaluation.linearise(
+            self.vectors.gradient, self.vectors.values, self._lanes)
+        if s.guarded and not s.by_promise:
+            # Other instances may act than those the step was judged by.
+            self._components[0].cost = self.current_cost = cost
         if s.by_promise or s.dogleg:
-            self._floor_of_noise()
+            self._take_noise()
         if self._box.count:
             self._box.hold(self.vectors.gradient, self.vectors.values)
-        self._now.gradient = 2 * self.vectors.take_diagonal(s.min_diagonal)
+        self._hold_retired()
+        self.vectors.take_diagonal(s.min_diagonal)
         self.dogleg.begin()
-        self._proven = False
-        self._now.iteration += 1
-        self._now.retry = 0
+        self._begin_components()
         self._lap(LINEARISE)
         if self._now.iteration == 1:
             with gil:
@@ -214,321 +229,395 @@ cdef class Minimiser:
             return
         if s.cost_threshold > 0 and self.current_cost <= s.cost_threshold:
             self._status = COST_THRESHOLD
-        elif s.gradient_tolerance > 0 and self._now.gradient <= s.gradient_tolerance:
-            self._status = GRADIENT_TOLERANCE
-        elif s.by_promise and self._is_exact():
-            self.predicted_decrease = self.current_cost
-            self._status = CONVERGED
+            return
+        self._end_at_linearisation()
 
-    cdef bint _is_exact(self) noexcept nogil:
-        """Whether every residual is at the level of rounding, and steps do not help any more."""
-        if self.current_cost <= EXACT * self.start_cost:
-            return True
-        if self.current_cost > 4 * self._epsilon * self._epsilon * self._energy:
-            return False
-        return self.accepted == 0 or self.current_cost > 0.25 * self._now.cost
+    cdef void _begin_components(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef double largest = 0
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.status != RUNNING:
+                continue
+            largest = max(largest, self.vectors.sums[k].largest)
+            # One that was rejected is where it was: its steps go on from there.
+            if c.fresh:
+                self.dogleg.begin_component(c)
+                c.proven = c.factored = False
+                c.retry = 0
+        self._now.gradient = 2 * largest
+        self._now.iteration += 1
+        self._now.retry = 0
 
-    cdef void _floor_of_noise(self) noexcept nogil:
-        """Noise of the cost: rounding of its sum, and of residuals by that of their terms.
+    cdef void _end_at_linearisation(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Component* c
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.status == RUNNING and c.fresh:
+                c.fresh = False
+                self._end(c, at_linearisation(
+                    c, &self._settings, 2 * self.vectors.sums[k].largest))
+        self._retire()
 
-        A residual is about as uncertain as the machine precision times its terms ``J_i x_i``; a
-        change dr changes the cost by ``2 r dr + dr^2``.
-        """
-        cdef double terms
-        self._energy = self.evaluation.states.energy(
-            self.vectors.values, self.evaluation.totals.diagonal_at)
-        terms = self._epsilon * self._epsilon * self._energy
-        self.noise_floor = (
-            4 * self._epsilon * self.current_cost + 2 * sqrt(self.current_cost * terms) + terms)
+    cdef void _take_noise(self) noexcept nogil:
+        """Energies, and the noise of the costs."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        if self._component == NULL:
+            self._sums[0] = self.evaluation.states.energy(
+                self.vectors.values, self.evaluation.totals.diagonal_at)
+        else:
+            memset(self._sums, 0, self._count * sizeof(double))
+            self.evaluation.states.add_energy(
+                self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
+                self._sums)
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.status == RUNNING:
+                c.energy = self._sums[k]
+                c.noise_floor = noise_of(c.cost, c.energy, self._settings.epsilon)
 
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
         cdef double began = seconds()
+        cdef Py_ssize_t k
+        cdef Component* c
         self._now.accepted = False
-        if self.attempts >= self._settings.max_iters:
-            self._status = MAX_ITERATIONS
-        elif began - self._began >= self._settings.time_limit:
-            self._status = TIME_LIMIT
-        elif self._interrupted():
-            self._status = ABORTED
-        if self._status != RUNNING:
+        if not self._may_attempt():
             return
-        self._now.cost = self.current_cost
-        self._now.trial_cost = self._now.predicted = self._now.step_norm = NAN
-        self._now.promise = self._now.radius = NAN
+        for k in range(self._count):
+            c = &self._components[k]
+            c.tried, c.accepted, c.verdict = c.status == RUNNING, False, RUNNING
+            c.before = c.cost
+            c.trial_cost = c.predicted = c.step_length = NAN
+            c.damped = c.region.regularisation if self._settings.dogleg else c.damping
         if self._settings.dogleg:
-            self._now.damping = self.dogleg.regularisation
-            if self.dogleg.known or self._factor():
-                self._try_dogleg()
-        else:
-            self._now.damping = self.damping
-            if self._factor():
-                self._try_damped()
-        if self.evaluation.raised.any or self.solver.raised.any:
-            self._now.accepted = False
+            if self._all_known() or self._factor():
+                self._mark = seconds()
+                if not self._all_known():
+                    self.dogleg.take_newton()
+                self.dogleg.propose()
+                self._lap(SOLVE)
+                self._look_ahead()
+        elif self._factor():
+            self._mark = seconds()
+            self._propose_damped()
+            self._lap(SOLVE)
+            self._look_ahead()
+        self._fill_record()
         self._next_damping()
         self._now.seconds = seconds() - began
         self._judge()
 
+    cdef bint _may_attempt(self) noexcept nogil:
+        """Whether limits of attempts and time leave something to do."""
+        cdef Py_ssize_t k
+        for k in range(self._count):
+            if (self._components[k].status == RUNNING
+                    and self._components[k].attempts >= self._settings.max_iters):
+                self._end(&self._components[k], MAX_ITERATIONS)
+        if self._running == 0:
+            self._status = self._worst()
+        elif seconds() - self._began >= self._settings.time_limit:
+            self._status = TIME_LIMIT
+        elif self._interrupted():
+            self._status = ABORTED
+        self._retire()
+        return self._status == RUNNING
+
+    cdef bint _all_known(self) noexcept nogil:
+        """Whether all components have their Gauss-Newton step."""
+        cdef Py_ssize_t k
+        for k in range(self._count):
+            if self._components[k].status == RUNNING and not self._components[k].region.known:
+                return False
+        return True
+
     cdef bint _factor(self) noexcept nogil:
-        cdef Py_ssize_t failed
+        cdef Py_ssize_t failed, k
         self._mark = seconds()
         if self._settings.dogleg:
             self.dogleg.prepare()
         else:
-            self.vectors.prepare(self.damping, self._settings.damping == GAIN)
+            for k in range(self._count):
+                self.vectors.damping[k] = self._components[k].damping
+            self.vectors.prepare(self._settings.damping == GAIN)
         self.factorisations += 1
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
-        if failed == 0:
-            self.solver.finish(self.vectors.step)
-            self._lap(SOLVE)
-        return failed == 0
-
-    cdef void _try_dogleg(self) noexcept nogil:
-        """A step inside the trust region, and what it brings."""
-        self._mark = seconds()
-        if not self.dogleg.known:
-            self.dogleg.take_newton(sqrt(self._energy))
-        self._now.radius = self.dogleg.radius
-        self._now.predicted = self.dogleg.propose()
-        self._now.promise, self._added = self.dogleg.promise, self.dogleg.added
-        self._now.step_norm = sqrt(self.vectors.products().length)
+        for k in range(self._count):
+            self._components[k].factored = failed == 0
+        if failed:
+            self._blame(failed - 1)
+            return False
+        self.solver.finish(self.vectors.step)
         self._lap(SOLVE)
-        self._look_ahead()
+        return True
 
-    cdef void _try_damped(self) noexcept nogil:
-        """The damped step, what it promises, and what it brings."""
-        cdef Sums sums
-        cdef bint cut
-        self._mark = seconds()
-        sums = self.vectors.products()
-        self._now.promise, self._added = -sums.slope, sums.added
-        cut = self._box.count > 0 and self._box.clamp(self.vectors.step)
-        if cut:
-            sums = self.vectors.products()
-        self._now.step_norm = sqrt(sums.length)
-        # Of the exact solution, step' H step = -slope - added.
-        if cut:
-            self._now.predicted = -2 * sums.slope - self._box.curvature(
-                self.vectors.values, self.vectors.step)
-        else:
-            self._now.predicted = -sums.slope + sums.added
-        self._lap(SOLVE)
-        self._look_ahead()
+    cdef void _blame(self, Py_ssize_t pivot) noexcept nogil:
+        """Let the attempt be that of the component alone whose matrix is not positive definite."""
+        cdef Py_ssize_t k, failed
+        if self._component == NULL or self.solver.raised.any:
+            return
+        failed = self._component[pivot]
+        if self._components[failed].status == RUNNING:
+            for k in range(self._count):
+                self._components[k].tried = k == failed
+
+    cdef void _propose_damped(self) noexcept nogil:
+        """The damped step and what it promises."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        self.vectors.products()
+        for k in range(self._count):
+            c = &self._components[k]
+            c.promise, c.added = -self.vectors.sums[k].slope, self.vectors.sums[k].added
+            # Of the exact solution, step' H step = -slope - added.
+            c.predicted = -self.vectors.sums[k].slope + self.vectors.sums[k].added
+        self.dogleg.clamp()
+        for k in range(self._count):
+            self._components[k].step_length = self.vectors.sums[k].length
 
     cdef void _look_ahead(self) noexcept nogil:
-        """Cost of the trial state; whether the step is accepted."""
+        """Costs of the trial state; whether the steps are accepted."""
+        cdef Py_ssize_t k
+        cdef Component* c
         self._mark = seconds()
         self.evaluation.states.move(self.vectors.step, self.vectors.threads)
         self._lap(REFRESH)
-        if self.evaluation.guarded and self._settings.by_promise:
+        if self._settings.guarded and self._settings.by_promise:
             # Guards over parameters are evaluated at the trial state, so that costs compare.
             self.evaluation.states.accept()
             self.evaluation.guard()
-            self._now.trial_cost = self.evaluation.cost(self.evaluation.states.current)
+            self._take_costs(self.evaluation.states.current)
             self.evaluation.states.accept()
         else:
-            self._now.trial_cost = self.evaluation.cost(1 - self.evaluation.states.current)
-        self._now.accepted = self._now.trial_cost < self.current_cost
+            self._take_costs(1 - self.evaluation.states.current)
+        if not (self.evaluation.raised.any or self.solver.raised.any):
+            for k in range(self._count):
+                c = &self._components[k]
+                c.accepted = c.tried and c.trial_cost < c.cost
         self._lap(COST)
+
+    cdef void _take_costs(self, int which) noexcept nogil:
+        cdef Py_ssize_t k
+        if self._lanes is None:
+            self._components[0].trial_cost = self.evaluation.cost(which)
+            return
+        self.evaluation.costs(which, self._lanes)
+        self._lanes.add(self._sums)
+        for k in range(self._count):
+            if self._components[k].tried:
+                self._components[k].trial_cost = self._sums[k]
 
     # --- damping -----------------------------------------------------------------------------
 
     cdef void _next_damping(self) noexcept nogil:
-        cdef double floor = self._settings.lambda_floor
-        cdef double gain = (self._now.cost - self._now.trial_cost) / self._now.predicted
-        if self._settings.dogleg:
-            if self.dogleg.known:
-                self.dogleg.adapt(self._now.accepted, gain)
-            else:
-                self.dogleg.regularise()
-            self.damping = self._now.next_damping = self.dogleg.regularisation
-            return
-        if self._settings.damping == CUSTOM:
-            with gil:
-                self._drive()
-        elif self._settings.damping == NIELSEN:
-            self._nielsen(gain, 1.0 / 3.0)
-        elif self._settings.damping == GAIN:
-            self._nielsen(gain, 0.1)
-        elif self._now.accepted:
-            self.damping *= 0.2
-        else:
-            self.damping *= 10
-        if self.damping < floor:
-            self.damping = floor
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef double gain
+        self.damping = 0
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.tried:
+                gain = (c.before - c.trial_cost) / c.predicted
+                if self._settings.damping == CUSTOM:
+                    with gil:
+                        self._drive()
+                    c.damping = max(c.damping, self._settings.lambda_floor)
+                elif not self._settings.dogleg:
+                    c.verdict = next_damping(c, &self._settings, gain)
+                else:
+                    if c.region.known:
+                        self.dogleg.adapt(c, gain)
+                    else:
+                        self.dogleg.regularise(c)
+                    c.damping = c.region.regularisation
+            self.damping = max(self.damping, c.damping)
         self._now.next_damping = self.damping
 
-    cdef void _nielsen(self, double gain, double least) noexcept nogil:
-        cdef double shape
-        if not self._now.accepted:
-            self.damping *= self._growth
-            self._growth *= 2
-            if self._growth > GROWTH_LIMIT:
-                self._status = DRIVER_TERMINATED
-            return
-        shape = 2 * gain - 1
-        self.damping *= max(least, 1 - shape * shape * shape) if isfinite(gain) else least
-        self._growth = 2
-
     def _drive(self):
+        cdef double damping
         try:
             found = self._driver(self._record())
             if found is None:
                 self._status = DRIVER_TERMINATED
             else:
-                self.damping = float(found)
-                if not isfinite(self.damping) or self.damping < 0:
+                self._components[0].damping = damping = float(found)
+                if not isfinite(damping) or damping < 0:
                     raise ValueError(f"the damping driver returned {found!r} for lambda")
         except KeyboardInterrupt:
             self._status = ABORTED
         except BaseException as error:
             self._failure, self._status = error, ABORTED
 
-    # --- termination -------------------------------------------------------------------------
+    # --- after an attempt --------------------------------------------------------------------
+
+    cdef void _fill_record(self) noexcept nogil:
+        """The record of the attempt of all components together."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef Record* now = &self._now
+        cdef bint some = False
+        for k in range(self._count):
+            some |= self._components[k].accepted
+        now.accepted, now.cost = some, self.current_cost
+        now.damping = 0
+        now.trial_cost, now.predicted, now.step_norm = self._constant, 0, 0
+        now.promise = 0 if now.factored else NAN
+        now.radius = NAN
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.tried:
+                now.damping = max(now.damping, c.damped)
+                now.promise += c.promise
+                if c.region.known and not now.radius <= c.region.radius:
+                    now.radius = c.region.radius
+            # What the problem as a whole comes to; if all are rejected, what was tried.
+            if c.tried and (c.accepted or not some):
+                now.trial_cost += c.trial_cost
+                now.predicted += c.predicted
+                now.step_norm += c.step_length
+            else:
+                now.trial_cost += c.cost
+        now.step_norm = sqrt(now.step_norm)
 
     cdef void _judge(self) noexcept nogil:
-        """Take an accepted step over, keep the record, and decide whether to go on."""
-        cdef int verdict
+        """Take accepted steps over, keep the record, and decide who goes on."""
+        cdef Py_ssize_t k
+        cdef int found
+        cdef Component* c
         self._keep_record()
         if self._now.accepted:
-            self.evaluation.states.accept()
-            self.current_cost = self._now.trial_cost
-            self.accepted += 1
-        elif self.evaluation.guarded and self._settings.by_promise:
+            self._accept()
+        elif self._settings.guarded and self._settings.by_promise:
             self.evaluation.guard()
-        self._keep_promise()
-        verdict = self._verdict()
+        self._measure_tried()
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.tried:
+                c.attempts += 1
+                found = after_attempt(c, &self._settings)
+                if found != RUNNING:
+                    c.verdict = found
         self._take_failure()
         if self._settings.watched and self._failure is None:
             with gil:
                 self._show()
         self._now.retry += not self._now.accepted
-        if verdict != RUNNING and self._status != ABORTED:
-            self._status = verdict
+        for k in range(self._count):
+            c = &self._components[k]
+            if c.tried:
+                c.retry += not c.accepted
+                self._end(c, c.verdict)
+        if self._running == 0 and self._status != ABORTED:
+            self._status = self._worst()
+        elif (self._status == RUNNING and self._now.accepted and self._settings.cost_threshold > 0
+                and self.current_cost <= self._settings.cost_threshold):
+            self._status = COST_THRESHOLD
+        self._retire()
 
-    cdef void _keep_promise(self) noexcept nogil:
-        """Of the attempts with one linearisation, what the least damped promised."""
-        if not self._now.factored and not self.dogleg.known:
-            return
-        if self._now.retry == 0 or not self.predicted_decrease >= self._now.promise:
-            self.predicted_decrease = self._now.promise
-
-    cdef int _verdict(self) noexcept nogil:
-        cdef Settings* s = &self._settings
-        cdef double before = self._now.cost
-        cdef int found
-        if s.by_promise:
-            if self._now.accepted and s.cost_threshold > 0 and (
-                self.current_cost <= s.cost_threshold
-            ):
-                return COST_THRESHOLD
-            found = self._by_promise()
-            if found != RUNNING:
-                return found
-        elif self._now.accepted:
-            found = self._after_acceptance()
-            if found != RUNNING:
-                return found
-        elif self._now.factored and self._at_noise_floor():
-            return CONVERGED
-        if self._now.factored:
-            if s.parameter_tolerance > 0 and self._now.step_norm <= s.parameter_tolerance * (
-                self.evaluation.states.norm() + s.parameter_tolerance
-            ):
-                return PARAMETER_TOLERANCE
-            if (s.predicted_reduction_tolerance > 0
-                    and self._now.predicted <= s.predicted_reduction_tolerance * before):
-                return PREDICTED_REDUCTION
-        if not self._now.accepted:
-            if self.damping > s.lambda_ceiling:
-                return LAMBDA_CEILING
-            if s.dogleg and self.dogleg.known and self._now.retry >= 2 and (
-                self.dogleg.radius <= self._epsilon * sqrt(self._energy)
-                or self.dogleg.radius < 1e-300
-            ):
-                return CONVERGED if self._promise_is_noise() else STALLED
-            if s.retry_budget > 0 and self._now.retry >= s.retry_budget:
-                return RETRY_BUDGET
-        return RUNNING
-
-    cdef int _by_promise(self) noexcept nogil:
-        """Whether the linearisation promises no decrease that could be noticed.
-
-        The promise ``g' H^-1 g`` of an undamped step bounds what any step can bring, and every
-        scaled entry of the gradient. Where the step was damped, an undamped one is tried first.
-        """
-        cdef Settings* s = &self._settings
-        if not self._now.factored and not self.dogleg.known:
-            return RUNNING
-        if not self._now.accepted:
-            self._jitter[self._now.retry % 3] = fabs(self._now.trial_cost - self._now.cost)
-        if not self._now.promise <= max(
-            max(s.rel_precision * self._now.cost, s.abs_precision), self.noise_floor
-        ):
-            self._small_steps = 0
-            return RUNNING
-        if self._now.damping > PROOF or (
-            s.min_diagonal > 0 and self._added > 0.5 * self._now.promise
-        ):
-            if not s.dogleg and s.lambda_floor < PROOF and not self._proven:
-                self._proven = True  # once a linearisation: it may fail
-                self.damping = s.lambda_floor
-            return RUNNING
-        self._small_steps += self._now.accepted
-        if self._now.accepted and (
-            self.accepted < s.min_iters or self._small_steps <= s.patience
-        ):
-            return RUNNING
-        return CONVERGED
-
-    cdef bint _promise_is_noise(self) noexcept nogil:
-        """Whether costs at states that hardly differ scatter by more than is promised.
-
-        Where the cost jumps, by a guard over parameters or a condition within a formula, it rises
-        by nearly the same at each of them, which is no scatter.
-        """
-        cdef double least = INFINITY, most = 0
-        cdef int k
-        if self.evaluation.guarded:
-            return False
-        for k in range(3):
-            if not isfinite(self._jitter[k]):
-                return False
-            least, most = min(least, self._jitter[k]), max(most, self._jitter[k])
-        return most - least > 0.1 * most and self._now.promise <= 4 * most
-
-    cdef int _after_acceptance(self) noexcept nogil:
-        cdef Settings* s = &self._settings
-        cdef double before = self._now.cost, drop = self._now.cost - self._now.trial_cost
-        if s.cost_threshold > 0 and self.current_cost <= s.cost_threshold:
-            return COST_THRESHOLD
-        if drop < 16 * self._epsilon * before:
-            return CONVERGED
-        if drop < s.abs_precision or drop < s.rel_precision * before:
-            self._small_steps += 1
+    cdef void _accept(self) noexcept nogil:
+        """The accepted components move, the others stay."""
+        cdef Py_ssize_t k
+        cdef bint all_of_them = True
+        cdef Component* c
+        for k in range(self._count):
+            c = &self._components[k]
+            self._accepts[k] = c.accepted
+            all_of_them &= c.accepted
+            if c.accepted:
+                c.cost, c.fresh = c.trial_cost, True
+                c.steps += 1
+        if all_of_them:
+            self.evaluation.states.accept()
         else:
-            self._small_steps = 0
-        if self.accepted >= s.min_iters and self._small_steps > s.patience:
-            return CONVERGED
-        return RUNNING
+            self.evaluation.states.accept_chosen(self._accepts, self._component)
+        self.accepted += 1
+        self._measure()
 
-    cdef bint _at_noise_floor(self) noexcept nogil:
-        """Whether a rejected step failed by rounding only: nothing was promised and nothing lost.
+    cdef void _measure(self) noexcept nogil:
+        """Cost of the whole."""
+        cdef Py_ssize_t k
+        self.current_cost = self._constant
+        for k in range(self._count):
+            self.current_cost += self._components[k].cost
 
-        The gradient must be small in a measure that damping does not touch, or a solve that is
-        stuck with a huge lambda would pass for converged.
-        """
-        cdef double noise = 1024 * self._epsilon * self._now.cost
-        cdef double left = self.vectors.scaled_gradient()
-        return (
-            self._now.trial_cost - self._now.cost <= noise
-            and self._now.predicted <= noise
-            and left <= sqrt(self._epsilon) * self._now.cost
-        )
+    cdef void _measure_tried(self) noexcept nogil:
+        """What only some ends ask for."""
+        cdef Py_ssize_t k
+        if self._settings.parameter_tolerance > 0:
+            if self._component == NULL:
+                self._components[0].norm = self.evaluation.states.norm()
+            else:
+                memset(self._sums, 0, self._count * sizeof(double))
+                self.evaluation.states.add_squares(self._component, self._sums)
+                for k in range(self._count):
+                    self._components[k].norm = sqrt(self._sums[k])
+        if not (self._settings.by_promise or self._now.accepted):
+            self.vectors.scaled_gradient()
+            self._components[0].gradient = self.vectors.sums[0].gradient
+
+    # --- ends --------------------------------------------------------------------------------
+
+    cdef void _end(self, Component* c, int status) noexcept nogil:
+        if status != RUNNING:
+            c.status = status
+            self._running -= 1
+            self._retiring = True
+
+    cdef void _retire(self) noexcept nogil:
+        """Components that have ended leave the system, if there are others."""
+        cdef Py_ssize_t k
+        if not self._retiring:
+            return
+        self._retiring = False
+        self.vectors.scaled_gradient()
+        for k in range(self._count):
+            if self._components[k].status != RUNNING and self.vectors.active[k]:
+                self._components[k].gradient = self.vectors.sums[k].gradient
+                self.vectors.active[k] = self._marks[k] = False
+        if self._running > 0:
+            self._lanes.choose(self._marks)
+            self._hold_retired()
+
+    cdef void _hold_retired(self) noexcept nogil:
+        if self._running < self._count:
+            self.vectors.hold_inactive(self._value_runs, self._value_run_count)
+
+    cdef int _worst(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef int found = self._components[0].status
+        for k in range(1, self._count):
+            if badness(self._components[k].status) > badness(found):
+                found = self._components[k].status
+        return found
+
+    cdef void _finish(self) noexcept nogil:
+        """What a result reports of the last linearisations; not computed on the way."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef double energy = 0, left = 0
+        if not (self._settings.by_promise or self._settings.dogleg):
+            self._take_noise()
+        for k in range(self._count):
+            if self._components[k].status == RUNNING:
+                self._end(&self._components[k], self._status)
+        self._retire()
+        for k in range(self._count):
+            c = &self._components[k]
+            energy += c.energy
+            left += c.gradient
+            if isnan(self.predicted_decrease):
+                self.predicted_decrease = c.predicted_decrease
+            elif not isnan(c.predicted_decrease):
+                self.predicted_decrease += c.predicted_decrease
+        self.gradient_norm = sqrt(left)
+        self.noise_floor = noise_of(self.current_cost, energy, self._settings.epsilon)
 
     # --- where Python comes in ---------------------------------------------------------------
 
@@ -588,18 +677,17 @@ cdef class Minimiser:
         return record[()]
 
     cdef void _keep_record(self) noexcept nogil:
-        if self.attempts >= self._capacity:
+        if not self._history.keep(&self._now):
             with gil:
-                self._make_room()
-            if self.attempts >= self._capacity:
+                self._make_place()
+            if not self._history.keep(&self._now):
                 return
-        self._records[self.attempts] = self._now
         self.attempts += 1
 
-    def _make_room(self):
+    def _make_place(self):
         # Python may find a signal here before the loop does.
         try:
-            self._grow_history(2 * self._capacity)
+            self._history.double()
         except KeyboardInterrupt:
             self._status = ABORTED
         except BaseException as error:

@@ -27,7 +27,8 @@ cdef class Program:
     cdef Py_ssize_t _product_count
 
     # Without memory for the registers, all set `exhausted`, and what they return means nothing.
-    cdef double cost(self, const Lanes* lanes, bint* exhausted) noexcept nogil
+    # The sum of squared residuals; with `costs`, those of each instance instead, see `Kernel.cost`.
+    cdef double cost(self, const Lanes* lanes, double* costs, bint* exhausted) noexcept nogil
     # `shared`: all instances contribute to the same places, which get one sum a block of lanes.
     cdef double linearise(
         self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted

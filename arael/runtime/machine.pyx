@@ -235,10 +235,10 @@ cdef class Program:
         """Bytes that a run takes for its registers."""
         return workspace_of(self, sizeof(float) if self.single else sizeof(double))
 
-    cdef double cost(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
+    cdef double cost(self, const Lanes* lanes, double* costs, bint* exhausted) noexcept nogil:
         if self.single:
-            return cost_of[float](self, lanes, exhausted, <float*>NULL)
-        return cost_of[double](self, lanes, exhausted, <double*>NULL)
+            return cost_of[float](self, lanes, costs, exhausted, <float*>NULL)
+        return cost_of[double](self, lanes, costs, exhausted, <double*>NULL)
 
     cdef double linearise(
         self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
@@ -336,8 +336,20 @@ cdef double squares(Program p, floating** registers, int n) noexcept nogil:
     return total
 
 
+cdef void each_square(Program p, floating** registers, int n, double* costs) noexcept nogil:
+    """Squared residuals of each instance of a block."""
+    cdef Py_ssize_t k, w
+    cdef double r
+    for w in range(n):
+        costs[w] = 0
+    for k in range(p.residuals):
+        for w in range(n):
+            r = registers[p._results[k]][w]
+            costs[w] += r * r
+
+
 cdef double cost_of(
-    Program p, const Lanes* lanes, bint* exhausted, floating* _
+    Program p, const Lanes* lanes, double* costs, bint* exhausted, floating* _
 ) noexcept nogil:
     cdef floating** registers = begin(p, lanes, exhausted, _)
     cdef double total = 0
@@ -350,7 +362,10 @@ cdef double cost_of(
     for block in range((lanes.n + LANES - 1) // LANES):
         n = gather(p, lanes, block, registers)
         run(&p._cost, registers, n, lanes.natives, arguments)
-        total += squares(p, registers, n)
+        if costs != NULL:
+            each_square(p, registers, n, costs + block * LANES)
+        else:
+            total += squares(p, registers, n)
     free(registers)
     return total
 

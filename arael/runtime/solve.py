@@ -10,9 +10,11 @@ from typing import Any
 
 from arael.config import LmConfig
 from arael.runtime.access import Array
+from arael.runtime.components import Partition, partition_of
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.lm import Minimiser
+from arael.runtime.outcomes import Components, components_of
 from arael.runtime.pool import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.trace import Watcher
@@ -27,6 +29,7 @@ class Outcome:
     history : attempts, structured array of `arael.runtime.lm.RECORD`
     timing : seconds per phase
     plan : what the linear solver chose and why
+    components : what became of each connected component; None if all was solved as one
     """
 
     x: Array
@@ -42,6 +45,7 @@ class Outcome:
     predicted_decrease: float
     gradient_norm: float
     noise_floor: float
+    components: Components | None = None
 
 
 def minimise(
@@ -72,7 +76,10 @@ def minimise(
     problem.check_start()
     problem.strayed = True
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
-    minimiser = Minimiser(problem.evaluation, solver, problem.box, config, watcher, watcher.watches)
+    partition = partition_for(problem, config, solver)
+    minimiser = Minimiser(
+        problem.evaluation, solver, problem.box, config, watcher, watcher.watches, partition
+    )
 
     def outcome(status: str) -> Outcome:
         timing = {
@@ -96,6 +103,7 @@ def minimise(
             minimiser.predicted_decrease,
             minimiser.gradient_norm,
             minimiser.noise_floor,
+            None if partition is None else components_of(problem, partition, minimiser.components),
         )
 
     try:
@@ -116,6 +124,19 @@ def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:
     if approximate and config.strategy == "auto" and config.chosen_strategy() == "dogleg":
         return replace(config, strategy="damped", damping="ladder")
     return config
+
+
+def partition_for(problem: Problem, config: LmConfig, solver: LinearSolver) -> Partition | None:
+    """The components that are solved apart; None where the problem is solved as one.
+
+    A custom driver moves one lambda, the reference's end looks at one cost, and approximate steps
+    of one component depend on the others.
+    """
+    if callable(config.damping) or config.ending != "promise":
+        return None
+    if solver.plan.get("solver") == "schur_pcg":
+        return None
+    return partition_of(problem.structure, problem.layout.groups)
 
 
 def _measured(solver: LinearSolver, timing: dict[str, float], count: int) -> dict[str, float]:

@@ -47,14 +47,23 @@ cdef class StatePair:
     cdef void move(self, const void* step, int threads) noexcept nogil
     # The other states become the accepted ones.
     cdef void accept(self) noexcept nogil
+    # The same for rows of some components only: `chosen` by component, `component` by scalar of the
+    # system. Other rows stay as they are accepted.
+    cdef void accept_chosen(self, const uint8_t* chosen, const int32_t* component) noexcept nogil
     # Accepted states of one entity.
     cdef void* at(self, Py_ssize_t entity) noexcept nogil
     # Euclidean norm of the stored scalars of all entities that are solved for.
     cdef double norm(self) noexcept nogil
+    # Add the squares of the stored scalars of rows that are solved for, by component.
+    cdef void add_squares(self, const int32_t* component, double* total) noexcept nogil
     # Sum of H_ii x_i^2 over the scalars that move, from the values of H and where its diagonal is:
     # how large the terms are that residuals are made of. A scalar of a tangent space, such as that
     # of a rotation, counts with the largest stored scalar of its parameter, and as no less than 1.
     cdef double energy(self, const void* values, const int64_t* diagonal_at) noexcept nogil
+    # Add the same by component.
+    cdef void add_energy(
+        self, const void* values, const int64_t* diagonal_at, const int32_t* component,
+        double* total) noexcept nogil
 
     cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil
     cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil

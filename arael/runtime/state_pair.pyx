@@ -8,6 +8,7 @@ import numpy as np
 from libc.math cimport fabs, sqrt
 from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.stdlib cimport calloc, free
+from libc.string cimport memcpy
 
 from cython cimport floating
 
@@ -69,9 +70,9 @@ cdef void call_refresh(void* job) noexcept nogil:
 
 cdef double weighted_squares(
     const EntityStates* one, const floating* state, const floating* values, const int64_t* at,
-    const uint8_t* held
+    const uint8_t* held, const int32_t* component, double* totals
 ) noexcept nogil:
-    """Part of one entity in `StatePair.energy`."""
+    """Part of one entity in `StatePair.energy`; with components, added by component instead."""
     cdef Py_ssize_t row, u, k, first
     cdef const int32_t* use
     cdef const floating* x
@@ -97,7 +98,21 @@ cdef double weighted_squares(
                     if one.curved:
                         size = max(size, 1.0)
                 total += <double>values[at[first + use[2] + k]] * size * size
+        if component != NULL:
+            totals[component[first]] += total
+            total = 0
     return total
+
+
+cdef void add_row_squares(
+    const EntityStates* one, const floating* state, const int32_t* component, double* totals
+) noexcept nogil:
+    """Part of one entity in `StatePair.add_squares`."""
+    cdef Py_ssize_t row
+    for row in range(one.moving):
+        if one.delta_at[row] >= 0:
+            totals[component[one.delta_at[row]]] += squares(
+                state + row * one.stride, 1, one.stride, one.stored)
 
 
 cdef class StatePair:
@@ -220,6 +235,21 @@ cdef class StatePair:
     cdef void accept(self) noexcept nogil:
         self.current = 1 - self.current
 
+    cdef void accept_chosen(self, const uint8_t* chosen, const int32_t* component) noexcept nogil:
+        cdef Py_ssize_t e, row, size, item = 4 if self.single else 8
+        cdef EntityStates* one
+        cdef char* kept
+        cdef char* moved
+        for e in range(self._count):
+            one = &self.entities[e]
+            size = one.stride * item
+            kept, moved = <char*>one.state[self.current], <char*>one.state[1 - self.current]
+            for row in range(one.moving):
+                # Rows that do not move are the same in both.
+                if one.delta_at[row] >= 0 and not chosen[component[one.delta_at[row]]]:
+                    memcpy(moved + row * size, kept + row * size, size)
+        self.accept()
+
     cdef void* at(self, Py_ssize_t entity) noexcept nogil:
         return self.entities[entity].state[self.current]
 
@@ -243,11 +273,38 @@ cdef class StatePair:
             one = &self.entities[e]
             if self.single:
                 total += weighted_squares(
-                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held)
+                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held,
+                    NULL, NULL)
             else:
                 total += weighted_squares(
-                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held)
+                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held,
+                    NULL, NULL)
         return total
+
+    cdef void add_energy(
+        self, const void* values, const int64_t* diagonal_at, const int32_t* component,
+        double* total
+    ) noexcept nogil:
+        cdef Py_ssize_t e
+        cdef EntityStates* one
+        for e in range(self._count):
+            one = &self.entities[e]
+            if self.single:
+                weighted_squares(
+                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held,
+                    component, total)
+            else:
+                weighted_squares(
+                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held,
+                    component, total)
+
+    cdef void add_squares(self, const int32_t* component, double* total) noexcept nogil:
+        cdef Py_ssize_t e
+        for e in range(self._count):
+            if self.single:
+                add_row_squares(&self.entities[e], <const float*>self.at(e), component, total)
+            else:
+                add_row_squares(&self.entities[e], <const double*>self.at(e), component, total)
 
     cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil:
         return not self.entities[e].plain and self.entities[e].refresh == NULL

@@ -1,6 +1,6 @@
 # The vectors of one solve, and what the Levenberg-Marquardt loop does with them.
 
-from libc.stdint cimport int64_t
+from libc.stdint cimport int64_t, uint8_t
 
 from arael.runtime.pool cimport Task
 
@@ -8,23 +8,19 @@ ctypedef fused real:
     float
     double
 
-cdef enum:
-    MOST_PARTS = 16
 
-
-# Sums over one part of the scalars. `D` is the scale, `H` the undamped matrix, `A` what was added
-# to its diagonal.
+# Sums over the scalars of one component. `D` is the scale, `H` the undamped matrix, `A` what was
+# added to its diagonal; `c` the steepest descent in scaled variables, -g / D; `n` the Gauss-Newton
+# step.
 cdef struct Sums:
     double slope                # g' step
     double length               # step' step
     double scaled               # step' D step
     double added                # step' A step
-
-
-# Sums over the steepest descent in scaled variables, c = -g / D, and the Gauss-Newton step n.
-cdef struct Descent:
-    double length               # c' D c = g' c without its sign
-    double added                # c' A n
+    double descent_length       # c' D c = g' c without its sign
+    double descent_added        # c' A n
+    double largest              # magnitude in the gradient; NaN counts for nothing
+    double gradient             # sum of g_i^2 / H_ii: what single coordinates promise, undamped
 
 
 cdef class Vectors:
@@ -49,35 +45,47 @@ cdef class Vectors:
     cdef const int64_t* _at     # [n] offsets of the diagonal in the values
     cdef Py_ssize_t _parts
     cdef double _floor
-    cdef double _damping
     cdef bint _by_scale
-    cdef double _along, _across         # of descent and Gauss-Newton step in a dogleg
-    cdef double[MOST_PARTS] _largest
-    cdef Sums[MOST_PARTS] _sums
-    cdef Descent[MOST_PARTS] _descents
+    # Scalars of one component that are passed over in one go, cut at the parts of threads.
+    cdef const int64_t* _run    # [runs][3] begin, end, component
+    cdef const int64_t* _ends   # [parts + 1] runs of each part
+    cdef Sums* _sums            # [runs]
 
-    # Take the diagonal from the values, not under `floor`, and return the largest magnitude in
-    # the gradient; NaN stays in the one and counts for nothing in the other.
-    cdef double take_diagonal(self, double floor) noexcept nogil
+    cdef readonly Py_ssize_t components
+    cdef Sums* sums             # [components] as the functions below leave them
+    cdef uint8_t* active        # [components] which are still solved; the step of others is zero
+    cdef uint8_t* wanted        # [components] which `keep_newton` keeps
+    cdef double* damping        # [components]
+    cdef double* along          # [components] of the descent, in a dogleg
+    cdef double* across         # [components] of the Gauss-Newton step
+
+    # Take the diagonal from the values, not under `floor`, and the largest magnitude in the
+    # gradient; NaN stays in the one and counts for nothing in the other.
+    cdef void take_diagonal(self, double floor) noexcept nogil
     # Damp the diagonal by a multiple of itself, or of its largest value so far; the step becomes
     # the negative gradient.
-    cdef void prepare(self, double damping, bint by_scale) noexcept nogil
-    # Sums in f64 over all scalars.
-    cdef Sums products(self) noexcept nogil
+    cdef void prepare(self, bint by_scale) noexcept nogil
+    # Sums in f64 over the step.
+    cdef void products(self) noexcept nogil
     # Keep the step as the Gauss-Newton step.
     cdef void keep_newton(self) noexcept nogil
-    # Steepest descent in scaled variables; its sums.
-    cdef Descent take_descent(self) noexcept nogil
+    # Steepest descent in scaled variables, and its sums.
+    cdef void take_descent(self) noexcept nogil
     # The step becomes `along` times the descent plus `across` times the Gauss-Newton step.
-    cdef void combine(self, double along, double across) noexcept nogil
-    # Sum of g_i^2 / H_ii: the reduction that single coordinates promise, free of damping.
-    cdef double scaled_gradient(self) noexcept nogil
+    cdef void combine(self) noexcept nogil
+    # The sum `gradient`.
+    cdef void scaled_gradient(self) noexcept nogil
 
+    # Rows of components that are not active become those of the identity, without gradient;
+    # `value_runs` are [count][3] begin, end and component of values.
+    cdef void hold_inactive(self, const int64_t* value_runs, Py_ssize_t count) noexcept nogil
+
+    cdef void _hold(
+        self, real* gradient, const int64_t* value_runs, Py_ssize_t count) noexcept nogil
     cdef void _share(self, Task task) noexcept nogil
-    cdef Py_ssize_t _end(self, Py_ssize_t part) noexcept nogil
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil
     cdef void _descent_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
     cdef void _combine_part(self, Py_ssize_t part, real* step) noexcept nogil
-    cdef double _scaled(self, const real* gradient) noexcept nogil
+    cdef void _scaled(self, const real* gradient) noexcept nogil

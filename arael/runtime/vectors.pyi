@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.totals import Totals
@@ -20,6 +21,18 @@ class Vectors:
     damped_array: NDArray[Any]
     step_array: NDArray[Any]
 
-    def __init__(self, n: int, totals: Totals, threads: int) -> None: ...
+    components: int
+
+    def __init__(
+        self,
+        n: int,
+        totals: Totals,
+        threads: int,
+        component: NDArray[np.int32] | None = None,
+        components: int = 1,
+    ) -> None: ...
 
 def count_parts(n: int) -> int: ...
+def runs_of(
+    n: int, component: NDArray[np.int32] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]: ...

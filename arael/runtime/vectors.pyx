@@ -2,18 +2,25 @@
 """The vectors of one solve, and what the Levenberg-Marquardt loop does with them.
 
 Threads share passes over many scalars. They are cut by the number of scalars alone, so that sums
-have the same bits on any number of threads.
+have the same bits on any number of threads. Sums are by component: the parts of threads are cut into
+runs of scalars of one component, whose sums are added in the order of the scalars.
 """
 
 import numpy as np
 
 from libc.math cimport fabs
-from libc.stdint cimport int64_t
-from libc.string cimport memcpy
+from libc.stdint cimport int64_t, uint8_t
+from libc.string cimport memcpy, memset
 
-from arael.runtime.address cimport writable
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.pool cimport Task, distribute
 from arael.runtime.totals cimport Totals
+
+# Doubles of `Sums`.
+cdef Py_ssize_t SUMS = sizeof(Sums) // sizeof(double)
+
+# Most parts of a vector.
+MOST_PARTS = 16
 
 #: Fewest scalars of a part; a vector of less than four of these is one part.
 GRAIN = 8192
@@ -29,6 +36,10 @@ cdef class Vectors:
     totals : Totals
         Has the arrays of gradient and values, and where the diagonal is.
     threads : int
+    component : (n,) int array, or None
+        Component of each scalar; None: all are of one.
+    components : int
+        How many there are.
 
     Attributes
     ----------
@@ -40,15 +51,31 @@ cdef class Vectors:
     newton_array, descent_array : (n,)
     """
 
-    def __init__(self, Py_ssize_t n, Totals totals, int threads):
+    def __init__(
+        self, Py_ssize_t n, Totals totals, int threads, component=None, Py_ssize_t components=1
+    ):
         self.n, self.single, self.threads = n, totals.single, threads
+        self.components = components
         self._parts = count_parts(n)
+        runs, ends = runs_of(n, component)
+        self._run, self._ends = <const int64_t*>table_address(runs, 3), <const int64_t*>address(ends, np.int64)
+        run_sums = np.zeros((len(runs), SUMS))
+        sums = np.zeros((components, SUMS))
+        marks = np.ones((2, components), dtype=np.uint8)
+        coefficients = np.zeros((3, components))
+        self._sums = <Sums*>writable(run_sums, np.float64)
+        self.sums = <Sums*>writable(sums, np.float64)
+        self.active = <uint8_t*>writable(marks[0], np.uint8)
+        self.wanted = <uint8_t*>writable(marks[1], np.uint8)
+        self.damping = <double*>writable(coefficients[0], np.float64)
+        self.along = <double*>writable(coefficients[1], np.float64)
+        self.across = <double*>writable(coefficients[2], np.float64)
         self._at = totals.diagonal_at
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
         (self.diagonal_array, self.damped_array, self.step_array, self.scale_array,
          self.newton_array, self.descent_array, own) = np.zeros((7, max(n, 1)), dtype=dtype)
-        self._keep = (totals, own)
+        self._keep = (totals, own, runs, ends, run_sums, sums, marks, coefficients)
         self.gradient = writable(self.gradient_array, dtype)
         self.values = writable(self.value_array, dtype)
         self.step = writable(self.step_array, dtype, n)
@@ -59,142 +86,198 @@ cdef class Vectors:
         self._diagonal = writable(self.diagonal_array, dtype, n)
         self._own = writable(own, dtype, n)
 
-    cdef double take_diagonal(self, double floor) noexcept nogil:
-        cdef Py_ssize_t part
-        cdef double largest = 0
+    cdef void take_diagonal(self, double floor) noexcept nogil:
+        cdef Py_ssize_t c, k
         self._floor = floor
         self._share(take_part)
-        for part in range(self._parts):
-            largest = max(largest, self._largest[part])
-        return largest
+        for c in range(self.components):
+            self.sums[c].largest = 0
+        for k in range(self._ends[self._parts]):
+            c = self._run[3 * k + 2]
+            self.sums[c].largest = max(self.sums[c].largest, self._sums[k].largest)
 
-    cdef void prepare(self, double damping, bint by_scale) noexcept nogil:
-        self._damping, self._by_scale = damping, by_scale
+    cdef void prepare(self, bint by_scale) noexcept nogil:
+        self._by_scale = by_scale
         self._share(prepare_part)
 
-    cdef Sums products(self) noexcept nogil:
-        cdef Py_ssize_t part
-        cdef Sums total
+    cdef void products(self) noexcept nogil:
+        cdef Py_ssize_t c, k
+        cdef Sums* one
         self._share(product_part)
-        total = self._sums[0]
-        for part in range(1, self._parts):
-            total.slope += self._sums[part].slope
-            total.length += self._sums[part].length
-            total.scaled += self._sums[part].scaled
-            total.added += self._sums[part].added
-        return total
+        for c in range(self.components):
+            one = &self.sums[c]
+            one.slope = one.length = one.scaled = one.added = 0
+        for k in range(self._ends[self._parts]):
+            one = &self.sums[self._run[3 * k + 2]]
+            one.slope += self._sums[k].slope
+            one.length += self._sums[k].length
+            one.scaled += self._sums[k].scaled
+            one.added += self._sums[k].added
 
     cdef void keep_newton(self) noexcept nogil:
-        memcpy(self.newton, self.step, self.n * (4 if self.single else 8))
+        cdef Py_ssize_t k, size = 4 if self.single else 8
+        cdef const int64_t* run
+        for k in range(self._ends[self._parts]):
+            run = self._run + 3 * k
+            if self.wanted[run[2]]:
+                memcpy(<char*>self.newton + run[0] * size, <char*>self.step + run[0] * size,
+                       (run[1] - run[0]) * size)
 
-    cdef Descent take_descent(self) noexcept nogil:
-        cdef Py_ssize_t part
-        cdef Descent total
+    cdef void take_descent(self) noexcept nogil:
+        cdef Py_ssize_t c, k
         self._share(descent_part)
-        total = self._descents[0]
-        for part in range(1, self._parts):
-            total.length += self._descents[part].length
-            total.added += self._descents[part].added
-        return total
+        for c in range(self.components):
+            self.sums[c].descent_length = self.sums[c].descent_added = 0
+        for k in range(self._ends[self._parts]):
+            c = self._run[3 * k + 2]
+            self.sums[c].descent_length += self._sums[k].descent_length
+            self.sums[c].descent_added += self._sums[k].descent_added
 
-    cdef void combine(self, double along, double across) noexcept nogil:
-        self._along, self._across = along, across
+    cdef void combine(self) noexcept nogil:
         self._share(combine_part)
 
-    cdef double scaled_gradient(self) noexcept nogil:
+    cdef void scaled_gradient(self) noexcept nogil:
+        cdef Py_ssize_t c
+        for c in range(self.components):
+            self.sums[c].gradient = 0
         if self.single:
-            return self._scaled(<float*>self.gradient)
-        return self._scaled(<double*>self.gradient)
+            self._scaled(<float*>self.gradient)
+        else:
+            self._scaled(<double*>self.gradient)
+
+    cdef void hold_inactive(
+        self, const int64_t* value_runs, Py_ssize_t count
+    ) noexcept nogil:
+        if self.single:
+            self._hold(<float*>self.gradient, value_runs, count)
+        else:
+            self._hold(<double*>self.gradient, value_runs, count)
+
+    cdef void _hold(
+        self, real* gradient, const int64_t* value_runs, Py_ssize_t count
+    ) noexcept nogil:
+        cdef Py_ssize_t i, k
+        cdef const int64_t* run
+        cdef real* values = <real*>self.values
+        for k in range(count):
+            run = value_runs + 3 * k
+            if not self.active[run[2]]:
+                memset(&values[run[0]], 0, (run[1] - run[0]) * sizeof(real))
+        for k in range(self._ends[self._parts]):
+            run = self._run + 3 * k
+            if self.active[run[2]]:
+                continue
+            for i in range(run[0], run[1]):
+                gradient[i] = 0
+                values[self._at[i]] = 1
+                (<real*>self._own)[i] = 1
+                (<real*>self._diagonal)[i] = 1
+                (<real*>self.scale)[i] = 1
 
     cdef void _share(self, Task task) noexcept nogil:
         distribute(self.threads, self._parts, task, <void*>self)
 
-    cdef Py_ssize_t _end(self, Py_ssize_t part) noexcept nogil:
-        """Where a part ends, at a whole number of cache lines but for the last."""
-        return self.n if part + 1 == self._parts else self.n * (part + 1) // self._parts // 16 * 16
-
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil:
-        cdef Py_ssize_t i, begin = self._end(part - 1) if part else 0, end = self._end(part)
+        cdef Py_ssize_t i, k, begin, end
         cdef const int64_t* at = self._at
         cdef real* own = <real*>self._own
         cdef real* diagonal = <real*>self._diagonal
         cdef real* scale = <real*>self.scale
         cdef const real* gradient = <const real*>self.gradient
-        cdef double floor = self._floor, largest = 0
+        cdef double floor = self._floor, largest
+        begin = self._run[3 * self._ends[part]]
+        end = self._run[3 * self._ends[part + 1] - 2]
         # Alone in its loop, so that many of these wait for memory at a time.
         for i in range(begin, end):
             own[i] = values[at[i]]
         for i in range(begin, end):
             diagonal[i] = <real>floor if own[i] < floor else own[i]
             scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
-        for i in range(begin, end):
-            largest = max(largest, fabs(<double>gradient[i]))
-        self._largest[part] = largest
+        for k in range(self._ends[part], self._ends[part + 1]):
+            largest = 0
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                largest = max(largest, fabs(<double>gradient[i]))
+            self._sums[k].largest = largest
 
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
-        cdef Py_ssize_t i
+        cdef Py_ssize_t i, k, begin, end
         cdef const real* diagonal = <const real*>self._diagonal
         cdef const real* scale = <const real*>self.scale
         cdef real* damped = <real*>self.damped
         cdef real* step = <real*>self.step
-        cdef real factor = <real>(1 + self._damping), damping = <real>self._damping
-        cdef Py_ssize_t begin = self._end(part - 1) if part else 0, end = self._end(part)
-        if self._by_scale:
+        cdef real factor, damping
+        for k in range(self._ends[part], self._ends[part + 1]):
+            begin, end = self._run[3 * k], self._run[3 * k + 1]
+            damping = <real>self.damping[self._run[3 * k + 2]]
+            factor = <real>(1 + self.damping[self._run[3 * k + 2]])
+            if self._by_scale:
+                for i in range(begin, end):
+                    damped[i] = diagonal[i] + damping * scale[i]
+            else:
+                for i in range(begin, end):
+                    damped[i] = diagonal[i] * factor
             for i in range(begin, end):
-                damped[i] = diagonal[i] + damping * scale[i]
-        else:
-            for i in range(begin, end):
-                damped[i] = diagonal[i] * factor
-        for i in range(begin, end):
-            step[i] = -gradient[i]
+                step[i] = -gradient[i]
 
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil:
-        cdef Py_ssize_t i
+        cdef Py_ssize_t i, k
         cdef const real* gradient = <const real*>self.gradient
         cdef const real* damped = <const real*>self.damped
         cdef const real* own = <const real*>self._own
         cdef const real* scale = <const real*>self.scale
-        cdef double slope = 0, length = 0, scaled = 0, added = 0, x
-        for i in range(self._end(part - 1) if part else 0, self._end(part)):
-            x = step[i]
-            slope += <double>gradient[i] * x
-            length += x * x
-            scaled += <double>scale[i] * x * x
-            added += (<double>damped[i] - <double>own[i]) * x * x
-        self._sums[part].slope, self._sums[part].length = slope, length
-        self._sums[part].scaled, self._sums[part].added = scaled, added
+        cdef double slope, length, scaled, added, x
+        for k in range(self._ends[part], self._ends[part + 1]):
+            slope = length = scaled = added = 0
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                x = step[i]
+                slope += <double>gradient[i] * x
+                length += x * x
+                scaled += <double>scale[i] * x * x
+                added += (<double>damped[i] - <double>own[i]) * x * x
+            self._sums[k].slope, self._sums[k].length = slope, length
+            self._sums[k].scaled, self._sums[k].added = scaled, added
 
     cdef void _descent_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
-        cdef Py_ssize_t i
+        cdef Py_ssize_t i, k
         cdef const real* scale = <const real*>self.scale
         cdef const real* damped = <const real*>self.damped
         cdef const real* own = <const real*>self._own
         cdef const real* newton = <const real*>self.newton
         cdef real* descent = <real*>self.descent
-        cdef double length = 0, added = 0, c
-        for i in range(self._end(part - 1) if part else 0, self._end(part)):
-            c = -<double>gradient[i] / scale[i] if scale[i] > 0 else 0
-            descent[i] = <real>c
-            length -= <double>gradient[i] * c
-            added += (<double>damped[i] - <double>own[i]) * c * <double>newton[i]
-        self._descents[part].length, self._descents[part].added = length, added
+        cdef double length, added, c
+        for k in range(self._ends[part], self._ends[part + 1]):
+            length = added = 0
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                c = -<double>gradient[i] / scale[i] if scale[i] > 0 else 0
+                descent[i] = <real>c
+                length -= <double>gradient[i] * c
+                added += (<double>damped[i] - <double>own[i]) * c * <double>newton[i]
+            self._sums[k].descent_length, self._sums[k].descent_added = length, added
 
     cdef void _combine_part(self, Py_ssize_t part, real* step) noexcept nogil:
-        cdef Py_ssize_t i
+        cdef Py_ssize_t i, k, begin, end, c
         cdef const real* newton = <const real*>self.newton
         cdef const real* descent = <const real*>self.descent
-        cdef real along = <real>self._along, across = <real>self._across
-        for i in range(self._end(part - 1) if part else 0, self._end(part)):
-            step[i] = along * descent[i] + across * newton[i]
+        cdef real along, across
+        for k in range(self._ends[part], self._ends[part + 1]):
+            begin, end, c = self._run[3 * k], self._run[3 * k + 1], self._run[3 * k + 2]
+            if not self.active[c]:
+                memset(&step[begin], 0, (end - begin) * sizeof(real))
+                continue
+            along, across = <real>self.along[c], <real>self.across[c]
+            for i in range(begin, end):
+                step[i] = along * descent[i] + across * newton[i]
 
-    cdef double _scaled(self, const real* gradient) noexcept nogil:
-        cdef Py_ssize_t i
+    cdef void _scaled(self, const real* gradient) noexcept nogil:
+        cdef Py_ssize_t i, k
         cdef const real* diagonal = <const real*>self._diagonal
-        cdef double total = 0
-        for i in range(self.n):
-            if diagonal[i] > 0:
-                total += <double>gradient[i] * <double>gradient[i] / <double>diagonal[i]
-        return total
+        cdef double total
+        for k in range(self._ends[self._parts]):
+            total = self.sums[self._run[3 * k + 2]].gradient
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                if diagonal[i] > 0:
+                    total += <double>gradient[i] * <double>gradient[i] / <double>diagonal[i]
+            self.sums[self._run[3 * k + 2]].gradient = total
 
 
 cdef void take_part(void* of, Py_ssize_t part) noexcept nogil:
@@ -235,3 +318,28 @@ cdef void combine_part(void* of, Py_ssize_t part) noexcept nogil:
 def count_parts(n):
     """Parts of a vector of n scalars."""
     return min(MOST_PARTS, n // GRAIN) if n >= 4 * GRAIN else 1
+
+
+def runs_of(n, component=None):
+    """Cut the parts of a vector into runs of scalars of one component.
+
+    Returns
+    -------
+    runs : (m, 3) int64, begin, end and component of each
+    ends : (parts + 1,) int64, runs of each part
+    """
+    parts = count_parts(n)
+    # Whole cache lines, but for the last part.
+    bounds = n * np.arange(parts + 1) // parts // 16 * 16
+    bounds[parts] = n
+    if component is None:
+        runs = np.zeros((parts, 3), dtype=np.int64)
+        runs[:, 0], runs[:, 1] = bounds[:parts], bounds[1:]
+        return runs, np.arange(parts + 1)
+    cuts = np.zeros(n + 1, dtype=bool)
+    cuts[1:n] = np.diff(component) != 0
+    cuts[bounds] = True
+    at = np.flatnonzero(cuts)
+    ends = np.searchsorted(at, bounds).astype(np.int64)
+    begin, end = at[: len(at) - 1], at[1:]
+    return np.stack((begin, end, component[begin]), axis=1).astype(np.int64), ends

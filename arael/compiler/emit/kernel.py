@@ -119,7 +119,7 @@ def _declare_temporaries(w: Writer, at: int, count: int) -> None:
 def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
     group, tape = kernel.group, kernel.cost
     r = group.residuals
-    with w.block(f"cdef double cost_{number}(const Lanes* lanes) noexcept nogil:"):
+    with w.block(f"cdef double cost_{number}(const Lanes* lanes, double* costs) noexcept nogil:"):
         _head(w, kernel, tape)
         w.line("cdef const real* s")
         w.line(f"cdef real r[{r}][W]")
@@ -133,7 +133,13 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
             with w.block("for w in range(W):"):
                 used = statements(w, tape, _inputs(kernel), lambda i: [f"r[{i}][w]"], group.places)
             w.line("count = min(n - block * W, W)")
-            _add_squares(w, [f"r[{k}][w]" for k in range(r)])
+            residuals = [f"r[{k}][w]" for k in range(r)]
+            with w.block("if costs == NULL:"):
+                _add_squares(w, residuals)
+            with w.block("else:"):
+                with w.block("for w in range(count):"):
+                    w.line(f"costs[w] = {_squares(residuals)}")
+                w.line("costs += W")
             w.line(f"d += {group.data_count} * W")
             w.line(f"row += {len(group.uses)} * W")
         with w.block("for w in range(W):"):
@@ -144,9 +150,12 @@ def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
 
 
 def _add_squares(w: Writer, residuals: list[str]) -> None:
-    squares = " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
     with w.block("for w in range(count):"):
-        w.line(f"total[w] += {squares}")
+        w.line(f"total[w] += {_squares(residuals)}")
+
+
+def _squares(residuals: list[str]) -> str:
+    return " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
 
 
 def _emit_guard(

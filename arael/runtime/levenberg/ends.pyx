@@ -1,0 +1,157 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Whether a component has ended, and why; `docs/internals/steps.md` has the reasons."""
+
+from libc.math cimport INFINITY, fabs, isfinite, sqrt
+
+from arael.runtime.levenberg.component cimport Component
+from arael.runtime.levenberg.settings cimport (
+    CONVERGED, COST_THRESHOLD, GRADIENT_TOLERANCE, LAMBDA_CEILING, PARAMETER_TOLERANCE,
+    PREDICTED_REDUCTION, RETRY_BUDGET, RUNNING, STALLED, Settings,
+)
+
+# Undamped steps prove an end: regularisation up to here.
+cdef double PROOF = 1e-6
+# Square of the rounding of doubles: a cost this small a fraction of the first has no digit left.
+cdef double EXACT = 4.9e-32
+
+
+cdef double noise_of(double cost, double energy, double epsilon) noexcept nogil:
+    """Rounding noise of a cost.
+
+    A residual is about as uncertain as the machine precision times its terms ``J_i x_i``; a change
+    dr changes the cost by ``2 r dr + dr^2``.
+    """
+    cdef double terms = epsilon * epsilon * energy
+    return 4 * epsilon * cost + 2 * sqrt(cost * terms) + terms
+
+
+cdef int at_linearisation(Component* c, const Settings* s, double gradient) noexcept nogil:
+    if s.gradient_tolerance > 0 and gradient <= s.gradient_tolerance:
+        return GRADIENT_TOLERANCE
+    if s.by_promise and is_exact(c, s):
+        c.predicted_decrease = c.cost
+        return CONVERGED
+    return RUNNING
+
+
+cdef bint is_exact(const Component* c, const Settings* s) noexcept nogil:
+    """Whether every residual is at the level of rounding, and steps do not help any more."""
+    if c.cost <= EXACT * c.start_cost:
+        return True
+    if c.cost > 4 * s.epsilon * s.epsilon * c.energy:
+        return False
+    return c.steps == 0 or c.cost > 0.25 * c.before
+
+
+cdef int after_attempt(Component* c, const Settings* s) noexcept nogil:
+    cdef int found = RUNNING
+    keep_promise(c)
+    if s.by_promise:
+        found = by_promise(c, s)
+    elif c.accepted:
+        found = after_acceptance(c, s)
+    elif c.factored and at_noise_floor(c, s):
+        found = CONVERGED
+    if found == RUNNING and c.factored:
+        found = by_tolerance(c, s)
+    if found == RUNNING and not c.accepted:
+        found = out_of_means(c, s)
+    return found
+
+
+cdef void keep_promise(Component* c) noexcept nogil:
+    """Of the attempts with one linearisation, what the least damped promised."""
+    if c.factored and (c.retry == 0 or not c.predicted_decrease >= c.promise):
+        c.predicted_decrease = c.promise
+
+
+cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
+    """Whether the linearisation promises no decrease that could be noticed.
+
+    The promise ``g' H^-1 g`` of an undamped step bounds what any step can bring, and every scaled
+    entry of the gradient. Where the step was damped, an undamped one is tried first.
+    """
+    if not c.factored:
+        return RUNNING
+    if not c.accepted:
+        c.jitter[c.retry % 3] = fabs(c.trial_cost - c.before)
+    if not c.promise <= max(max(s.rel_precision * c.before, s.abs_precision), c.noise_floor):
+        c.small_steps = 0
+        return RUNNING
+    if c.damped > PROOF or (s.min_diagonal > 0 and c.added > 0.5 * c.promise):
+        if not s.dogleg and s.lambda_floor < PROOF and not c.proven:
+            c.proven = True  # once a linearisation: it may fail
+            c.damping = s.lambda_floor
+        return RUNNING
+    c.small_steps += c.accepted
+    if c.accepted and (c.steps < s.min_iters or c.small_steps <= s.patience):
+        return RUNNING
+    return CONVERGED
+
+
+cdef bint promise_is_noise(const Component* c, const Settings* s) noexcept nogil:
+    """Whether costs at states that hardly differ scatter by more than is promised.
+
+    Where the cost jumps, by a guard over parameters or a condition within a formula, it rises by
+    nearly the same at each of them, which is no scatter.
+    """
+    cdef double least = INFINITY, most = 0
+    cdef int k
+    if s.guarded:
+        return False
+    for k in range(3):
+        if not isfinite(c.jitter[k]):
+            return False
+        least, most = min(least, c.jitter[k]), max(most, c.jitter[k])
+    return most - least > 0.1 * most and c.promise <= 4 * most
+
+
+cdef int after_acceptance(Component* c, const Settings* s) noexcept nogil:
+    cdef double drop = c.before - c.trial_cost
+    if s.cost_threshold > 0 and c.cost <= s.cost_threshold:
+        return COST_THRESHOLD
+    if drop < 16 * s.epsilon * c.before:
+        return CONVERGED
+    if drop < s.abs_precision or drop < s.rel_precision * c.before:
+        c.small_steps += 1
+    else:
+        c.small_steps = 0
+    return CONVERGED if c.steps >= s.min_iters and c.small_steps > s.patience else RUNNING
+
+
+cdef bint at_noise_floor(const Component* c, const Settings* s) noexcept nogil:
+    """Whether a rejected step failed by rounding only: nothing was promised and nothing lost.
+
+    The gradient must be small in a measure that damping does not touch, or a solve that is stuck
+    with a huge lambda would pass for converged.
+    """
+    cdef double noise = 1024 * s.epsilon * c.before
+    return (
+        c.trial_cost - c.before <= noise
+        and c.predicted <= noise
+        and c.gradient <= sqrt(s.epsilon) * c.before
+    )
+
+
+cdef int by_tolerance(const Component* c, const Settings* s) noexcept nogil:
+    if s.parameter_tolerance > 0 and sqrt(c.step_length) <= s.parameter_tolerance * (
+        c.norm + s.parameter_tolerance
+    ):
+        return PARAMETER_TOLERANCE
+    if (s.predicted_reduction_tolerance > 0
+            and c.predicted <= s.predicted_reduction_tolerance * c.before):
+        return PREDICTED_REDUCTION
+    return RUNNING
+
+
+cdef int out_of_means(const Component* c, const Settings* s) noexcept nogil:
+    """Whether a rejected attempt leaves nothing to try."""
+    if c.damping > s.lambda_ceiling:
+        return LAMBDA_CEILING
+    if s.dogleg and c.region.known and c.retry >= 2 and (
+        c.region.radius <= s.epsilon * sqrt(c.energy) or c.region.radius < 1e-300
+    ):
+        return CONVERGED if promise_is_noise(c, s) else STALLED
+    if s.retry_budget > 0 and c.retry >= s.retry_budget:
+        return RETRY_BUDGET
+    return RUNNING

@@ -1,0 +1,10 @@
+"""Connected components of a graph, by union-find."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+def connected(
+    column_start: Ints, rows: Ints, ones: Ints, others: Ints
+) -> tuple[int, NDArray[np.int32]]: ...
