@@ -34,6 +34,7 @@ class Partition:
     of_scalar : (n,) int32, component of each scalar of the system
     of_instance : per group (instances,) int32, component of each active instance
         Those that read nothing that is solved for have the number `count`: their cost is constant.
+    guarded : (count,) bool, whether a guard of an instance of each reads parameters
     of_values : (m, 3) int64, begin, end and component of runs of values of J'J
     first_block : (count,) int64, first block of each component
     block_counts : (count,) int64, blocks of each
@@ -43,6 +44,7 @@ class Partition:
     of_block: Labels
     of_scalar: Labels
     of_instance: tuple[Labels, ...]
+    guarded: NDArray[np.bool_]
     of_values: Ints
     first_block: Ints
     block_counts: Ints
@@ -66,11 +68,17 @@ def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
     count, labels = connected(pattern.column_start, pattern.rows, ones, others)
     if count < 2:
         return None
+    instances = [_of_instances(structure, g, labels, count) for g in range(len(groups))]
+    guarded = np.zeros(count + 1, dtype=bool)
+    for group, found in zip(groups, instances, strict=True):
+        if group.moving_guard is not None:
+            guarded[found] = True
     return Partition(
         count,
         labels,
         np.repeat(labels, pattern.sizes),
-        tuple(_of_instances(structure, number, labels, count) for number in range(len(groups))),
+        tuple(instances),
+        guarded[:count],
         _of_values(structure, labels),
         np.flatnonzero(np.diff(np.maximum.accumulate(labels), prepend=-1)),
         np.bincount(labels, minlength=count),

@@ -17,7 +17,7 @@ cdef struct Work:
 
 cdef class Evaluation(Groups):
     cdef public int threads               # that share an evaluation
-    cdef readonly bint guarded            # whether a guard reads parameters
+    cdef readonly bint guarded            # whether a guard of some instance reads parameters
 
     # Cost at one of the two states; NaN if the interpreter failed.
     cdef double cost(self, int which) noexcept nogil

@@ -49,7 +49,10 @@ cdef class Evaluation(Groups):
     def __init__(self, layout, *args, **kwargs):
         super().__init__(layout, *args, **kwargs)
         self.threads = 1
-        self.guarded = any(group.moving_guard is not None for group in layout.groups)
+        self.guarded = any(
+            group.moving_guard is not None and self.lanes.whole(0, g).n
+            for g, group in enumerate(layout.groups)
+        )
 
     # --- all groups --------------------------------------------------------------------------
 

@@ -88,7 +88,7 @@ cdef class Minimiser:
         self.vectors = Vectors(
             evaluation.size, evaluation.totals, evaluation.threads,
             None if partition is None else partition.of_scalar, self._count)
-        self._make_components()
+        self._make_components(None if partition is None else partition.guarded)
         self._history = History(min(self._settings.max_iters, 1024) + 1)
         self.predicted_decrease = self.gradient_norm = self.noise_floor = NAN
 
@@ -102,7 +102,7 @@ cdef class Minimiser:
         self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
         self._value_run_count = len(partition.of_values)
 
-    def _make_components(self):
+    def _make_components(self, guarded):
         cdef Py_ssize_t k
         cdef Component* c
         cdef Settings* s = &self._settings
@@ -117,6 +117,7 @@ cdef class Minimiser:
         for k in range(self._count):
             c = &self._components[k]
             c.fresh = True
+            c.guarded = s.guarded if guarded is None else guarded[k]
             c.growth = 2
             c.predicted_decrease = NAN
             c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)

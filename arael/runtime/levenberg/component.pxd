@@ -15,6 +15,7 @@ ctypedef struct Region:
 ctypedef struct Component:
     int status                # RUNNING, or how it ended
     int verdict               # of the present attempt: RUNNING, or how it ends
+    bint guarded              # whether a guard of an instance of it reads parameters
     bint fresh                # whether it has moved since its last linearisation, or has none
     bint tried                # whether it takes part in the present attempt
     bint factored             # whether the damped matrix of its last attempt was positive definite

@@ -89,7 +89,7 @@ cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
     return CONVERGED
 
 
-cdef bint promise_is_noise(const Component* c, const Settings* s) noexcept nogil:
+cdef bint promise_is_noise(const Component* c) noexcept nogil:
     """Whether costs at states that hardly differ scatter by more than is promised.
 
     Where the cost jumps, by a guard over parameters or a condition within a formula, it rises by
@@ -97,7 +97,7 @@ cdef bint promise_is_noise(const Component* c, const Settings* s) noexcept nogil
     """
     cdef double least = INFINITY, most = 0
     cdef int k
-    if s.guarded:
+    if c.guarded:
         return False
     for k in range(3):
         if not isfinite(c.jitter[k]):
@@ -151,7 +151,7 @@ cdef int out_of_means(const Component* c, const Settings* s) noexcept nogil:
     if s.dogleg and c.region.known and c.retry >= 2 and (
         c.region.radius <= s.epsilon * sqrt(c.energy) or c.region.radius < 1e-300
     ):
-        return CONVERGED if promise_is_noise(c, s) else STALLED
+        return CONVERGED if promise_is_noise(c) else STALLED
     if s.retry_budget > 0 and c.retry >= s.retry_budget:
         return RETRY_BUDGET
     return RUNNING
