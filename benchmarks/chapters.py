@@ -10,6 +10,7 @@ from pathlib import Path
 from benchmarks import (
     backends,
     cold,
+    components,
     fit,
     kernels,
     pictures,
@@ -28,6 +29,7 @@ Chapter = Callable[[Plan, Path | None], list[str]]
 
 OWN: dict[str, Chapter] = {
     "fit": fit.run,
+    "components": components.run,
     "backends": backends.run,
     "kernels": lambda plan, picture: kernels.run(),
     "schur": lambda plan, picture: schur.run(plan),

@@ -18,6 +18,9 @@ import arael
 from arael.model import Model
 from arael.result import Result
 from arael.runtime import shares
+from arael.runtime.components import partition_of
+from arael.runtime.lm import Minimiser
+from arael.solving import problem_of
 
 MODEL = """
 struct Sample { x: real
@@ -80,6 +83,10 @@ struct Pair { param x: real
     constraint c { 1e4 * (x + y - k) }
 }
 
+struct Root { param x: real in 0 .. 5
+    constraint c { [sqrt(x), 3] }
+}
+
 root All {
     decays: list of Decay
     valleys: list of Valley
@@ -90,6 +97,7 @@ root All {
     edges: list of Edge
     epochs: list of Epoch
     pairs: list of Pair
+    roots: list of Root
     weight: real = 1
 }
 """
@@ -140,7 +148,8 @@ def problems(seed: int, rounds: int = 4) -> list[tuple[str, Problem]]:
         row("boxes", x=rng.uniform(0.1, 1.9), y=rng.normal(), k=rng.uniform(-2, 6))
         angle = rng.uniform(0, 6.2, 5)
         ring = rng.normal(size=2) + 3 * np.stack((np.cos(angle), np.sin(angle)), 1)
-        rows("rings", "spots", {"c": [5.0, 5.0], "r": 1.0}, {"p": ring + rng.normal(0, 0.1, (5, 2))})
+        ring += rng.normal(0, 0.1, (5, 2))
+        rows("rings", "spots", {"c": [5.0, 5.0], "r": 1.0}, {"p": ring})
         shot = np.linspace(-1, 1, 9)
         far = np.where(np.arange(9) == 4, 2.0, 0.0)
         rows(
@@ -232,25 +241,21 @@ def test_a_failed_factorisation_is_that_of_its_component(load: Load, precision: 
 
 def test_other_solvers_end_the_same(load: Load) -> None:
     kind, chosen = load("f64", False), problems(5)
-    first = of(kind, chosen).solve(solver="sparse")
+    first = of(kind, chosen).solve(solver="sparse").components
     for solver in ("dense", "schur", "auto"):
-        other = of(kind, chosen).solve(solver=solver)
-        assert (other.components.status == first.components.status).all()
-        np.testing.assert_allclose(other.components.end_cost, first.components.end_cost, 1e-8, 1e-25)
+        other = of(kind, chosen).solve(solver=solver).components
+        assert (other.status == first.status).all()
+        np.testing.assert_allclose(other.end_cost, first.end_cost, 1e-8, 1e-25)
 
 
 @IN_BOTH
-def test_threads_change_no_bit(
-    load: Load, precision: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_threads_change_no_bit(load: Load, precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shares, "GRAIN", 30.0)
     kind, chosen = load(precision, False), problems(6, 12)
     one, two = (of(kind, chosen).solve(solver="sparse", num_threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one.x, two.x)
     for name in ("iterations", "end_cost", "status"):
-        np.testing.assert_array_equal(
-            getattr(one.components, name), getattr(two.components, name)
-        )
+        np.testing.assert_array_equal(getattr(one.components, name), getattr(two.components, name))
     # Cut into shares, they end as uncut ones.
     monkeypatch.undo()
     whole = of(kind, chosen).solve(solver="sparse").components
@@ -408,4 +413,57 @@ def test_the_table_is_data_of_json(load: Load) -> None:
     assert found["iterations"] == result.components.iterations.tolist()
 
 
-TABLES = ("decays", "valleys", "boxes", "rings", "lines", "gates", "edges", "epochs", "pairs")
+def test_what_has_ended_is_not_evaluated(load: Load) -> None:
+    """Of 400 linear problems and a hard one, the hard one alone in the end."""
+    model = load("f64", False)()
+    for k in range(400):
+        model.boxes.append(x=1.0, y=0.0, k=1.0 + k * 1e-4)
+    model.boxes.append(x=1.9, y=0.0, k=1e-9)
+    problem = problem_of(model)
+    partition = partition_of(problem.structure, problem.layout.groups)
+    seen = []
+
+    class Watcher:
+        def started(self, minimiser: Any) -> None: ...
+
+        def stepped(self, minimiser: Any, record: Any) -> bool:
+            seen.append(sum(minimiser.lanes.evaluated()))
+            return True
+
+    minimiser = Minimiser(
+        problem.evaluation,
+        problem.make_solver("sparse"),
+        problem.box,
+        arael.LmConfig(),
+        Watcher(),
+        True,
+        partition,
+    )
+    assert minimiser.run() == "converged"
+    assert seen[0] == 401 and 1 <= seen[-1] <= 32
+    # What is not evaluated keeps its cost.
+    assert minimiser.current_cost == pytest.approx(problem.cost(), rel=1e-9, abs=1e-20)
+
+
+@pytest.mark.parametrize("solver", ["dense", "sparse", "schur"])
+def test_derivatives_that_are_not_finite_end_their_component_alone(load: Load, solver: str) -> None:
+    chosen: list[tuple[str, Problem]] = [one for one in problems(1, 1) if one[0] == "valleys"]
+    chosen += [("roots", lambda model: model.roots.append(x=4.0)), *chosen]
+    result = of(load("f64", True), chosen).solve(solver=solver)
+    assert result.components.status.tolist() == ["converged", "converged", "stalled"]
+    assert result.components[2].end_cost == 9.0 and result.components[2].iterations < 20
+    assert of(load("f64", True), chosen[1:2]).solve(solver=solver).status == "stalled"
+
+
+TABLES = (
+    "decays",
+    "valleys",
+    "boxes",
+    "rings",
+    "lines",
+    "gates",
+    "edges",
+    "epochs",
+    "pairs",
+    "roots",
+)

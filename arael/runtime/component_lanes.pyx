@@ -57,6 +57,19 @@ cdef class ComponentLanes:
     def __dealloc__(self):
         free(self.groups)
 
+    def evaluated(self):
+        """Instances of each group in the blocks that are evaluated."""
+        cdef GroupCosts* one
+        cdef Py_ssize_t g, k
+        found = []
+        for g in range(self._count):
+            one = &self.groups[g]
+            found.append(sum(
+                min(one.n, one.runs[2 * k + 1] * one.width) - one.runs[2 * k] * one.width
+                for k in range(one.ends[self.shares])
+            ))
+        return found
+
     cdef void choose(self, const uint8_t* active) noexcept nogil:
         cdef Py_ssize_t g, share, block, i, found, begin
         cdef bint acts

@@ -57,7 +57,8 @@ def partition_of(structure: Structure, groups: Sequence[Group]) -> Partition | N
     """
     if not structure.partition:
         structure.partition.append(_found(structure, groups))
-    return structure.partition[0]
+    found: Partition | None = structure.partition[0]
+    return found
 
 
 def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:

@@ -29,11 +29,11 @@ cdef class Dogleg:
     # The step in `vectors` is the Gauss-Newton step; the square root of a component's energy is the
     # length of its state.
     cdef void take_newton(self) noexcept nogil
-    # Put the steps into `vectors`, each inside its region, and inside bounds; the reductions that the
-    # model predicts.
+    # Put the steps into `vectors`, each inside its region, and inside bounds; the reductions that
+    # the model predicts.
     cdef void propose(self) noexcept nogil
-    # Cut the steps in `vectors` off at the bounds; whether one was cut. Then the sums are new, and the
-    # predicted reductions of the components of which it was.
+    # Cut the steps in `vectors` off at the bounds; whether one was cut. Then the sums are new, and
+    # the predicted reductions of the components of which it was.
     cdef bint clamp(self) noexcept nogil
     # Move the radius after a step of gain ratio `gain`.
     cdef void adapt(self, Component* c, double gain) noexcept nogil

@@ -25,8 +25,8 @@ cdef class Evaluation(Groups):
     cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil
     # Guards over parameters are asked at the accepted state; `linearise` does so itself.
     cdef void guard(self) noexcept nogil
-    # J'r and the blocks of J'J at the accepted state; scalars held fixed have an identity row. Where
-    # lanes are chosen, what others contribute to is undefined. Returns the cost of what was chosen.
+    # J'r and the blocks of J'J at the accepted state; scalars held fixed have an identity row.
+    # Where lanes are chosen, what only others contribute to is undefined, and so is the cost.
     cdef double linearise(
         self, void* gradient, void* values, ComponentLanes chosen) noexcept nogil
 

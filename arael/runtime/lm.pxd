@@ -62,7 +62,7 @@ cdef class Minimiser:
     cdef Py_ssize_t _count                # of components
     cdef Py_ssize_t _running              # of those, that have not ended
     cdef Component* _components
-    cdef ComponentLanes _lanes            # None: one component
+    cdef readonly ComponentLanes lanes    # None: one component
     cdef const int32_t* _component        # of each scalar; NULL: all are of one
     cdef const int64_t* _value_runs       # [][3] begin, end and component of values
     cdef Py_ssize_t _value_run_count

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from arael.config import LmConfig
 from arael.runtime.box import Box
+from arael.runtime.component_lanes import ComponentLanes
 from arael.runtime.components import Partition
 from arael.runtime.dogleg import Dogleg
 from arael.runtime.evaluation import Evaluation
@@ -29,6 +30,7 @@ class Minimiser:
     factorisations: int
     damping: float
     vectors: Vectors
+    lanes: ComponentLanes | None
     dogleg: Dogleg
     predicted_decrease: float
     gradient_norm: float

@@ -4,8 +4,8 @@
 The default strategy is a trust region with Powell's dogleg (dogleg.pyx), the other is
 Levenberg-Marquardt (levenberg/damping.pyx). A problem is one or more connected components, which
 share linearisation and factorisation; each has its own trust region or damping, and is accepted,
-rejected and ended by itself (levenberg/). A component that has ended leaves the system: its rows are
-those of the identity, and blocks of lanes without any other instances are not evaluated any more.
+rejected and ended by itself (levenberg/). A component that has ended leaves the system: its rows
+become those of the identity, and blocks of lanes without others are not evaluated any more.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
 from arael.runtime.component_lanes cimport ComponentLanes
-from arael.runtime.dogleg cimport Dogleg, dogleg_of
+from arael.runtime.dogleg cimport dogleg_of
 from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.damping cimport next_damping
@@ -96,7 +96,7 @@ cdef class Minimiser:
         if not self._settings.by_promise or self._driver is not None:
             raise ValueError("one lambda, or an end by small steps, is for one component")
         self._count = self._running = partition.count
-        self._lanes = ComponentLanes(self.evaluation, partition)
+        self.lanes = ComponentLanes(self.evaluation, partition)
         self._component = <const int32_t*>address(
             partition.of_scalar, np.int32, self.evaluation.size)
         self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
@@ -191,11 +191,11 @@ cdef class Minimiser:
         for k in range(self._count):
             self._components[k].tried = True
         self._take_costs(self.evaluation.states.current)
-        if self._lanes is not None:
+        if self.lanes is not None:
             self._constant = self._sums[self._count]
             self._marks[self._count] = False
             if self._constant != 0:
-                self._lanes.choose(self._marks)
+                self.lanes.choose(self._marks)
         for k in range(self._count):
             self._components[k].cost = self._components[k].trial_cost
             self._components[k].start_cost = self._components[k].trial_cost
@@ -209,7 +209,7 @@ cdef class Minimiser:
         cdef double cost
         self._mark = seconds()
         cost = self.evaluation.linearise(
-            self.vectors.gradient, self.vectors.values, self._lanes)
+            self.vectors.gradient, self.vectors.values, self.lanes)
         if s.guarded and not s.by_promise:
             # Other instances may act than those the step was judged by.
             self._components[0].cost = self.current_cost = cost
@@ -259,7 +259,8 @@ cdef class Minimiser:
             if c.status == RUNNING and c.fresh:
                 c.fresh = False
                 self._end(c, at_linearisation(
-                    c, &self._settings, 2 * self.vectors.sums[k].largest))
+                    c, &self._settings, 2 * self.vectors.sums[k].largest,
+                    self.vectors.sums[k].doubt == 0))
         self._retire()
 
     cdef void _take_noise(self) noexcept nogil:
@@ -406,11 +407,11 @@ cdef class Minimiser:
 
     cdef void _take_costs(self, int which) noexcept nogil:
         cdef Py_ssize_t k
-        if self._lanes is None:
+        if self.lanes is None:
             self._components[0].trial_cost = self.evaluation.cost(which)
             return
-        self.evaluation.costs(which, self._lanes)
-        self._lanes.add(self._sums)
+        self.evaluation.costs(which, self.lanes)
+        self.lanes.add(self._sums)
         for k in range(self._count):
             if self._components[k].tried:
                 self._components[k].trial_cost = self._sums[k]
@@ -583,7 +584,7 @@ cdef class Minimiser:
                 self._components[k].gradient = self.vectors.sums[k].gradient
                 self.vectors.active[k] = self._marks[k] = False
         if self._running > 0:
-            self._lanes.choose(self._marks)
+            self.lanes.choose(self._marks)
             self._hold_retired()
 
     cdef void _hold_retired(self) noexcept nogil:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -104,8 +104,9 @@ class Components:
     def counts(self) -> dict[str, int]:
         """Components by status, the most frequent first."""
         found = np.bincount(self._codes, minlength=len(STATUSES))
-        return dict(Counter({s: int(n) for s, n in zip(STATUSES, found, strict=True) if n})
-                    .most_common())
+        return dict(
+            Counter({s: int(n) for s, n in zip(STATUSES, found, strict=True) if n}).most_common()
+        )
 
     def summary(self, most: int = 3) -> str:
         """``997 of 1000 components converged; epochs[17]: max_iterations``."""
@@ -142,12 +143,20 @@ def components_of(problem: Problem, partition: Partition, ended: NDArray[Any]) -
     ----------
     ended : (count,) structured array, `Minimiser.components`
     """
-    system, layout = problem.structure.system, problem.layout
-    first = problem.structure.pattern.offsets[partition.first_block]
+    system, layout, store = problem.structure.system, problem.layout, problem.store
+
+    @cache
+    def rows() -> tuple[Ints, Ints]:
+        """Entity and row of each block; only made where a name is asked for."""
+        solved = [np.flatnonzero(blocks.first >= 0) for blocks in system.blocks]
+        entities = np.repeat(np.arange(len(solved)), [len(found) for found in solved])
+        return entities, np.concatenate(solved)
 
     def name(k: int) -> str:
-        entity, row, _ = system.owner(int(first[k]))
-        return row_name(problem.store, layout.entities[entity].table, row) or layout.root
+        entities, numbers = rows()
+        block = partition.first_block[k]
+        table = layout.entities[entities[block]].table
+        return row_name(store, table, int(numbers[block])) or layout.root
 
     return Components(
         partition.block_counts,

@@ -32,6 +32,7 @@ class Structure:
     placements: tuple[Placement, ...]
     trash: int  # scalars behind the gradient; its square behind the values
     shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    # Of the components, once they were asked for; see `components.py`.
     partition: list[Any] = field(default_factory=list, compare=False, repr=False)
 
 

@@ -2,8 +2,8 @@
 """The vectors of one solve, and what the Levenberg-Marquardt loop does with them.
 
 Threads share passes over many scalars. They are cut by the number of scalars alone, so that sums
-have the same bits on any number of threads. Sums are by component: the parts of threads are cut into
-runs of scalars of one component, whose sums are added in the order of the scalars.
+have the same bits on any number of threads. Sums are by component: parts are cut into runs of
+scalars of one component, whose sums are added in the order of the scalars.
 """
 
 import numpy as np
@@ -58,11 +58,13 @@ cdef class Vectors:
         self.components = components
         self._parts = count_parts(n)
         runs, ends = runs_of(n, component)
-        self._run, self._ends = <const int64_t*>table_address(runs, 3), <const int64_t*>address(ends, np.int64)
+        self._run = <const int64_t*>table_address(runs, 3)
+        self._ends = <const int64_t*>address(ends, np.int64)
         run_sums = np.zeros((len(runs), SUMS))
         sums = np.zeros((components, SUMS))
         marks = np.ones((2, components), dtype=np.uint8)
         coefficients = np.zeros((3, components))
+        kept = (runs, ends, run_sums, sums, marks, coefficients)
         self._sums = <Sums*>writable(run_sums, np.float64)
         self.sums = <Sums*>writable(sums, np.float64)
         self.active = <uint8_t*>writable(marks[0], np.uint8)
@@ -75,7 +77,7 @@ cdef class Vectors:
         dtype = self.gradient_array.dtype
         (self.diagonal_array, self.damped_array, self.step_array, self.scale_array,
          self.newton_array, self.descent_array, own) = np.zeros((7, max(n, 1)), dtype=dtype)
-        self._keep = (totals, own, runs, ends, run_sums, sums, marks, coefficients)
+        self._keep = (totals, own, kept)
         self.gradient = writable(self.gradient_array, dtype)
         self.values = writable(self.value_array, dtype)
         self.step = writable(self.step_array, dtype, n)
@@ -91,10 +93,11 @@ cdef class Vectors:
         self._floor = floor
         self._share(take_part)
         for c in range(self.components):
-            self.sums[c].largest = 0
+            self.sums[c].largest = self.sums[c].doubt = 0
         for k in range(self._ends[self._parts]):
             c = self._run[3 * k + 2]
             self.sums[c].largest = max(self.sums[c].largest, self._sums[k].largest)
+            self.sums[c].doubt += self._sums[k].doubt
 
     cdef void prepare(self, bint by_scale) noexcept nogil:
         self._by_scale = by_scale
@@ -184,7 +187,7 @@ cdef class Vectors:
         cdef real* diagonal = <real*>self._diagonal
         cdef real* scale = <real*>self.scale
         cdef const real* gradient = <const real*>self.gradient
-        cdef double floor = self._floor, largest
+        cdef double floor = self._floor, largest, doubt
         begin = self._run[3 * self._ends[part]]
         end = self._run[3 * self._ends[part + 1] - 2]
         # Alone in its loop, so that many of these wait for memory at a time.
@@ -194,10 +197,11 @@ cdef class Vectors:
             diagonal[i] = <real>floor if own[i] < floor else own[i]
             scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
         for k in range(self._ends[part], self._ends[part + 1]):
-            largest = 0
+            largest = doubt = 0
             for i in range(self._run[3 * k], self._run[3 * k + 1]):
                 largest = max(largest, fabs(<double>gradient[i]))
-            self._sums[k].largest = largest
+                doubt += 0 * <double>gradient[i] + 0 * <double>own[i]
+            self._sums[k].largest, self._sums[k].doubt = largest, doubt
 
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i, k, begin, end

@@ -25,20 +25,25 @@ cdef double noise_of(double cost, double energy, double epsilon) noexcept nogil:
     return 4 * epsilon * cost + 2 * sqrt(cost * terms) + terms
 
 
-cdef int at_linearisation(Component* c, const Settings* s, double gradient) noexcept nogil:
+cdef int at_linearisation(
+    Component* c, const Settings* s, double gradient, bint finite
+) noexcept nogil:
     if s.gradient_tolerance > 0 and gradient <= s.gradient_tolerance:
         return GRADIENT_TOLERANCE
-    if s.by_promise and is_exact(c, s):
+    if not s.by_promise:
+        return RUNNING
+    if is_exact(c, s):
         c.predicted_decrease = c.cost
         return CONVERGED
-    return RUNNING
+    # No step can be computed, now or after a rejection; others must not get these numbers.
+    return RUNNING if finite else STALLED
 
 
 cdef bint is_exact(const Component* c, const Settings* s) noexcept nogil:
     """Whether every residual is at the level of rounding, and steps do not help any more."""
     if c.cost <= EXACT * c.start_cost:
         return True
-    if c.cost > 4 * s.epsilon * s.epsilon * c.energy:
+    if not c.cost <= 4 * s.epsilon * s.epsilon * c.energy:  # NaN where a derivative is infinite
         return False
     return c.steps == 0 or c.cost > 0.25 * c.before
 
