@@ -193,11 +193,10 @@ cdef Dogleg dogleg_of(
     found._vectors, found._box, found.floor = vectors, box, floor
     found._components = <Component*>writable(components, np.float64)
     found._count, found._component = vectors.components, component
-    cut = np.zeros(found._count, dtype=np.uint8)
-    curvature = np.zeros(found._count)
-    found._keep = (cut, curvature, components)
-    found._cut = <uint8_t*>writable(cut, np.uint8)
-    found._curvature = <double*>writable(curvature, np.float64)
+    memory = np.zeros(2 * found._count)
+    found._keep = (memory, components)
+    found._curvature = <double*>writable(memory, np.float64)
+    found._cut = <uint8_t*>(found._curvature + found._count)
     for k in range(found._count):
         found._components[k].region.regularisation = floor
     return found

@@ -71,7 +71,7 @@ cdef class Minimiser:
     cdef uint8_t* _accepts                # [components]
     cdef bint _retiring                   # whether components have ended that are in the system
     cdef double _constant                 # cost of what reads nothing that is solved for
-    cdef object _keep
+    cdef object _memory                   # of components, sums and flags
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil

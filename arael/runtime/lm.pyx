@@ -106,14 +106,14 @@ cdef class Minimiser:
         cdef Py_ssize_t k
         cdef Component* c
         cdef Settings* s = &self._settings
-        memory = np.zeros((self._count, sizeof(Component) // sizeof(double)))
-        sums, marks = np.zeros(self._count + 1), np.ones(self._count + 1, dtype=np.uint8)
-        accepts = np.zeros(self._count, dtype=np.uint8)
-        self._keep = (memory, sums, marks, accepts)
-        self._accepts = <uint8_t*>writable(accepts, np.uint8)
-        self._components = <Component*>writable(memory, np.float64)
-        self._sums = <double*>writable(sums, np.float64)
-        self._marks = <uint8_t*>writable(marks, np.uint8)
+        # One array of doubles for all of these: small problems are solved in microseconds.
+        self._memory = np.zeros(
+            self._count * (sizeof(Component) // sizeof(double)) + 2 * self._count + 2)
+        self._components = <Component*>writable(self._memory, np.float64)
+        self._sums = <double*>(self._components + self._count)
+        self._marks = <uint8_t*>(self._sums + self._count + 1)
+        self._accepts = self._marks + self._count + 1
+        memset(self._marks, 1, self._count + 1)
         for k in range(self._count):
             c = &self._components[k]
             c.fresh = True
@@ -123,7 +123,7 @@ cdef class Minimiser:
             c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
         self.damping = self._components[0].damping
         self.dogleg = dogleg_of(
-            self.vectors, self._box, s.lambda_floor, memory, self._component)
+            self.vectors, self._box, s.lambda_floor, self._memory, self._component)
 
     # --- from Python -------------------------------------------------------------------------
 
@@ -259,8 +259,7 @@ cdef class Minimiser:
             if c.status == RUNNING and c.fresh:
                 c.fresh = False
                 self._end(c, at_linearisation(
-                    c, &self._settings, 2 * self.vectors.sums[k].largest,
-                    self.vectors.sums[k].doubt == 0))
+                    c, &self._settings, 2 * self.vectors.sums[k].largest))
         self._retire()
 
     cdef void _take_noise(self) noexcept nogil:

@@ -20,7 +20,6 @@ cdef struct Sums:
     double descent_length       # c' D c = g' c without its sign
     double descent_added        # c' A n
     double largest              # magnitude in the gradient; NaN counts for nothing
-    double doubt                # 0; NaN if an entry of gradient or diagonal is not finite
     double gradient             # sum of g_i^2 / H_ii: what single coordinates promise, undamped
 
 

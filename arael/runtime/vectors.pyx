@@ -60,24 +60,22 @@ cdef class Vectors:
         runs, ends = runs_of(n, component)
         self._run = <const int64_t*>table_address(runs, 3)
         self._ends = <const int64_t*>address(ends, np.int64)
-        run_sums = np.zeros((len(runs), SUMS))
-        sums = np.zeros((components, SUMS))
-        marks = np.ones((2, components), dtype=np.uint8)
-        coefficients = np.zeros((3, components))
-        kept = (runs, ends, run_sums, sums, marks, coefficients)
-        self._sums = <Sums*>writable(run_sums, np.float64)
-        self.sums = <Sums*>writable(sums, np.float64)
-        self.active = <uint8_t*>writable(marks[0], np.uint8)
-        self.wanted = <uint8_t*>writable(marks[1], np.uint8)
-        self.damping = <double*>writable(coefficients[0], np.float64)
-        self.along = <double*>writable(coefficients[1], np.float64)
-        self.across = <double*>writable(coefficients[2], np.float64)
+        # One array of doubles for all of these: small problems are solved in microseconds.
+        kept = np.zeros((len(runs) + components) * SUMS + 4 * components)
+        cdef double* first = <double*>writable(kept, np.float64)
+        self._sums = <Sums*>first
+        self.sums = self._sums + len(runs)
+        self.damping = first + (len(runs) + components) * SUMS
+        self.along, self.across = self.damping + components, self.damping + 2 * components
+        self.active = <uint8_t*>(self.damping + 3 * components)
+        self.wanted = self.active + components
+        memset(self.active, 1, 2 * components)
         self._at = totals.diagonal_at
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
         (self.diagonal_array, self.damped_array, self.step_array, self.scale_array,
          self.newton_array, self.descent_array, own) = np.zeros((7, max(n, 1)), dtype=dtype)
-        self._keep = (totals, own, kept)
+        self._keep = (totals, own, kept, runs, ends)
         self.gradient = writable(self.gradient_array, dtype)
         self.values = writable(self.value_array, dtype)
         self.step = writable(self.step_array, dtype, n)
@@ -93,11 +91,10 @@ cdef class Vectors:
         self._floor = floor
         self._share(take_part)
         for c in range(self.components):
-            self.sums[c].largest = self.sums[c].doubt = 0
+            self.sums[c].largest = 0
         for k in range(self._ends[self._parts]):
             c = self._run[3 * k + 2]
             self.sums[c].largest = max(self.sums[c].largest, self._sums[k].largest)
-            self.sums[c].doubt += self._sums[k].doubt
 
     cdef void prepare(self, bint by_scale) noexcept nogil:
         self._by_scale = by_scale
@@ -187,7 +184,7 @@ cdef class Vectors:
         cdef real* diagonal = <real*>self._diagonal
         cdef real* scale = <real*>self.scale
         cdef const real* gradient = <const real*>self.gradient
-        cdef double floor = self._floor, largest, doubt
+        cdef double floor = self._floor, largest
         begin = self._run[3 * self._ends[part]]
         end = self._run[3 * self._ends[part + 1] - 2]
         # Alone in its loop, so that many of these wait for memory at a time.
@@ -197,11 +194,10 @@ cdef class Vectors:
             diagonal[i] = <real>floor if own[i] < floor else own[i]
             scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
         for k in range(self._ends[part], self._ends[part + 1]):
-            largest = doubt = 0
+            largest = 0
             for i in range(self._run[3 * k], self._run[3 * k + 1]):
                 largest = max(largest, fabs(<double>gradient[i]))
-                doubt += 0 * <double>gradient[i] + 0 * <double>own[i]
-            self._sums[k].largest, self._sums[k].doubt = largest, doubt
+            self._sums[k].largest = largest
 
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i, k, begin, end
@@ -333,6 +329,8 @@ def runs_of(n, component=None):
     ends : (parts + 1,) int64, runs of each part
     """
     parts = count_parts(n)
+    if parts == 1 and component is None:
+        return np.array([[0, n, 0]]), np.array([0, 1])
     # Whole cache lines, but for the last part.
     bounds = n * np.arange(parts + 1) // parts // 16 * 16
     bounds[parts] = n

@@ -6,8 +6,7 @@ from arael.runtime.levenberg.settings cimport Settings
 # Noise of a cost: rounding of its sum, and of residuals by that of their terms, whose sum of
 # squares is `energy`.
 cdef double noise_of(double cost, double energy, double epsilon) noexcept nogil
-# Whether a new linearisation is an end; `gradient` is its largest entry, `finite` whether all are.
-cdef int at_linearisation(
-    Component* c, const Settings* s, double gradient, bint finite) noexcept nogil
+# Whether a new linearisation is an end; `gradient` is the largest entry of the gradient.
+cdef int at_linearisation(Component* c, const Settings* s, double gradient) noexcept nogil
 # Whether an attempt was the last; it is accepted or rejected by now, and the next damping known.
 cdef int after_attempt(Component* c, const Settings* s) noexcept nogil

@@ -25,9 +25,7 @@ cdef double noise_of(double cost, double energy, double epsilon) noexcept nogil:
     return 4 * epsilon * cost + 2 * sqrt(cost * terms) + terms
 
 
-cdef int at_linearisation(
-    Component* c, const Settings* s, double gradient, bint finite
-) noexcept nogil:
+cdef int at_linearisation(Component* c, const Settings* s, double gradient) noexcept nogil:
     if s.gradient_tolerance > 0 and gradient <= s.gradient_tolerance:
         return GRADIENT_TOLERANCE
     if not s.by_promise:
@@ -35,8 +33,9 @@ cdef int at_linearisation(
     if is_exact(c, s):
         c.predicted_decrease = c.cost
         return CONVERGED
-    # No step can be computed, now or after a rejection; others must not get these numbers.
-    return RUNNING if finite else STALLED
+    # A derivative that is not finite makes the energy so. No step can be computed then, now or
+    # after a rejection, and others must not get these numbers.
+    return RUNNING if isfinite(c.energy) else STALLED
 
 
 cdef bint is_exact(const Component* c, const Settings* s) noexcept nogil:
