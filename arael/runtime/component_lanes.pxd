@@ -13,6 +13,7 @@ cdef struct GroupCosts:
     const int64_t* bounds       # [shares + 1] blocks at which the shares begin
     int64_t* runs               # [][2] first block and end of what is evaluated, share by share
     int64_t* ends               # [shares + 1] runs of each share
+    int64_t* before             # place for the runs of before
     bint whole                  # whether it is always evaluated as a whole
 
 
@@ -24,8 +25,8 @@ cdef class ComponentLanes:
     cdef Py_ssize_t _count          # of groups
     cdef object _keep
 
-    # Evaluate only blocks with instances of components that are active; [components + 1], the last
-    # for instances that read nothing that is solved for.
+    # Of what is evaluated, keep blocks with instances of components that are active;
+    # [components + 1], the last for instances that read nothing that is solved for.
     cdef void choose(self, const uint8_t* active) noexcept nogil
     # Add the costs of all that is evaluated, by component; [components + 1].
     cdef void add(self, double* total) noexcept nogil

@@ -41,8 +41,11 @@ cdef class ComponentLanes:
             one.n, one.width = len(component), groups.compiled.widths[g]
             one.blocks = (one.n + one.width - 1) // one.width
             bounds = np.ascontiguousarray(groups.lanes.bounds[g], dtype=np.int64)
-            runs = np.zeros((one.blocks // 2 + 1 + self.shares, 2), dtype=np.int64)
-            ends = np.zeros(self.shares + 1, dtype=np.int64)
+            # At most every third block begins a run, and each share.
+            runs = np.zeros((2, one.blocks // 2 + 1 + self.shares, 2), dtype=np.int64)
+            ends = np.arange(self.shares + 1)
+            runs[0, : self.shares, 0], runs[0, : self.shares, 1] = (
+                bounds[: self.shares], bounds[1:])
             costs = np.zeros(one.n)
             self.costs.append(costs)
             self._keep += [component, bounds, runs, ends]
@@ -50,9 +53,8 @@ cdef class ComponentLanes:
             one.costs = <double*>writable(costs, np.float64)
             one.bounds = <const int64_t*>address(bounds, np.int64, self.shares + 1)
             one.runs = <int64_t*>writable(runs, np.int64)
+            one.before = one.runs + 2 * (one.blocks // 2 + 1 + self.shares)
             one.ends = <int64_t*>writable(ends, np.int64)
-        every = np.ones(self.components + 1, dtype=np.uint8)
-        self.choose(<const uint8_t*>address(every, np.uint8))
 
     def __dealloc__(self):
         free(self.groups)
@@ -71,26 +73,30 @@ cdef class ComponentLanes:
         return found
 
     cdef void choose(self, const uint8_t* active) noexcept nogil:
-        cdef Py_ssize_t g, share, block, i, found, begin
+        cdef Py_ssize_t g, share, block, i, k, found, begin, first, end
         cdef bint acts
         cdef GroupCosts* one
         for g in range(self._count):
             one = &self.groups[g]
-            found = 0
+            if one.whole:
+                continue
+            one.runs, one.before = one.before, one.runs
+            found = first = 0
             for share in range(self.shares):
-                begin = found
-                for block in range(one.bounds[share], one.bounds[share + 1]):
-                    acts = one.whole
-                    for i in range(block * one.width, min(one.n, (block + 1) * one.width)):
-                        acts |= active[one.component[i]]
-                    if not acts:
-                        continue
-                    if found > begin and block - one.runs[2 * found - 1] <= GAP:
-                        one.runs[2 * found - 1] = block + 1
-                    else:
-                        one.runs[2 * found], one.runs[2 * found + 1] = block, block + 1
-                        found += 1
-                one.ends[share + 1] = found
+                begin, end = found, one.ends[share + 1]
+                for k in range(first, end):
+                    for block in range(one.before[2 * k], one.before[2 * k + 1]):
+                        acts = False
+                        for i in range(block * one.width, min(one.n, (block + 1) * one.width)):
+                            acts |= active[one.component[i]]
+                        if not acts:
+                            continue
+                        if found > begin and block - one.runs[2 * found - 1] <= GAP:
+                            one.runs[2 * found - 1] = block + 1
+                        else:
+                            one.runs[2 * found], one.runs[2 * found + 1] = block, block + 1
+                            found += 1
+                first, one.ends[share + 1] = end, found
 
     cdef void add(self, double* total) noexcept nogil:
         cdef Py_ssize_t g, k, i

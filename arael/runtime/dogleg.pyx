@@ -55,8 +55,9 @@ cdef class Dogleg:
         c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
 
     cdef void prepare(self) noexcept nogil:
-        cdef Py_ssize_t k
-        for k in range(self._count):
+        cdef Py_ssize_t j, k
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
             self._vectors.damping[k] = self._components[k].region.regularisation
         self._vectors.prepare(True)
 
@@ -64,12 +65,13 @@ cdef class Dogleg:
         c.region.regularisation = max(10 * c.region.regularisation, 1e-15)
 
     cdef void take_newton(self) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         cdef Sums* sums
         cdef double size
         self._vectors.products()
-        for k in range(self._count):
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
             c, sums = &self._components[k], &self._vectors.sums[k]
             self._vectors.wanted[k] = c.status == RUNNING and not c.region.known
             if not self._vectors.wanted[k]:
@@ -86,20 +88,20 @@ cdef class Dogleg:
         self._vectors.keep_newton()
 
     cdef void propose(self) noexcept nogil:
-        cdef Py_ssize_t k
-        cdef Component* c
-        for k in range(self._count):
-            c = &self._components[k]
-            if c.tried:
+        cdef Py_ssize_t j, k
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
+            if self._components[k].tried:
                 self._cut_path(k)
         self._vectors.combine()
         if not self.clamp():
             self._vectors.products()
-        for k in range(self._count):
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
             self._components[k].step_length = self._vectors.sums[k].length
 
     cdef bint clamp(self) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         if self._box.count == 0:
             return False
@@ -110,7 +112,8 @@ cdef class Dogleg:
         self._box.curvature(
             self._vectors.values, self._vectors.step, self._component, self._curvature)
         self._vectors.products()
-        for k in range(self._count):
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
             c = &self._components[k]
             if self._cut[k]:
                 c.region.length = sqrt(self._vectors.sums[k].scaled)
@@ -153,7 +156,7 @@ cdef class Dogleg:
 
     cdef void _descend(self) noexcept nogil:
         """Steepest descent of all components, once a linearisation."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Region* region
         if self._descended:
             return
@@ -161,7 +164,8 @@ cdef class Dogleg:
         memset(self._curvature, 0, self._count * sizeof(double))
         self._box.curvature(
             self._vectors.values, self._vectors.descent, self._component, self._curvature)
-        for k in range(self._count):
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
             region = &self._components[k].region
             region.descent_length = self._vectors.sums[k].descent_length
             region.descent_added = self._vectors.sums[k].descent_added

@@ -70,7 +70,8 @@ cdef class Minimiser:
     cdef uint8_t* _marks                  # [components + 1] which are evaluated
     cdef uint8_t* _accepts                # [components]
     cdef bint _retiring                   # whether components have ended that are in the system
-    cdef double _constant                 # cost of what reads nothing that is solved for
+    cdef double _settled                  # cost of components that have left the system, and of what
+                                          # reads nothing that is solved for
     cdef object _memory                   # of components, sums and flags
 
     cdef void _run(self) noexcept nogil
@@ -95,7 +96,7 @@ cdef class Minimiser:
     cdef void _measure_tried(self) noexcept nogil
     cdef void _end(self, Component* c, int status) noexcept nogil
     cdef void _retire(self) noexcept nogil
-    cdef void _hold_retired(self) noexcept nogil
+    cdef void _empty_retired(self) noexcept nogil
     cdef int _worst(self) noexcept nogil
     cdef void _finish(self) noexcept nogil
     cdef bint _interrupted(self) noexcept nogil

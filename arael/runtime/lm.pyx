@@ -192,9 +192,9 @@ cdef class Minimiser:
             self._components[k].tried = True
         self._take_costs(self.evaluation.states.current)
         if self.lanes is not None:
-            self._constant = self._sums[self._count]
+            self._settled = self._sums[self._count]
             self._marks[self._count] = False
-            if self._constant != 0:
+            if self._settled != 0:
                 self.lanes.choose(self._marks)
         for k in range(self._count):
             self._components[k].cost = self._components[k].trial_cost
@@ -217,7 +217,7 @@ cdef class Minimiser:
             self._take_noise()
         if self._box.count:
             self._box.hold(self.vectors.gradient, self.vectors.values)
-        self._hold_retired()
+        self._empty_retired()
         self.vectors.take_diagonal(s.min_diagonal)
         self.dogleg.begin()
         self._begin_components()
@@ -234,10 +234,11 @@ cdef class Minimiser:
         self._end_at_linearisation()
 
     cdef void _begin_components(self) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         cdef double largest = 0
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.status != RUNNING:
                 continue
@@ -252,9 +253,10 @@ cdef class Minimiser:
         self._now.retry = 0
 
     cdef void _end_at_linearisation(self) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.status == RUNNING and c.fresh:
                 c.fresh = False
@@ -264,7 +266,7 @@ cdef class Minimiser:
 
     cdef void _take_noise(self) noexcept nogil:
         """Energies, and the noise of the costs."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         if self._component == NULL:
             self._sums[0] = self.evaluation.states.energy(
@@ -274,7 +276,8 @@ cdef class Minimiser:
             self.evaluation.states.add_energy(
                 self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
                 self._sums)
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.status == RUNNING:
                 c.energy = self._sums[k]
@@ -283,12 +286,13 @@ cdef class Minimiser:
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
         cdef double began = seconds()
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         self._now.accepted = False
         if not self._may_attempt():
             return
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             c.tried, c.accepted, c.verdict = c.status == RUNNING, False, RUNNING
             c.before = c.cost
@@ -314,8 +318,9 @@ cdef class Minimiser:
 
     cdef bint _may_attempt(self) noexcept nogil:
         """Whether limits of attempts and time leave something to do."""
-        cdef Py_ssize_t k
-        for k in range(self._count):
+        cdef Py_ssize_t j, k
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             if (self._components[k].status == RUNNING
                     and self._components[k].attempts >= self._settings.max_iters):
                 self._end(&self._components[k], MAX_ITERATIONS)
@@ -330,19 +335,21 @@ cdef class Minimiser:
 
     cdef bint _all_known(self) noexcept nogil:
         """Whether all components have their Gauss-Newton step."""
-        cdef Py_ssize_t k
-        for k in range(self._count):
+        cdef Py_ssize_t j, k
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             if self._components[k].status == RUNNING and not self._components[k].region.known:
                 return False
         return True
 
     cdef bint _factor(self) noexcept nogil:
-        cdef Py_ssize_t failed, k
+        cdef Py_ssize_t failed, j, k
         self._mark = seconds()
         if self._settings.dogleg:
             self.dogleg.prepare()
         else:
-            for k in range(self._count):
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
                 self.vectors.damping[k] = self._components[k].damping
             self.vectors.prepare(self._settings.damping == GAIN)
         self.factorisations += 1
@@ -350,7 +357,8 @@ cdef class Minimiser:
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             self._components[k].factored = failed == 0
         if failed:
             self._blame(failed - 1)
@@ -361,31 +369,34 @@ cdef class Minimiser:
 
     cdef void _blame(self, Py_ssize_t pivot) noexcept nogil:
         """Let the attempt be that of the component alone whose matrix is not positive definite."""
-        cdef Py_ssize_t k, failed
+        cdef Py_ssize_t j, k, failed
         if self._component == NULL or self.solver.raised.any:
             return
         failed = self._component[pivot]
         if self._components[failed].status == RUNNING:
-            for k in range(self._count):
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
                 self._components[k].tried = k == failed
 
     cdef void _propose_damped(self) noexcept nogil:
         """The damped step and what it promises."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         self.vectors.products()
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             c.promise, c.added = -self.vectors.sums[k].slope, self.vectors.sums[k].added
             # Of the exact solution, step' H step = -slope - added.
             c.predicted = -self.vectors.sums[k].slope + self.vectors.sums[k].added
         self.dogleg.clamp()
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             self._components[k].step_length = self.vectors.sums[k].length
 
     cdef void _look_ahead(self) noexcept nogil:
         """Costs of the trial state; whether the steps are accepted."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         self._mark = seconds()
         self.evaluation.states.move(self.vectors.step, self.vectors.threads)
@@ -399,30 +410,33 @@ cdef class Minimiser:
         else:
             self._take_costs(1 - self.evaluation.states.current)
         if not (self.evaluation.raised.any or self.solver.raised.any):
-            for k in range(self._count):
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
                 c = &self._components[k]
                 c.accepted = c.tried and c.trial_cost < c.cost
         self._lap(COST)
 
     cdef void _take_costs(self, int which) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         if self.lanes is None:
             self._components[0].trial_cost = self.evaluation.cost(which)
             return
         self.evaluation.costs(which, self.lanes)
         self.lanes.add(self._sums)
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             if self._components[k].tried:
                 self._components[k].trial_cost = self._sums[k]
 
     # --- damping -----------------------------------------------------------------------------
 
     cdef void _next_damping(self) noexcept nogil:
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         cdef double gain
         self.damping = 0
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 gain = (c.before - c.trial_cost) / c.predicted
@@ -460,18 +474,20 @@ cdef class Minimiser:
 
     cdef void _fill_record(self) noexcept nogil:
         """The record of the attempt of all components together."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef Component* c
         cdef Record* now = &self._now
         cdef bint some = False
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             some |= self._components[k].accepted
         now.accepted, now.cost = some, self.current_cost
         now.damping = 0
-        now.trial_cost, now.predicted, now.step_norm = self._constant, 0, 0
+        now.trial_cost, now.predicted, now.step_norm = self._settled, 0, 0
         now.promise = 0 if now.factored else NAN
         now.radius = NAN
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 now.damping = max(now.damping, c.damped)
@@ -489,7 +505,7 @@ cdef class Minimiser:
 
     cdef void _judge(self) noexcept nogil:
         """Take accepted steps over, keep the record, and decide who goes on."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         cdef int found
         cdef Component* c
         self._keep_record()
@@ -498,7 +514,8 @@ cdef class Minimiser:
         elif self._settings.guarded and self._settings.by_promise:
             self.evaluation.guard()
         self._measure_tried()
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 c.attempts += 1
@@ -510,7 +527,8 @@ cdef class Minimiser:
             with gil:
                 self._show()
         self._now.retry += not self._now.accepted
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 c.retry += not c.accepted
@@ -524,10 +542,11 @@ cdef class Minimiser:
 
     cdef void _accept(self) noexcept nogil:
         """The accepted components move, the others stay."""
-        cdef Py_ssize_t k
-        cdef bint all_of_them = True
+        cdef Py_ssize_t j, k
+        cdef bint all_of_them = self.vectors.active_count == self._count
         cdef Component* c
-        for k in range(self._count):
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             c = &self._components[k]
             self._accepts[k] = c.accepted
             all_of_them &= c.accepted
@@ -543,21 +562,23 @@ cdef class Minimiser:
 
     cdef void _measure(self) noexcept nogil:
         """Cost of the whole."""
-        cdef Py_ssize_t k
-        self.current_cost = self._constant
-        for k in range(self._count):
+        cdef Py_ssize_t j, k
+        self.current_cost = self._settled
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
             self.current_cost += self._components[k].cost
 
     cdef void _measure_tried(self) noexcept nogil:
         """What only some ends ask for."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
         if self._settings.parameter_tolerance > 0:
             if self._component == NULL:
                 self._components[0].norm = self.evaluation.states.norm()
             else:
                 memset(self._sums, 0, self._count * sizeof(double))
                 self.evaluation.states.add_squares(self._component, self._sums)
-                for k in range(self._count):
+                for j in range(self.vectors.active_count):
+                    k = self.vectors.active[j]
                     self._components[k].norm = sqrt(self._sums[k])
         if not (self._settings.by_promise or self._now.accepted):
             self.vectors.scaled_gradient()
@@ -573,22 +594,28 @@ cdef class Minimiser:
 
     cdef void _retire(self) noexcept nogil:
         """Components that have ended leave the system, if there are others."""
-        cdef Py_ssize_t k
+        cdef Py_ssize_t j, k
+        cdef Component* c
         if not self._retiring:
             return
         self._retiring = False
         self.vectors.scaled_gradient()
-        for k in range(self._count):
-            if self._components[k].status != RUNNING and self.vectors.active[k]:
-                self._components[k].gradient = self.vectors.sums[k].gradient
-                self.vectors.active[k] = self._marks[k] = False
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.status != RUNNING:
+                c.gradient = self.vectors.sums[k].gradient
+                self._settled += c.cost
+                self._marks[k] = self._accepts[k] = False
         if self._running > 0:
+            self.vectors.leave_out(self._marks)
             self.lanes.choose(self._marks)
-            self._hold_retired()
+            self._empty_retired()
 
-    cdef void _hold_retired(self) noexcept nogil:
+    cdef void _empty_retired(self) noexcept nogil:
+        """Couplings of components that have ended are zero, so that their rows are the identity."""
         if self._running < self._count:
-            self.vectors.hold_inactive(self._value_runs, self._value_run_count)
+            self.vectors.empty_values(self._value_runs, self._value_run_count, self._marks)
 
     cdef int _worst(self) noexcept nogil:
         cdef Py_ssize_t k

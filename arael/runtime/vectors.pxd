@@ -47,13 +47,14 @@ cdef class Vectors:
     cdef double _floor
     cdef bint _by_scale
     # Scalars of one component that are passed over in one go, cut at the parts of threads.
-    cdef const int64_t* _run    # [runs][3] begin, end, component
-    cdef const int64_t* _ends   # [parts + 1] runs of each part
+    cdef int64_t* _run          # [runs][3] begin, end, component
+    cdef int64_t* _ends         # [parts + 1] runs of each part
     cdef Sums* _sums            # [runs]
 
     cdef readonly Py_ssize_t components
     cdef Sums* sums             # [components] as the functions below leave them
-    cdef uint8_t* active        # [components] which are still solved; the step of others is zero
+    cdef int64_t* active        # [active_count] components that are still solved
+    cdef Py_ssize_t active_count
     cdef uint8_t* wanted        # [components] which `keep_newton` keeps
     cdef double* damping        # [components]
     cdef double* along          # [components] of the descent, in a dogleg
@@ -76,12 +77,15 @@ cdef class Vectors:
     # The sum `gradient`.
     cdef void scaled_gradient(self) noexcept nogil
 
-    # Rows of components that are not active become those of the identity, without gradient;
-    # `value_runs` are [count][3] begin, end and component of values.
-    cdef void hold_inactive(self, const int64_t* value_runs, Py_ssize_t count) noexcept nogil
+    # Leave out components that are not `kept`: from now on no function above works on them. Their
+    # step is zero, and their part of the damped diagonal one.
+    cdef void leave_out(self, const uint8_t* kept) noexcept nogil
+    # Zero the values of components that are not `kept`; `value_runs` are [count][3] begin, end and
+    # component.
+    cdef void empty_values(
+        self, const int64_t* value_runs, Py_ssize_t count, const uint8_t* kept) noexcept nogil
 
-    cdef void _hold(
-        self, real* gradient, const int64_t* value_runs, Py_ssize_t count) noexcept nogil
+    cdef void _leave_out(self, real* step, const uint8_t* kept) noexcept nogil
     cdef void _share(self, Task task) noexcept nogil
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil

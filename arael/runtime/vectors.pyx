@@ -10,9 +10,9 @@ import numpy as np
 
 from libc.math cimport fabs
 from libc.stdint cimport int64_t, uint8_t
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy, memmove, memset
 
-from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.address cimport writable
 from arael.runtime.pool cimport Task, distribute
 from arael.runtime.totals cimport Totals
 
@@ -58,18 +58,22 @@ cdef class Vectors:
         self.components = components
         self._parts = count_parts(n)
         runs, ends = runs_of(n, component)
-        self._run = <const int64_t*>table_address(runs, 3)
-        self._ends = <const int64_t*>address(ends, np.int64)
+        self._run = <int64_t*>writable(runs, np.int64)
+        self._ends = <int64_t*>writable(ends, np.int64)
         # One array of doubles for all of these: small problems are solved in microseconds.
-        kept = np.zeros((len(runs) + components) * SUMS + 4 * components)
+        kept = np.zeros((len(runs) + components) * SUMS + 5 * components)
         cdef double* first = <double*>writable(kept, np.float64)
         self._sums = <Sums*>first
         self.sums = self._sums + len(runs)
         self.damping = first + (len(runs) + components) * SUMS
         self.along, self.across = self.damping + components, self.damping + 2 * components
-        self.active = <uint8_t*>(self.damping + 3 * components)
-        self.wanted = self.active + components
-        memset(self.active, 1, 2 * components)
+        self.active = <int64_t*>(self.damping + 3 * components)
+        self.wanted = <uint8_t*>(self.active + components)
+        memset(self.wanted, 1, components)
+        self.active_count = components
+        cdef Py_ssize_t k
+        for k in range(components):
+            self.active[k] = k
         self._at = totals.diagonal_at
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
@@ -90,8 +94,8 @@ cdef class Vectors:
         cdef Py_ssize_t c, k
         self._floor = floor
         self._share(take_part)
-        for c in range(self.components):
-            self.sums[c].largest = 0
+        for k in range(self.active_count):
+            self.sums[self.active[k]].largest = 0
         for k in range(self._ends[self._parts]):
             c = self._run[3 * k + 2]
             self.sums[c].largest = max(self.sums[c].largest, self._sums[k].largest)
@@ -101,11 +105,11 @@ cdef class Vectors:
         self._share(prepare_part)
 
     cdef void products(self) noexcept nogil:
-        cdef Py_ssize_t c, k
+        cdef Py_ssize_t k
         cdef Sums* one
         self._share(product_part)
-        for c in range(self.components):
-            one = &self.sums[c]
+        for k in range(self.active_count):
+            one = &self.sums[self.active[k]]
             one.slope = one.length = one.scaled = one.added = 0
         for k in range(self._ends[self._parts]):
             one = &self.sums[self._run[3 * k + 2]]
@@ -126,7 +130,8 @@ cdef class Vectors:
     cdef void take_descent(self) noexcept nogil:
         cdef Py_ssize_t c, k
         self._share(descent_part)
-        for c in range(self.components):
+        for k in range(self.active_count):
+            c = self.active[k]
             self.sums[c].descent_length = self.sums[c].descent_added = 0
         for k in range(self._ends[self._parts]):
             c = self._run[3 * k + 2]
@@ -137,42 +142,51 @@ cdef class Vectors:
         self._share(combine_part)
 
     cdef void scaled_gradient(self) noexcept nogil:
-        cdef Py_ssize_t c
-        for c in range(self.components):
-            self.sums[c].gradient = 0
+        cdef Py_ssize_t k
+        for k in range(self.active_count):
+            self.sums[self.active[k]].gradient = 0
         if self.single:
             self._scaled(<float*>self.gradient)
         else:
             self._scaled(<double*>self.gradient)
 
-    cdef void hold_inactive(
-        self, const int64_t* value_runs, Py_ssize_t count
-    ) noexcept nogil:
+    cdef void leave_out(self, const uint8_t* kept) noexcept nogil:
+        cdef Py_ssize_t k, found = 0
+        for k in range(self.active_count):
+            if kept[self.active[k]]:
+                self.active[found] = self.active[k]
+                found += 1
+        self.active_count = found
         if self.single:
-            self._hold(<float*>self.gradient, value_runs, count)
+            self._leave_out(<float*>self.step, kept)
         else:
-            self._hold(<double*>self.gradient, value_runs, count)
+            self._leave_out(<double*>self.step, kept)
 
-    cdef void _hold(
-        self, real* gradient, const int64_t* value_runs, Py_ssize_t count
+    cdef void empty_values(
+        self, const int64_t* value_runs, Py_ssize_t count, const uint8_t* kept
     ) noexcept nogil:
-        cdef Py_ssize_t i, k
+        cdef Py_ssize_t k, size = 4 if self.single else 8
         cdef const int64_t* run
-        cdef real* values = <real*>self.values
         for k in range(count):
             run = value_runs + 3 * k
-            if not self.active[run[2]]:
-                memset(&values[run[0]], 0, (run[1] - run[0]) * sizeof(real))
-        for k in range(self._ends[self._parts]):
-            run = self._run + 3 * k
-            if self.active[run[2]]:
-                continue
-            for i in range(run[0], run[1]):
-                gradient[i] = 0
-                values[self._at[i]] = 1
-                (<real*>self._own)[i] = 1
-                (<real*>self._diagonal)[i] = 1
-                (<real*>self.scale)[i] = 1
+            if not kept[run[2]]:
+                memset(<char*>self.values + run[0] * size, 0, (run[1] - run[0]) * size)
+
+    cdef void _leave_out(self, real* step, const uint8_t* kept) noexcept nogil:
+        cdef Py_ssize_t i, k, part, first = 0, end, found = 0
+        cdef int64_t* run
+        for part in range(self._parts):
+            end = self._ends[part + 1]
+            for k in range(first, end):
+                run = self._run + 3 * k
+                if kept[run[2]]:
+                    memmove(self._run + 3 * found, run, 3 * sizeof(int64_t))
+                    found += 1
+                    continue
+                for i in range(run[0], run[1]):
+                    step[i] = 0
+                    (<real*>self.damped)[i] = 1
+            first, self._ends[part + 1] = end, found
 
     cdef void _share(self, Task task) noexcept nogil:
         distribute(self.threads, self._parts, task, <void*>self)
@@ -185,17 +199,16 @@ cdef class Vectors:
         cdef real* scale = <real*>self.scale
         cdef const real* gradient = <const real*>self.gradient
         cdef double floor = self._floor, largest
-        begin = self._run[3 * self._ends[part]]
-        end = self._run[3 * self._ends[part + 1] - 2]
-        # Alone in its loop, so that many of these wait for memory at a time.
-        for i in range(begin, end):
-            own[i] = values[at[i]]
-        for i in range(begin, end):
-            diagonal[i] = <real>floor if own[i] < floor else own[i]
-            scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
         for k in range(self._ends[part], self._ends[part + 1]):
+            begin, end = self._run[3 * k], self._run[3 * k + 1]
+            # Alone in its loop, so that many of these wait for memory at a time.
+            for i in range(begin, end):
+                own[i] = values[at[i]]
+            for i in range(begin, end):
+                diagonal[i] = <real>floor if own[i] < floor else own[i]
+                scale[i] = diagonal[i] if scale[i] < diagonal[i] else scale[i]
             largest = 0
-            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+            for i in range(begin, end):
                 largest = max(largest, fabs(<double>gradient[i]))
             self._sums[k].largest = largest
 
@@ -261,9 +274,6 @@ cdef class Vectors:
         cdef real along, across
         for k in range(self._ends[part], self._ends[part + 1]):
             begin, end, c = self._run[3 * k], self._run[3 * k + 1], self._run[3 * k + 2]
-            if not self.active[c]:
-                memset(&step[begin], 0, (end - begin) * sizeof(real))
-                continue
             along, across = <real>self.along[c], <real>self.across[c]
             for i in range(begin, end):
                 step[i] = along * descent[i] + across * newton[i]
