@@ -70,8 +70,8 @@ cdef class Minimiser:
     cdef uint8_t* _marks                  # [components + 1] which are evaluated
     cdef uint8_t* _accepts                # [components]
     cdef bint _retiring                   # whether components have ended that are in the system
-    cdef double _settled                  # cost of components that have left the system, and of what
-                                          # reads nothing that is solved for
+    # Cost of components that have left the system, and of what reads nothing that is solved for.
+    cdef double _settled
     cdef object _memory                   # of components, sums and flags
 
     cdef void _run(self) noexcept nogil

@@ -325,3 +325,30 @@ def test_a_singular_chordal_start_is_bad_input(arael: Arael, loop: Path) -> None
     done = arael("solve", "pose_graph_2d", "loop.json", "--init", "chordal")
     assert done.code == 2
     assert "E0844" in done.err
+
+
+COMPONENTS = """
+struct Fit { param x: real
+    t: real
+    constraint low when x < 1 { x - 2 }
+    constraint high when x >= 1 { 3 * (x - t) } }
+root Fits { fits: list of Fit }
+"""
+
+
+def test_what_became_of_each_component(arael: Arael, tmp_path: Path) -> None:
+    """The one that stands at a jump of its cost is named; the exit code is that of the worst."""
+    model, data = tmp_path / "fits.arael", tmp_path / "fits.json"
+    model.write_text(COMPONENTS)
+    starts = [(2.0, 1.5), (0.0, 3.0), (4.0, 2.0)]
+    data.write_text(json.dumps({"fits": [{"x": x, "t": t} for x, t in starts]}))
+    done = arael("solve", model, data, "--interpret")
+    assert done.code == 1
+    assert "2 of 3 components converged; fits[1]: stalled" in done.out
+    found = arael("solve", model, data, "--interpret", "--json").json
+    assert found["status"] == "stalled" and not found["converged"]
+    (one,) = found["passes"]
+    assert one["components"]["count"] == 3
+    assert one["components"]["status"] == ["converged", "stalled", "converged"]
+    assert one["components"]["name"] == ["fits[0]", "fits[1]", "fits[2]"]
+    assert sum(one["components"]["end_cost"]) == pytest.approx(found["end_cost"])
