@@ -37,7 +37,8 @@ class LmConfig:
         answer, 1e-12 for a fit whose last digits count. A predicted decrease below the rounding
         noise of the cost (`Result.noise_floor`) always counts as none.
     max_iters :
-        Most attempts at a step, rejected ones counted. About twice what the trace shows you need.
+        Most attempts at a step, rejected ones counted, of each connected component of the problem.
+        About twice what the trace shows you need.
     min_iters :
         Accepted steps before the solve may have converged.
     patience :
@@ -53,7 +54,8 @@ class LmConfig:
     retry_budget :
         Most retries with one linearisation; 0: no limit of its own.
     cost_threshold :
-        The solve ends once the cost is at or below this; 0: off. For feasibility problems.
+        The solve ends once the cost of the whole is at or below this; 0: off. For feasibility
+        problems.
     gradient_tolerance :
         The solve ends when no entry of the gradient 2 J'r is larger; 0: off.
     parameter_tolerance :
