@@ -5,22 +5,10 @@ from libc.stdint cimport int32_t, int64_t, uint8_t
 from arael.runtime.box cimport Box
 from arael.runtime.component_lanes cimport ComponentLanes
 from arael.runtime.dogleg cimport Dogleg
-from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.record cimport History, Record
 from arael.runtime.levenberg.settings cimport Settings
-from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.levenberg.supervised cimport Supervised
 from arael.runtime.vectors cimport Vectors
-
-
-cdef enum:
-    FIRST_FACTOR = 0
-    LINEARISE
-    FACTOR
-    SOLVE
-    REFRESH
-    COST
-    PHASES
 
 
 # What became of a component. The layout of `COMPONENT` in lm.pyx.
@@ -33,12 +21,9 @@ ctypedef struct Ended:
     double predicted_decrease
 
 
-cdef class Minimiser:
-    cdef readonly Evaluation evaluation
-    cdef readonly LinearSolver solver
+cdef class Minimiser(Supervised):
     cdef readonly double start_cost
     cdef readonly double current_cost
-    cdef readonly Py_ssize_t attempts
     cdef readonly Py_ssize_t accepted
     cdef readonly Py_ssize_t factorisations  # failed ones counted
     cdef readonly double damping          # largest lambda of the next attempt
@@ -49,15 +34,7 @@ cdef class Minimiser:
     cdef readonly double noise_floor         # of the cost, by rounding
 
     cdef Settings _settings
-    cdef int _status
-    cdef object _watcher
     cdef object _driver
-    cdef object _failure
-    cdef History _history
-    cdef Record _now
-    cdef double[6] _phases
-    cdef double _began, _mark, _last_check
-
     cdef Box _box
     cdef Py_ssize_t _count                # of components
     cdef Py_ssize_t _running              # of those, that have not ended
@@ -99,8 +76,3 @@ cdef class Minimiser:
     cdef void _empty_retired(self) noexcept nogil
     cdef int _worst(self) noexcept nogil
     cdef void _finish(self) noexcept nogil
-    cdef bint _interrupted(self) noexcept nogil
-    cdef void _keep_record(self) noexcept nogil
-    cdef void _take_failure(self) noexcept nogil
-    cdef _show(self)
-    cdef void _lap(self, int phase) noexcept nogil

@@ -11,7 +11,6 @@ from arael.runtime.component_lanes import ComponentLanes
 from arael.runtime.components import Partition
 from arael.runtime.dogleg import Dogleg
 from arael.runtime.evaluation import Evaluation
-from arael.runtime.levenberg.record import RECORD as RECORD
 from arael.runtime.levenberg.settings import STATUSES as STATUSES
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.vectors import Vectors

@@ -10,7 +10,6 @@ become those of the identity, and blocks of lanes without others are not evaluat
 
 import numpy as np
 
-from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport NAN, isfinite, isnan, sqrt
 from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
@@ -24,15 +23,17 @@ from arael.runtime.evaluation cimport Evaluation
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.damping cimport next_damping
 from arael.runtime.levenberg.ends cimport after_attempt, at_linearisation, noise_of
-from arael.runtime.levenberg.record cimport History, Record
+from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, COST_THRESHOLD, CUSTOM, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, OBSERVER_TERMINATED,
-    RUNNING, Settings, TIME_LIMIT, badness, settings_of,
+    ABORTED, COST_THRESHOLD, CUSTOM, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, RUNNING, Settings,
+    TIME_LIMIT, badness, settings_of,
+)
+from arael.runtime.levenberg.supervised cimport (
+    COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE, Supervised,
 )
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Vectors
 
-from arael.runtime.levenberg.record import RECORD
 from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.records import check_record, probe_of
 
@@ -51,11 +52,8 @@ COMPONENT = np.dtype(
 ended_probe = probe_of(COMPONENT)
 check_record("Ended", COMPONENT, (<const Ended*>address(ended_probe, COMPONENT))[0], sizeof(Ended))
 
-# Seconds between looks at pending signals (Ctrl-C): each takes the GIL.
-cdef double SIGNAL_INTERVAL = 0.02
 
-
-cdef class Minimiser:
+cdef class Minimiser(Supervised):
     """One solve.
 
     Parameters
@@ -79,7 +77,7 @@ cdef class Minimiser:
         if bool(solver.single) != bool(evaluation.single):
             raise ValueError("the linear solver and the problem differ in precision")
         self.evaluation, self.solver, self._box = evaluation, solver, box
-        self._watcher = watcher
+        self.watch(watcher, min(config.max_iters, 1024) + 1)
         self._settings = settings_of(config, evaluation.dtype, evaluation.guarded, watched)
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
@@ -89,7 +87,6 @@ cdef class Minimiser:
             evaluation.size, evaluation.totals, evaluation.threads,
             None if partition is None else partition.of_scalar, self._count)
         self._make_components(None if partition is None else partition.guarded)
-        self._history = History(min(self._settings.max_iters, 1024) + 1)
         self.predicted_decrease = self.gradient_norm = self.noise_floor = NAN
 
     def _take_partition(self, partition):
@@ -138,23 +135,6 @@ cdef class Minimiser:
             failure, self._failure = self._failure, None
             raise failure
         return STATUSES[self._status]
-
-    @property
-    def history(self):
-        """Attempts so far, as a structured array of `RECORD`."""
-        return self._history.array()
-
-    @property
-    def timing(self):
-        """Seconds per phase."""
-        return {
-            "first_factor": self._phases[FIRST_FACTOR],
-            "linearise": self._phases[LINEARISE],
-            "factor": self._phases[FACTOR],
-            "solve": self._phases[SOLVE],
-            "refresh": self._phases[REFRESH],
-            "cost": self._phases[COST],
-        }
 
     @property
     def components(self):
@@ -646,82 +626,3 @@ cdef class Minimiser:
                 self.predicted_decrease += c.predicted_decrease
         self.gradient_norm = sqrt(left)
         self.noise_floor = noise_of(self.current_cost, energy, self._settings.epsilon)
-
-    # --- where Python comes in ---------------------------------------------------------------
-
-    cdef bint _interrupted(self) noexcept nogil:
-        cdef double now = seconds()
-        if now - self._last_check < SIGNAL_INTERVAL:
-            return False
-        self._last_check = now
-        with gil:
-            return self._signalled()
-
-    def _signalled(self):
-        try:
-            PyErr_CheckSignals()
-        except KeyboardInterrupt:
-            return True
-        except BaseException as error:
-            self._failure = error
-            return True
-        return False
-
-    def _start(self):
-        try:
-            self._watcher.started(self)
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
-
-    cdef void _take_failure(self) noexcept nogil:
-        if self.evaluation.raised.any or self.solver.raised.any:
-            with gil:
-                self._raise_later()
-
-    def _raise_later(self):
-        try:
-            self.solver.raised.again()
-            self.evaluation.raise_failure()
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
-
-    cdef _show(self):
-        try:
-            if not self._watcher.stepped(self, self._record()):
-                self._status = OBSERVER_TERMINATED
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
-
-    def _record(self):
-        """The present attempt as one structured scalar."""
-        record = np.zeros((), dtype=RECORD)
-        (<Record*>writable(record, RECORD))[0] = self._now
-        return record[()]
-
-    cdef void _keep_record(self) noexcept nogil:
-        if not self._history.keep(&self._now):
-            with gil:
-                self._make_place()
-            if not self._history.keep(&self._now):
-                return
-        self.attempts += 1
-
-    def _make_place(self):
-        # Python may find a signal here before the loop does.
-        try:
-            self._history.double()
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
-
-    cdef void _lap(self, int phase) noexcept nogil:
-        cdef double now = seconds()
-        self._phases[phase] += now - self._mark
-        self._mark = now

@@ -26,7 +26,7 @@ class Outcome:
 
     Attributes
     ----------
-    history : attempts, structured array of `arael.runtime.lm.RECORD`
+    history : attempts, structured array of `arael.runtime.levenberg.record.RECORD`
     timing : seconds per phase
     plan : what the linear solver chose and why
     components : what became of each connected component; None if all was solved as one
