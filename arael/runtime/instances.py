@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
+from arael.runtime.access import Array, Ints, StoreLike, gather
 from arael.runtime.layout import Group
 from arael.runtime.linear.memory import aligned
-from arael.runtime.tape import Natives
+from arael.runtime.tape import Natives, evaluate
+from arael.runtime.transposed import spread_rows
 
 
 class Instances:
@@ -68,34 +69,25 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
         inputs = [gather(store, group.slots, slot_rows, raw) for raw in group.raw]
-        found = outputs(group.prepare, inputs, n, natives)
+        values = evaluate(group.prepare, inputs, np.float64, natives)
+        found = [values[k] for k in group.prepare.outputs]
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):
                 data[:, k] = found[k]
             for k in range(group.uniform_count):
-                uniform[k] = found[group.data_count + k][0]
+                uniform[k] = found[group.data_count + k].flat[0]
     return Instances(rows, data, uniform)
 
 
 def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
     n, k = values.shape
-    if order is not None:
-        values = values[order]
     blocks = -(-n // lanes)
-    if n == 0:
-        return np.zeros((0, k, lanes), dtype=values.dtype)
-    if blocks == 1:  # of which there may be hundreds
-        only = np.empty((1, k, lanes), dtype=values.dtype)
-        only[0, :, :n] = values.T
-        only[0, :, n:] = values[-1][:, None]
-        return only
-    found = _on_lines((blocks, k, lanes), values.dtype)
-    whole = n // lanes
-    found[:whole] = values[: whole * lanes].reshape(whole, lanes, k).transpose(0, 2, 1)
-    if whole < blocks:
-        found[whole, :, : n - whole * lanes] = values[whole * lanes :].T
-        found[whole, :, n - whole * lanes :] = values[-1][:, None]
+    shape = blocks, k, lanes
+    # One block needs no alignment, of which there may be hundreds.
+    found = _on_lines(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
+    if n:
+        spread_rows(np.ascontiguousarray(values), lanes, order, found)
     return found
 
 

@@ -25,6 +25,8 @@ from functools import cached_property
 from typing import Literal
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from arael.runtime.tape import Tape
 
@@ -300,6 +302,22 @@ def pair_count(uses: int) -> int:
     return uses * (uses + 1) // 2
 
 
+def coupled_pairs(group: Group) -> NDArray[np.uint8]:
+    """(pairs,) whether some residual reads both uses of a pair; blocks of others stay zero.
+
+    Each use is coupled with itself.
+    """
+    residuals: list[set[int]] = [set() for _ in group.uses]
+    for residual, use, _ in group.jacobian:
+        residuals[use].add(residual)
+    found = np.zeros(pair_count(len(residuals)), dtype=np.uint8)
+    for a, ones in enumerate(residuals):
+        for b in range(a):
+            found[pair_of(a, b)] = not ones.isdisjoint(residuals[b])
+        found[pair_of(a, a)] = 1
+    return found
+
+
 class BlockEnd(msgspec.Struct, frozen=True):
     """Entity whose parameters give the rows or columns of a block, and the way to its row."""
 
@@ -408,6 +426,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         lines = [f"const {c.name} = {c.text}" for c in self.constants]
         lines += [f.item for f in self.functions]
         return "".join(f"{line}\n" for line in lines)
+
+    @cached_property
+    def coupled(self) -> tuple[NDArray[np.uint8], ...]:
+        """`coupled_pairs` of all groups."""
+        return tuple(coupled_pairs(group) for group in self.groups)
 
     @cached_property
     def _by_path(self) -> dict[str, Table]:

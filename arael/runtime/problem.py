@@ -17,6 +17,7 @@ from arael.runtime.failures import SolveError
 from arael.runtime.instances import Instances, gather_instances
 from arael.runtime.layout import Layout, ParamUse
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.small import small_solver
 from arael.runtime.native_binding import Binding
 from arael.runtime.natives import NativeTable
 from arael.runtime.positions import (
@@ -195,6 +196,11 @@ class Problem:
         ``eliminate`` may also name collections: ``"landmarks"``, or several of them; without it
         those that the model says to marginalize are eliminated, if it says so.
         """
+        single = self.layout.precision == "f32"
+        small = small_solver(name, self.structure.pattern, single, options)
+        if small is not None:
+            return small
+        # Imported here, so that a solve of a small problem does not load the analysis.
         from arael.runtime.linear.auto import make_solver
 
         if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
@@ -203,9 +209,7 @@ class Problem:
         names = [chosen] if isinstance(chosen, str) else list(chosen)
         if chosen != "auto" and all(isinstance(name, str) for name in names):
             options["eliminate"] = blocks_of(self.structure.system, names)
-        solver: LinearSolver = make_solver(
-            name, self.structure.pattern, self.layout.precision == "f32", **options
-        )
+        solver: LinearSolver = make_solver(name, self.structure.pattern, single, **options)
         return solver
 
     def write_back(self) -> None:

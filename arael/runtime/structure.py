@@ -12,8 +12,7 @@ from arael.runtime.access import Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.placement import Placement, placement_of, uncoupled_pairs
-from arael.runtime.placing import SMALL, Batch
+from arael.runtime.placement import Placement, pattern_and_placements
 from arael.runtime.system import System, build_system, free_scalars, row_name
 from arael.runtime.tape import Natives
 
@@ -48,7 +47,9 @@ def structure_of(
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     system = build_system(store, free)
-    pattern, placements = _pattern_and_placements(layout.groups, slot_rows, active, system)
+    pattern, placements = pattern_and_placements(
+        layout.groups, layout.coupled, slot_rows, active, system
+    )
     trash = max((entity.tangent for entity in layout.entities), default=1)
     return Structure(
         store.structure_version,
@@ -118,55 +119,3 @@ def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
             )
         found.append(rows)
     return found
-
-
-def _pattern_and_placements(
-    groups: tuple[Group, ...], slot_rows: list[list[Ints]], active: list[Ints], system: System
-) -> tuple[BlockPattern, list[Placement]]:
-    """Blocks that are coupled, and where each group's contributions go in them."""
-    small = [k for k, rows in enumerate(active) if 0 < len(rows) <= SMALL and slot_rows[k]]
-    batch = Batch([groups[k] for k in small], [slot_rows[k] for k in small], system)
-    alone = sorted(set(range(len(groups))) - set(small))
-    rows, columns = ([part] for part in batch.pairs())
-    for k in alone:
-        _couple(groups[k], slot_rows[k], system, rows, columns)
-    pattern = BlockPattern.from_pairs(
-        system.sizes,
-        np.concatenate(rows),
-        np.concatenate(columns),
-        system.name_of,
-        by_rows=_by_rows(groups, slot_rows, system),
-    )
-    placements = dict(zip(small, batch.placements(pattern), strict=True))
-    for k in alone:
-        placements[k] = placement_of(groups[k], slot_rows[k], len(active[k]), system, pattern)
-    return pattern, [placements[k] for k in range(len(groups))]
-
-
-def _by_rows(groups: tuple[Group, ...], slot_rows: list[list[Ints]], system: System) -> bool:
-    """Whether most leads stand behind what they are coupled with, in the order of the system."""
-    behind = before = 0
-    for group, ways in zip(groups, slot_rows, strict=True):
-        if not group.lead:
-            continue
-        blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
-        lead = blocks[group.lead[0]]
-        for block in blocks:
-            both = (block >= 0) & (lead >= 0)
-            behind += int((both & (lead > block)).sum())
-            before += int((both & (lead < block)).sum())
-    return behind > before
-
-
-def _couple(
-    group: Group, ways: list[Ints], system: System, rows: list[Ints], columns: list[Ints]
-) -> None:
-    """Add the blocks that the instances of a group couple with each other."""
-    blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
-    uncoupled = uncoupled_pairs(group)
-    for a in range(len(blocks)):
-        for b in range(a):
-            if (a, b) not in uncoupled:
-                both = (blocks[a] >= 0) & (blocks[b] >= 0)
-                rows.append(blocks[a][both])
-                columns.append(blocks[b][both])

@@ -159,16 +159,26 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
         rows = np.flatnonzero(moves.any(axis=1))
-        number = np.full(len(moves), -1, dtype=np.int64)
-        first = np.full(len(moves), -1, dtype=np.int64)
-        number[rows] = block + np.arange(len(rows))
-        first[rows] = scalar + entity.tangent * np.arange(len(rows))
+        every = bool(moves.size) and bool(moves.all())
+        if every:
+            number = np.arange(block, block + len(rows), dtype=np.int64)
+            first = np.arange(
+                scalar, scalar + entity.tangent * len(rows), entity.tangent, dtype=np.int64
+            )
+        else:
+            number = np.full(len(moves), -1, dtype=np.int64)
+            first = np.full(len(moves), -1, dtype=np.int64)
+            number[rows] = block + np.arange(len(rows))
+            first[rows] = scalar + entity.tangent * np.arange(len(rows))
+            held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         blocks.append(EntityBlocks(first, number, moves))
         sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
-        held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
             one = _bounds(layout, entity, end, open_end)
-            ends.append(np.where(moves[rows], one, open_end).ravel())
+            if every:
+                ends.append(np.tile(one, len(rows)))
+            else:
+                ends.append(np.where(moves[rows], one, open_end).ravel())
         block += len(rows)
         scalar += entity.tangent * len(rows)
     return System(
