@@ -87,7 +87,7 @@ def solve(
     layout = layout_of(model)
     if observer is not None:
         settings["observer"] = observer
-    base = (config or LmConfig()).with_()
+    base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**one.config).with_(**settings) for one in schedule]
     given = [freeze] if isinstance(freeze, str) else list(freeze)
@@ -110,7 +110,7 @@ def solve(
             with use.lock:
                 problem = session.refreshed(_posed(model)[1], frozen)
                 if problem is None:
-                    problem = session.keep(problem_of(model, frozen))
+                    problem = session.keep(problem_of(model, frozen, keep_idle=True))
             problem.check_start()
             linear, seconds = session.linear(problem, solver, options)
             try:
@@ -129,10 +129,13 @@ def solve(
     return joined(results, layout.name)
 
 
-def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
+def problem_of(
+    model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False
+) -> Problem:
     """The problem that a model poses at its present values.
 
-    What has not changed since the last solve is taken over from there.
+    What has not changed since the last solve is taken over from there. With `keep_idle` parameters
+    that were fixed since may stay in its system, held.
     """
     compiled = model._compiled
     bindings = getattr(compiled, "bindings", None) or {}
@@ -146,6 +149,7 @@ def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
             programs=programs,
             bindings={**bindings, **getattr(store, "bindings", {})},
             earlier=session_of(model).earlier,
+            keep_idle=keep_idle,
         )
 
 

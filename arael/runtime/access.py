@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.rearranged import taken
 from arael.runtime.tape import Natives, Tape, evaluate
 
 Array = NDArray[Any]
@@ -36,8 +37,8 @@ class TableLike(Protocol):
         """Changes whenever values of parameters do; None where that is not counted."""
 
     @property
-    def flags_version(self) -> int | None:
-        """Changes whenever parameters are fixed or freed; None where that is not counted."""
+    def flags_version(self) -> Any:
+        """Changes whenever parameters are fixed or freed, or become absent; None: not known."""
 
     def column(self, path: str) -> Array:
         """Live values (size, *shape)."""
@@ -128,10 +129,12 @@ def _follow(targets: Array, rows: Ints) -> Ints:
     return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
 
 
-def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw) -> Array:
+def gather(
+    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw, there: bool = False
+) -> Array:
     """One raw input for all instances as f64; a column of the root comes as a scalar.
 
-    Rows that are -1 read as NaN: only a guard looks at them.
+    Rows that are -1 read as NaN: only a guard looks at them. With `there` no row is -1.
     """
     path = slots[raw.slot].table
     table = store.tables[path]
@@ -139,10 +142,12 @@ def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw
         values = np.asarray(table.present(raw.column[:-1]))
     else:
         values = np.asarray(table.column(raw.column))
-    flat = values.reshape(table.size, prod(values.shape[1:]))
+    flat = values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
     if path == "":
         return np.asarray(flat[0, raw.component], dtype=np.float64)
     at = rows[raw.slot]
+    if there:
+        return taken(np.ascontiguousarray(flat), raw.component, at)
     if len(flat) == 0:
         return np.full(len(at), np.nan)
     found = flat[np.maximum(at, 0), raw.component].astype(np.float64)

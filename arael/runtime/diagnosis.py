@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,6 +26,14 @@ def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal
         touches a parameter, E1004 all derivatives with respect to a parameter are zero, or their
         squares are.
     """
+    if (
+        math.isfinite(cost)
+        and len(diagonal)
+        and diagonal.min() > 0  # false where one is NaN
+        and math.isfinite(diagonal.max())
+        and np.isfinite(gradient).all()
+    ):
+        return
     if not np.isfinite(cost):
         raise SolveError(non_finite(problem, derivatives=False))
     if not (np.isfinite(gradient).all() and np.isfinite(diagonal).all()):

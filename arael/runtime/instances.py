@@ -8,9 +8,8 @@ import numpy as np
 
 from arael.runtime.access import Array, Ints, StoreLike, gather
 from arael.runtime.layout import Group
-from arael.runtime.linear.memory import aligned
 from arael.runtime.tape import Natives, evaluate
-from arael.runtime.transposed import spread_rows
+from arael.runtime.rearranged import aligned_empty, spread_rows
 
 
 class Instances:
@@ -68,7 +67,7 @@ def gather_instances(
     data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
-        inputs = [gather(store, group.slots, slot_rows, raw) for raw in group.raw]
+        inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
         values = evaluate(group.prepare, inputs, np.float64, natives)
         found = [values[k] for k in group.prepare.outputs]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -84,8 +83,9 @@ def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     n, k = values.shape
     blocks = -(-n // lanes)
     shape = blocks, k, lanes
-    # One block needs no alignment, of which there may be hundreds.
-    found = _on_lines(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
+    # On lines of the cache, so that no register of lanes is read from two; one block, of which there
+    # may be hundreds, does without.
+    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
     if n:
         spread_rows(np.ascontiguousarray(values), lanes, order, found)
     return found
@@ -100,9 +100,3 @@ def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
     data = np.empty_like(found)
     data[order] = found
     return data
-
-
-def _on_lines(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
-    """Room that begins with a cache line, so that no register of lanes is read from two."""
-    count = int(np.prod(shape))
-    return aligned(count, dtype)[:count].reshape(shape)

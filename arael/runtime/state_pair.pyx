@@ -146,7 +146,7 @@ cdef class StatePair:
             first = np.ascontiguousarray(system.blocks[e].first, dtype=np.int32)
             self._keep.append(first)
             one.delta_at = <const int32_t*>address(first, np.int32, rows)
-            one.rows, one.moving = rows, rows if (first >= 0).any() else 0
+            one.rows, one.moving = rows, rows if system.blocks[e].free.any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             uses = np.array(
                 [(u.stored_start, u.stored, u.tangent_start, u.tangent) for u in entity.params],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,12 @@ from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.placement import Placement, pattern_and_placements
-from arael.runtime.system import System, build_system, free_scalars, row_name
+from arael.runtime.system import System, build_system, free_scalars, hold, row_name
 from arael.runtime.tape import Natives
+
+# Blocks in which nothing moves stay in a system up to this many, or up to this part of all.
+_FEW_IDLE = 2
+_IDLE = 0.1
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,7 @@ class Structure:
     pattern: BlockPattern
     placements: tuple[Placement, ...]
     trash: int  # scalars behind the gradient; its square behind the values
+    idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
     shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
 
 
@@ -38,11 +43,23 @@ def structure_of(
     frozen: frozenset[str] = frozenset(),
     known: Structure | None = None,
     natives: Natives | None = None,
+    keep_idle: bool = False,
 ) -> Structure:
-    """The structure of a store; `known` itself if nothing of it has changed."""
+    """The structure of a store; `known` itself if nothing of it has changed.
+
+    With `keep_idle`, rows that were fixed since `known` was made stay in the system with all their
+    scalars held, so that pattern and placements stay too (`_with_other_flags`). Without it the
+    structure is that of the store alone.
+    """
     layout = store.layout
-    if known is not None and _still_holds(store, frozen, known, natives):
-        return known
+    if known is not None and (keep_idle or not known.idle):
+        same_rows = _same_rows(store, known, natives)
+        if same_rows and _same_flags(store, frozen, known):
+            return known
+        if same_rows and keep_idle:
+            found = _with_other_flags(store, frozen, known)
+            if found is not None:
+                return found
     active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
@@ -64,10 +81,8 @@ def structure_of(
     )
 
 
-def _still_holds(
-    store: StoreLike, frozen: frozenset[str], known: Structure, natives: Natives | None
-) -> bool:
-    """Whether rows, refs, guards and what moves are as they were when `known` was made."""
+def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:
+    """Whether rows, refs and guards are as they were when `known` was made."""
     if known.system.store is not store or known.version != store.structure_version:
         return False
     for group, active in zip(store.layout.groups, known.active, strict=True):
@@ -75,6 +90,11 @@ def _still_holds(
             active_rows(store, group, natives), active
         ):
             return False
+    return True
+
+
+def _same_flags(store: StoreLike, frozen: frozenset[str], known: Structure) -> bool:
+    """Whether what moves is what moved when `known` was made."""
     for entity, blocks, version in zip(
         store.layout.entities, known.system.blocks, known.flags, strict=True
     ):
@@ -84,6 +104,34 @@ def _still_holds(
         if not np.array_equal(free_scalars(store, entity, frozen), blocks.free):
             return False
     return True
+
+
+def _with_other_flags(
+    store: StoreLike, frozen: frozenset[str], known: Structure
+) -> Structure | None:
+    """The structure with other scalars held, on the same blocks; None if it takes new ones.
+
+    What moves must be in the system. Blocks in which nothing moves are held whole: they have an
+    identity row, no gradient and no step, so that all else is as if they were not there. Few of
+    them are worth keeping, since they are factorised with the others.
+    """
+    layout, system = store.layout, known.system
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    idle = 0
+    for moves, blocks in zip(free, system.blocks, strict=True):
+        moving = moves.any(axis=1)
+        if (moving & (blocks.first < 0)).any():
+            return None
+        idle += int((~moving & (blocks.first >= 0)).sum())
+    if idle > max(_FEW_IDLE, _IDLE * len(system.sizes)):
+        return None
+    return replace(
+        known,
+        flags=tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        frozen=frozen,
+        system=hold(system, free),
+        idle=idle,
+    )
 
 
 def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:

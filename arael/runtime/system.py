@@ -33,12 +33,19 @@ class EntityBlocks:
     block: Ints
     free: Bools
 
+    @cached_property
+    def solved(self) -> Bools:
+        """(rows,) whether some scalar of the row moves."""
+        found: Bools = self.free.any(axis=1)
+        return found
+
 
 @dataclass(frozen=True)
 class System:
     """Blocks in order of entities as the layout lists them, rows in table order.
 
     An entity row with at least one free scalar is a whole block; its other scalars are `held`.
+    A session keeps the blocks of rows that were fixed since: all their scalars are `held`.
 
     Attributes
     ----------
@@ -190,6 +197,33 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         np.concatenate([np.zeros(0), *low]),
         np.concatenate([np.zeros(0), *high]),
         tuple(starts),
+    )
+
+
+def hold(system: System, free: list[Bools]) -> System:
+    """The same blocks with other scalars held: `free` as for `build_system`.
+
+    Rows in which nothing moves keep their blocks. What moves must have one.
+    """
+    blocks, held, low, high = [], [], [], []
+    for entity, known, start, moves in zip(
+        system.layout.entities, system.blocks, system.starts, free, strict=True
+    ):
+        blocks.append(EntityBlocks(known.first, known.block, moves))
+        inside = moves[known.first >= 0]
+        held.append(start + np.flatnonzero(~inside.ravel()))
+        for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
+            one = _bounds(system.layout, entity, end, open_end)
+            ends.append(np.where(inside, one, open_end).ravel())
+    return System(
+        system.layout,
+        system.store,
+        tuple(blocks),
+        system.sizes,
+        np.concatenate([np.zeros(0, np.int64), *held]),
+        np.concatenate([np.zeros(0), *low]),
+        np.concatenate([np.zeros(0), *high]),
+        system.starts,
     )
 
 

@@ -42,24 +42,35 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     """
     n = pattern.size
     kd = half_bandwidth(pattern)
-    scale = SINGLE if single else 1.0
     banded = (band_flops(n, kd), n * (kd + 1))
-    # A wide band leaves the second cache.
-    rate = 90.0 if kd <= _NARROW else 65.0
-    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / rate
+    scale = SINGLE if single else 1.0
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.
     scattered = _scattered(pattern, analysis)
     cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0 + scattered * 1e6
     return {
         "dense": dense_cost(n, single),
-        "band": Cost(*banded, scale * band * 1e-6),
-        "sparse": Cost(
-            analysis.flops, analysis.nnz, scale * (100e-6 + analysis.milliseconds + scattered)
-        ),
+        "band": band_cost(pattern, single),
+        "sparse": sparse_cost(pattern, single, analysis),
         "lapack_band": Cost(*banded, scale * lapack * 1e-6),
         "cholmod": Cost(analysis.flops, analysis.nnz, cholmod * 1e-6),
     }
+
+
+def band_cost(pattern: BlockPattern, single: bool) -> Cost:
+    """Cost of the band solver; it needs no symbolic factor."""
+    n, kd = pattern.size, half_bandwidth(pattern)
+    flops = band_flops(n, kd)
+    # A wide band leaves the second cache.
+    rate = 90.0 if kd <= _NARROW else 65.0
+    nanoseconds = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + flops / rate
+    return Cost(flops, n * (kd + 1), (SINGLE if single else 1.0) * nanoseconds * 1e-6)
+
+
+def sparse_cost(pattern: BlockPattern, single: bool, analysis: Analysis) -> Cost:
+    """Cost of the sparse solver with a symbolic factor."""
+    milliseconds = 100e-6 + analysis.milliseconds + _scattered(pattern, analysis)
+    return Cost(analysis.flops, analysis.nnz, (SINGLE if single else 1.0) * milliseconds)
 
 
 def _scattered(pattern: BlockPattern, analysis: Analysis) -> float:
