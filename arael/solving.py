@@ -129,9 +129,7 @@ def solve(
     return joined(results, layout.name)
 
 
-def problem_of(
-    model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False
-) -> Problem:
+def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:
     """The problem that a model poses at its present values.
 
     What has not changed since the last solve is taken over from there. With `keep_idle` parameters

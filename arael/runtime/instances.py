@@ -8,8 +8,8 @@ import numpy as np
 
 from arael.runtime.access import Array, Ints, StoreLike, gather
 from arael.runtime.layout import Group
-from arael.runtime.tape import Natives, evaluate
 from arael.runtime.rearranged import aligned_empty, spread_rows
+from arael.runtime.tape import Natives, evaluate
 
 
 class Instances:
@@ -83,8 +83,8 @@ def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     n, k = values.shape
     blocks = -(-n // lanes)
     shape = blocks, k, lanes
-    # On lines of the cache, so that no register of lanes is read from two; one block, of which there
-    # may be hundreds, does without.
+    # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
+    # of which there may be hundreds, does without.
     found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
     if n:
         spread_rows(np.ascontiguousarray(values), lanes, order, found)

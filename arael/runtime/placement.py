@@ -71,9 +71,7 @@ def pattern_and_placements(
     for (_, _, block), chosen in zip(used, coupled, strict=True):
         count = add_keys(block, chosen, nb, keys, count)
     # Values lie by rows if most leads stand behind what they are coupled with.
-    pattern = BlockPattern.from_keys(
-        system.sizes, keys[:count], system.name_of, by_rows=behind > 0
-    )
+    pattern = BlockPattern.from_keys(system.sizes, keys[:count], system.name_of, by_rows=behind > 0)
     nowhere = pattern.value_count
     return pattern, [
         Placement(rows, gradient_at, *placed_pairs(block, chosen, pattern, nowhere))

@@ -136,15 +136,11 @@ class Problem:
     def _same_ways(self, number: int, before: Structure) -> bool:
         """Whether a group reads the rows that it read in an earlier structure."""
         now = self.structure
-        return (
-            now.slot_rows is before.slot_rows
-            or np.array_equal(now.active[number], before.active[number])
-            and all(
-                np.array_equal(rows, others)
-                for rows, others in zip(
-                    now.slot_rows[number], before.slot_rows[number], strict=True
-                )
-            )
+        if now.slot_rows is before.slot_rows:
+            return True
+        return np.array_equal(now.active[number], before.active[number]) and all(
+            np.array_equal(rows, others)
+            for rows, others in zip(now.slot_rows[number], before.slot_rows[number], strict=True)
         )
 
     def _own_data(self, earlier: Problem) -> dict[int, Instances]:

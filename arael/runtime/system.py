@@ -36,8 +36,7 @@ class EntityBlocks:
     @cached_property
     def solved(self) -> Bools:
         """(rows,) whether some scalar of the row moves."""
-        found: Bools = self.free.any(axis=1)
-        return found
+        return np.asarray(self.free.any(axis=1))
 
 
 @dataclass(frozen=True)
@@ -205,7 +204,10 @@ def hold(system: System, free: list[Bools]) -> System:
 
     Rows in which nothing moves keep their blocks. What moves must have one.
     """
-    blocks, held, low, high = [], [], [], []
+    blocks: list[EntityBlocks] = []
+    held: list[Ints] = []
+    low: list[Floats] = []
+    high: list[Floats] = []
     for entity, known, start, moves in zip(
         system.layout.entities, system.blocks, system.starts, free, strict=True
     ):

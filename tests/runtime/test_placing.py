@@ -71,10 +71,7 @@ def test_contributions_go_to_the_blocks_of_what_is_used(net: Any) -> None:
         problem.layout.groups, structure.slot_rows, structure.placements, strict=True
     ):
         together = {
-            (a, b)
-            for r, a, _ in group.jacobian
-            for s, b, _ in group.jacobian
-            if r == s
+            (a, b) for r, a, _ in group.jacobian for s, b, _ in group.jacobian if r == s
         } | {(a, a) for a in range(len(group.uses))}
         for k in range(len(ways[0])):
             blocks = []

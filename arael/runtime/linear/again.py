@@ -1,8 +1,9 @@
 """A solver for a pattern that has changed a little: as the one before, without comparing others.
 
-A row appended to a large problem couples two more blocks, or adds one. What suits the problem stays
-what it was, so only the chosen ordering and symbolic factor are computed. When the problem has grown,
-or a factorisation is predicted to take longer than what was compared, all are compared again.
+A row appended to a large problem couples two more blocks, or adds one. What suits the problem
+stays what it was, so only the chosen ordering and symbolic factor are computed. When the problem
+has grown, or a factorisation is predicted to take longer than what was compared, all solvers are
+compared again.
 """
 
 from __future__ import annotations
@@ -41,9 +42,7 @@ class Choice:
             return None
         if plan["solver"] == "sparse" and "ordering" not in plan:
             return None
-        return cls(
-            plan["solver"], plan.get("ordering", ""), plan["n"], float(plan["predicted_ms"])
-        )
+        return cls(plan["solver"], plan.get("ordering", ""), plan["n"], float(plan["predicted_ms"]))
 
     def made_again(self, pattern: BlockPattern, single: bool) -> LinearSolver | None:
         """A solver of this choice for another pattern; None if all are to be compared."""
@@ -70,8 +69,8 @@ class Choice:
             solver = SparseSolver(pattern, single, analysis=analysis)
         solver.plan.update(
             asked="auto",
-            why=f"{self.name} was the fastest for {self.unknowns} unknowns before rows were added "
-            f"or removed, and is predicted to factorise {pattern.size} in {cost.milliseconds:.3g} ms",
+            why=f"{self.name} was chosen for {self.unknowns} unknowns earlier in this session, and "
+            f"is predicted to factorise {pattern.size} in {cost.milliseconds:.3g} ms",
             precision="f32" if single else "f64",
             predicted_ms=cost.milliseconds,
             orderings={self.ordering: cost.flops} if self.ordering else {},

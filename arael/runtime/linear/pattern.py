@@ -101,10 +101,10 @@ class BlockPattern:
         name_of: Callable[[int], str] | None = None,
         by_rows: bool = False,
     ) -> BlockPattern:
-        """Build from ``lower * nb + higher`` of each coupled pair, in any order; see `from_pairs`."""
+        """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
         arrays = pattern_arrays(sizes, np.sort(keys), by_rows)
-        return cls(sizes, *arrays, **({} if name_of is None else {"name_of": name_of}))
+        return cls(sizes, *arrays) if name_of is None else cls(sizes, *arrays, name_of)
 
     def find(self, rows: Ints, columns: Ints) -> Ints:
         """Offset in the values of each block ``(max, min)`` of the given pairs; all must exist."""
