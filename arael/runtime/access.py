@@ -89,10 +89,12 @@ class Walker:
     store : the model instance
     table : path of the table where the ways begin
     rows : (n,) rows to begin from
+    whole : whether these are all rows of the table, in order
     """
 
-    def __init__(self, store: StoreLike, table: str, rows: Ints) -> None:
+    def __init__(self, store: StoreLike, table: str, rows: Ints, whole: bool = False) -> None:
         self._store = store
+        self._whole = whole
         self._start = table
         self._known: dict[tuple[Step, ...], tuple[str, Ints]] = {(): (table, rows)}
 
@@ -109,21 +111,26 @@ class Walker:
 
     def _walk(self, steps: tuple[Step, ...]) -> tuple[str, Ints]:
         if steps not in self._known:
-            self._known[steps] = self._take(steps[-1], *self._walk(steps[:-1]))
+            path, rows = self._walk(steps[:-1])
+            self._known[steps] = self._take(
+                steps[-1], path, rows, self._whole and len(steps) == 1
+            )
         return self._known[steps]
 
-    def _take(self, step: Step, path: str, rows: Ints) -> tuple[str, Ints]:
+    def _take(self, step: Step, path: str, rows: Ints, whole: bool) -> tuple[str, Ints]:
         if step.kind == "root":
             return "", np.zeros(len(rows), dtype=np.int64)
         layout, table = self._store.layout.table(path), self._store.tables[path]
         if step.kind == "parent":
-            return layout.parent, _follow(np.asarray(table.parent_rows()), rows)
+            return layout.parent, _follow(np.asarray(table.parent_rows()), rows, whole)
         target = layout.column(step.ref).target
         assert target is not None
-        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows)
+        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows, whole)
 
 
-def _follow(targets: Array, rows: Ints) -> Ints:
+def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
+    if whole:
+        return np.asarray(targets, dtype=np.int64)
     if len(targets) == 0:
         return np.full(len(rows), -1, dtype=np.int64)
     return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)

@@ -160,6 +160,22 @@ def pattern_arrays(sizes, keys, bint by_rows):
     return column_start, rows, value_start
 
 
+def diagonal_of(pattern):
+    """(n,) int64 offset in the values of each diagonal scalar of a pattern."""
+    cdef Py_ssize_t nb = pattern.block_count, column, k, size
+    cdef const int64_t* sizes = ints(pattern.sizes)
+    cdef const int64_t* start = ints(pattern.column_start)
+    cdef const int64_t* place = ints(pattern.value_start)
+    found = np.empty(pattern.size, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(found, np.int64)
+    for column in range(nb):
+        size = sizes[column]
+        for k in range(size):
+            to[k] = place[start[column]] + k * (size + 1)
+        to += size
+    return found
+
+
 cdef inline Py_ssize_t found_in(
     const int64_t* rows, Py_ssize_t begin, Py_ssize_t end, int64_t row
 ) noexcept nogil:

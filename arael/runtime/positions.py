@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from arael.runtime.access import Array, Bools, Ints
+from arael.runtime.couplings import diagonal_of
 from arael.runtime.linear.pattern import BlockPattern
 
 
 def diagonal_positions(pattern: BlockPattern) -> Ints:
     """(n,) offset of each diagonal scalar."""
-    start = pattern.value_start[pattern.column_start[:-1]]
-    sizes = pattern.sizes
-    inner = np.arange(pattern.size) - np.repeat(pattern.offsets[:-1], sizes)
-    return np.repeat(start, sizes) + inner * (np.repeat(sizes, sizes) + 1)
+    return diagonal_of(pattern)
 
 
 def coordinates(pattern: BlockPattern) -> tuple[Ints, Ints]:

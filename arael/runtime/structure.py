@@ -147,13 +147,14 @@ def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) 
 
 
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
-    walker = Walker(store, group.table, active)
+    whole = group.guard is None  # then all rows are active
+    walker = Walker(store, group.table, active, whole)
     found = []
     needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
     for number, slot in enumerate(group.slots):
         rows = walker.rows(slot)
         # What only a guard looks at may be null where the guard holds.
-        if number in needed and len(rows) and rows.min() < 0:
+        if slot.steps and number in needed and len(rows) and rows.min() < 0:
             at = int(np.argmin(rows >= 0))
             place = row_name(store, group.table, int(active[at]))
             raise SolveError(

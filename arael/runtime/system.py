@@ -181,7 +181,9 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
         for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
             one = _bounds(layout, entity, end, open_end)
-            if every:
+            if one is None:
+                ends.append(np.full(entity.tangent * len(rows), open_end))
+            elif every:
                 ends.append(np.tile(one, len(rows)))
             else:
                 ends.append(np.where(moves[rows], one, open_end).ravel())
@@ -216,7 +218,10 @@ def hold(system: System, free: list[Bools]) -> System:
         held.append(start + np.flatnonzero(~inside.ravel()))
         for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
             one = _bounds(system.layout, entity, end, open_end)
-            ends.append(np.where(inside, one, open_end).ravel())
+            if one is None:
+                ends.append(np.full(inside.size, open_end))
+            else:
+                ends.append(np.where(inside, one, open_end).ravel())
     return System(
         system.layout,
         system.store,
@@ -229,14 +234,16 @@ def hold(system: System, free: list[Bools]) -> System:
     )
 
 
-def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats:
-    """(tangent,) one end of the bounds of an entity's scalars."""
-    found = np.full(entity.tangent, open_end)
+def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats | None:
+    """(tangent,) one end of the bounds of an entity's scalars; None where all are open."""
+    found: Floats | None = None
     for use in entity.params:
         param = layout.table(entity.table).column(use.column).param
         if param is None:
             continue
         for k, bound in enumerate(param.high if end else param.low):
             if bound is not None:
+                if found is None:
+                    found = np.full(entity.tangent, open_end)
                 found[use.tangent_start + k] = bound
     return found
