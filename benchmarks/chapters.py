@@ -16,6 +16,7 @@ from benchmarks import (
     runtime_residuals,
     scale,
     schur,
+    small,
     threads,
 )
 from benchmarks.measure import machine
@@ -32,6 +33,7 @@ OWN: dict[str, Chapter] = {
     "kernels": lambda plan, picture: kernels.run(),
     "schur": lambda plan, picture: schur.run(plan),
     "residuals": runtime_residuals.run,
+    "small": small.run,
     "threads": threads.run,
     "scale": scale.run,
     "cold": cold.run,
