@@ -6,7 +6,10 @@ Each test would fail on a piece that is stale.
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -235,3 +238,103 @@ def test_after_each_edit_twice_a_session_solves_as_a_fresh_one(net: type, name: 
     for k in range(2):
         EDITS[name](edited)
         agree(edited, f"{name}, {k}")
+
+
+def counted(edited: Edited) -> tuple[int, int]:
+    counts = edited.model.session.counts
+    return counts.problems, counts.analyses
+
+
+def pattern_of(edited: Edited) -> Any:
+    return edited.model.session.earlier.structure.pattern
+
+
+def test_fixing_and_freeing_keeps_the_pattern_and_the_solver(net: type) -> None:
+    edited = Edited(net, 30, 5)
+    edited.solve()
+    pattern, (problems, analyses) = pattern_of(edited), counted(edited)
+    point = edited.points[9]
+    for fixed in (True, False, True):
+        point.pos.fixed = point.scale.fixed = fixed
+        where = point.pos.value.copy()
+        assert edited.solve().converged
+        assert pattern_of(edited) is pattern
+        assert edited.model.session.earlier.structure.idle == fixed
+        assert (where == point.pos.value).all() == fixed
+    assert counted(edited) == (problems + 3, analyses)
+
+
+def test_what_is_fixed_for_long_leaves_the_system_when_it_is_much(net: type) -> None:
+    edited = Edited(net, 30, 5)
+    assert edited.solve().plan["n"] == 90
+    edited.fix_many()
+    assert edited.solve().plan["n"] == 45
+    assert edited.model.session.earlier.structure.idle == 0
+
+
+def test_a_row_that_was_never_in_the_system_takes_a_new_one(net: type) -> None:
+    edited = Edited(net, 30, 5)
+    edited.fix()
+    assert edited.solve().plan["n"] == 87
+    edited.free_all()
+    assert edited.solve().plan["n"] == 90
+
+
+def test_instruments_leave_out_what_a_session_holds(net: type) -> None:
+    edited = Edited(net, 6, 5)
+    edited.solve()
+    edited.fix()
+    edited.solve()
+    assert edited.model.session.earlier.structure.idle == 1
+    assert edited.model._problem().structure.idle == 0
+    assert edited.model.hessian().shape == (15, 15)
+
+
+def test_a_few_couplings_more_take_the_same_solver_without_comparing(net: type) -> None:
+    edited = Edited(net, 60, 5)
+    first = edited.solve().plan
+    assert len(first["costs"]) > 3
+    for k in range(3):
+        edited._link(10 * k, 10 * k + 2)
+        plan = edited.solve().plan
+        assert plan["solver"] == first["solver"]
+        assert list(plan["costs"]) == [first["solver"]]
+        assert plan["why"].startswith(f"{first['solver']} was chosen for 180 unknowns earlier")
+    assert counted(edited)[1] == 4
+    for _ in range(20):
+        edited.append_point()
+    assert len(edited.solve().plan["costs"]) > 3  # a third larger
+
+
+def test_a_band_that_has_grown_is_compared_again(net: type) -> None:
+    edited = Edited(net, 60, 5)
+    assert edited.solve().plan["solver"] == "band"
+    edited._link(0, 59)
+    plan = edited.solve().plan
+    assert len(plan["costs"]) > 3
+    assert plan["solver"] != "band"
+
+
+def test_a_solver_with_options_is_made_as_they_say(net: type) -> None:
+    edited = Edited(net, 60, 5)
+    edited.solve()
+    edited._link(3, 5)
+    result = edited.model.solve(solver_options={"ordering": "natural"})
+    assert len(result.plan["costs"]) > 3
+    edited._link(13, 15)
+    assert len(edited.solve().plan["costs"]) > 3  # what options made is no choice
+    assert edited.model.solve(solver="sparse").plan["why"] == "sparse was asked for"
+
+
+def test_the_first_solve_of_a_small_problem_loads_no_analysis(tmp_path: Path) -> None:
+    path = tmp_path / "tiny.arael"
+    path.write_text("root Tiny { param x: real\n constraint c { x - 2 } }", encoding="utf-8")
+    code = (
+        "import sys, arael\n"
+        f"model = arael.load({str(path)!r}, interpret=True)(x=0)\n"
+        "assert model.solve().plan['solver'] == 'dense'\n"
+        "parts = 'analysis', 'auto', 'reduction', 'iterative'\n"
+        "print([p for p in parts if f'arael.runtime.linear.{p}' in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "[]\n", done.stderr
