@@ -55,7 +55,8 @@ def net(tmp_path_factory: pytest.TempPathFactory) -> type:
 class Edited:
     """A model with the handles of its rows, and edits of it by name."""
 
-    def __init__(self, net: type, points: int, seed: int) -> None:
+    def __init__(self, net: type, points: int, seed: int, solver: str = "auto") -> None:
+        self.solver = solver
         self.model: Any = net()
         self.rng = np.random.default_rng(seed)
         self.points: list[Any] = []
@@ -173,7 +174,7 @@ class Edited:
             self.model.residuals["extra"].set_data(w=float(self.rng.normal()))
 
     def solve(self) -> Result:
-        result: Result = self.model.solve(freeze=self.freeze)
+        result: Result = self.model.solve(solver=self.solver, freeze=self.freeze)
         return result
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
@@ -213,11 +214,22 @@ def agree(edited: Edited, what: str) -> None:
         assert len(edited.model.serialize()) == len(warm.x), what
 
 
-@pytest.mark.parametrize(("points", "seed"), [(4, 0), (5, 1), (6, 2), (40, 3), (41, 4)])
+@pytest.mark.parametrize(
+    ("points", "seed", "solver"),
+    [
+        (4, 0, "auto"),
+        (5, 1, "auto"),
+        (6, 2, "band"),
+        (7, 3, "schur"),
+        (8, 4, "sparse"),
+        (40, 5, "auto"),
+        (41, 6, "auto"),
+    ],
+)
 def test_a_session_after_random_edits_solves_as_a_fresh_one(
-    net: type, points: int, seed: int
+    net: type, points: int, seed: int, solver: str
 ) -> None:
-    edited = Edited(net, points, seed)
+    edited = Edited(net, points, seed, solver)
     agree(edited, "at first")
     done = []
     for _ in range(40):
