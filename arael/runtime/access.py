@@ -112,9 +112,7 @@ class Walker:
     def _walk(self, steps: tuple[Step, ...]) -> tuple[str, Ints]:
         if steps not in self._known:
             path, rows = self._walk(steps[:-1])
-            self._known[steps] = self._take(
-                steps[-1], path, rows, self._whole and len(steps) == 1
-            )
+            self._known[steps] = self._take(steps[-1], path, rows, self._whole and len(steps) == 1)
         return self._known[steps]
 
     def _take(self, step: Step, path: str, rows: Ints, whole: bool) -> tuple[str, Ints]:

@@ -176,6 +176,73 @@ def diagonal_of(pattern):
     return found
 
 
+def rows_and_columns(pattern, scalars):
+    """Offsets of all values in the rows and columns of some scalars, their diagonals excepted.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    scalars : (m,) int64, each once
+
+    Returns
+    -------
+    start : (m + 1,) int64, where each scalar's offsets begin
+    positions : int64, the offsets
+    """
+    cdef Py_ssize_t nb = pattern.block_count, m = len(scalars), column, block, k, i, j, row
+    cdef int64_t width, height, at
+    cdef int pass_
+    cdef const int64_t* sizes = ints(pattern.sizes)
+    cdef const int64_t* begin = ints(pattern.column_start)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef const int64_t* place = ints(pattern.value_start)
+    cdef const int64_t* offset = ints(pattern.offsets)
+    numbers = np.full(pattern.size + 1, -1, dtype=np.int64)
+    numbers[scalars] = np.arange(m)
+    cdef const int64_t* number = ints(numbers)
+    # Whether a block has one of the scalars: most have none, and are passed over.
+    marks = np.zeros(nb + 1, dtype=np.uint8)
+    marks[np.searchsorted(pattern.offsets, scalars, side="right") - 1] = 1
+    cdef const uint8_t* marked = <const uint8_t*>address(marks, np.uint8)
+    starts = np.zeros(m + 1, dtype=np.int64)
+    ends = np.zeros(m + 1, dtype=np.int64)
+    cdef int64_t* start = <int64_t*>writable(starts, np.int64)
+    cdef int64_t* end = <int64_t*>writable(ends, np.int64)
+    positions = np.empty(0, dtype=np.int64)
+    cdef int64_t* to = NULL
+    for pass_ in range(2):  # count, then fill
+        for column in range(nb):
+            width = sizes[column]
+            for block in range(begin[column], begin[column + 1]):
+                row = rows[block]
+                if not (marked[row] or marked[column]):
+                    continue
+                height = sizes[row]
+                for i in range(height):
+                    for j in range(width):
+                        if row == column and i == j:
+                            continue
+                        at = place[block] + i * width + j
+                        k = number[offset[row] + i]
+                        if k >= 0:
+                            if pass_:
+                                to[end[k]] = at
+                            end[k] += 1
+                        k = number[offset[column] + j]
+                        if k >= 0:
+                            if pass_:
+                                to[end[k]] = at
+                            end[k] += 1
+        if pass_ == 0:
+            for k in range(m):
+                start[k + 1] = start[k] + end[k]
+            positions = np.empty(start[m], dtype=np.int64)
+            to = <int64_t*>writable(positions, np.int64)
+            for k in range(m):
+                end[k] = start[k]
+    return starts, positions
+
+
 cdef inline Py_ssize_t found_in(
     const int64_t* rows, Py_ssize_t begin, Py_ssize_t end, int64_t row
 ) noexcept nogil:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arael.runtime.access import Array, Bools, Ints
-from arael.runtime.couplings import diagonal_of
+from arael.runtime.couplings import diagonal_of, rows_and_columns
 from arael.runtime.linear.pattern import BlockPattern
 
 
@@ -40,17 +40,7 @@ def row_and_column_positions(pattern: BlockPattern, scalars: Ints) -> tuple[Ints
     """
     if len(scalars) == 0:
         return np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    number = np.full(pattern.size, -1, dtype=np.int64)
-    number[scalars] = np.arange(len(scalars))
-    row, column = coordinates(pattern)
-    off = row != column
-    places = np.arange(len(row))
-    owner = np.concatenate((number[row[off]], number[column[off]]))
-    place = np.concatenate((places[off], places[off]))
-    place, owner = place[owner >= 0], owner[owner >= 0]
-    order = np.argsort(owner, kind="stable")
-    start = np.searchsorted(owner[order], np.arange(len(scalars) + 1))
-    return start.astype(np.int64), place[order].astype(np.int64)
+    return rows_and_columns(pattern, scalars)
 
 
 def dense_matrix(pattern: BlockPattern, values: Array) -> Array:

@@ -29,13 +29,13 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
-            moved = _moved(entity, use, blocks)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
             values = _inside(store, entity, use.column, values).reshape(column.shape)
-            if moved.all():
+            if use.tangent and blocks.every:
                 column[...] = values
             else:
+                moved = _moved(entity, use, blocks)
                 column[moved] = values[moved]
         table.written()
 
@@ -69,9 +69,8 @@ def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
     """Stored scalars of every row that is solved for, in order of the system."""
     parts = []
     for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True):
-        rows = blocks.solved
-        found = state[: len(rows), : entity.stored]
-        parts.append((found if rows.all() else found[rows]).ravel())
+        found = state[: len(blocks.first), : entity.stored]
+        parts.append((found if blocks.every else found[blocks.solved]).ravel())
     return np.concatenate(parts, dtype=np.float64) if parts else np.zeros(0)
 
 

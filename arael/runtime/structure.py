@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.access import Ints, StoreLike, Walker, gather, outputs
+from arael.runtime.access import Bools, Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
@@ -63,7 +63,7 @@ def structure_of(
     active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
-    system = build_system(store, free)
+    system = _same_system(store, free, known) or build_system(store, free)
     pattern, placements = pattern_and_placements(
         layout.groups, layout.coupled, slot_rows, active, system
     )
@@ -79,6 +79,15 @@ def structure_of(
         tuple(placements),
         trash,
     )
+
+
+def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -> System | None:
+    """The system of an earlier structure, if the same scalars of the same store move."""
+    if known is None or known.idle or known.system.store is not store:
+        return None
+    before = known.system.blocks
+    same = all(np.array_equal(a, b.free) for a, b in zip(free, before, strict=True))
+    return known.system if same else None
 
 
 def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:

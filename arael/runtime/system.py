@@ -34,6 +34,11 @@ class EntityBlocks:
     free: Bools
 
     @cached_property
+    def every(self) -> bool:
+        """Whether all scalars of all rows move."""
+        return self.free.size > 0 and bool(self.free.all())
+
+    @cached_property
     def solved(self) -> Bools:
         """(rows,) whether some scalar of the row moves."""
         return np.asarray(self.free.any(axis=1))
