@@ -1,6 +1,6 @@
 """What a solve of few unknowns takes beside its iterations, and a solve after a small edit.
 
-Run by itself with ``measure`` and ``PYTHONPATH`` set to another tree of arael, it measures that one.
+Run by itself with ``measure``, it measures the tree of arael that ``PYTHONPATH`` names.
 """
 
 from __future__ import annotations
