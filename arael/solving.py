@@ -19,6 +19,7 @@ from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
 from arael.runtime.layout import Pass as LayoutPass
 from arael.runtime.linear import blas
+from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.schedule import Pass, check_paths, chosen_passes, held_by
@@ -80,8 +81,6 @@ def solve(
         unknown solver or a bad option of it, E0702 data that the root lacks, E0701-E0706 data of a
         pass that does not fit, E1040 another thread is solving this instance.
     """
-    from arael.runtime.linear.options import typed_options
-
     options = typed_options(solver, solver_options)
     model._store.check_complete()
     layout = layout_of(model)

@@ -70,13 +70,13 @@ def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
     -------
     Keys that are there now.
     """
-    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], k, a, b
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, a, b
     cdef const int64_t* at = ints(block)
     cdef const uint8_t* chosen = <const uint8_t*>address(coupled, np.uint8, uses * (uses + 1) // 2)
     cdef int64_t* found = <int64_t*>writable(keys, np.int64, count + n * uses * (uses - 1) // 2)
     cdef int64_t i, j
     with nogil:
-        for k in range(n):
+        for _ in range(n):
             for a in range(uses):
                 i = at[a]
                 if i < 0:
@@ -92,10 +92,10 @@ def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
 
 def leads_behind(block, Py_ssize_t lead):
     """How often the use `lead` stands behind another one in the system, less how often before."""
-    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], k, u, found = 0
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, u, found = 0
     cdef const int64_t* at = ints(block)
     with nogil:
-        for k in range(n):
+        for _ in range(n):
             if at[lead] >= 0:
                 for u in range(uses):
                     if at[u] >= 0:
@@ -273,7 +273,7 @@ def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
     block_at : (n, pairs) int64
     turn : (n, pairs) uint8
     """
-    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], k, a, b, p, pairs, at
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, a, b, p, pairs, at
     pairs = uses * (uses + 1) // 2
     block_at = np.empty((n, pairs), dtype=np.int64)
     turn = np.empty((n, pairs), dtype=np.uint8)
@@ -287,7 +287,7 @@ def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
     cdef int64_t i, j
     cdef bint lost = False
     with nogil:
-        for k in range(n):
+        for _ in range(n):
             p = 0
             for a in range(uses):
                 i = one[a]

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.dense import DenseSolver
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.price import dense_cost
 
@@ -28,8 +29,6 @@ def small_solver(
     """
     if name != "auto" or options or pattern.size > SMALL:
         return None
-    from arael.runtime.linear.dense import DenseSolver
-
     solver = DenseSolver(pattern, single)
     cost = dense_cost(pattern.size, single)
     unknowns = f"{pattern.size} unknown{'' if pattern.size == 1 else 's'}"
