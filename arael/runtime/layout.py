@@ -302,19 +302,20 @@ def pair_count(uses: int) -> int:
     return uses * (uses + 1) // 2
 
 
-def coupled_pairs(group: Group) -> NDArray[np.uint8]:
-    """(pairs,) whether some residual reads both uses of a pair; blocks of others stay zero.
-
-    Each use is coupled with itself.
-    """
+def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
+    """Pairs of uses ``(a, b)``, a > b, that no residual reads together: their block stays zero."""
     residuals: list[set[int]] = [set() for _ in group.uses]
     for residual, use, _ in group.jacobian:
         residuals[use].add(residual)
-    found = np.zeros(pair_count(len(residuals)), dtype=np.uint8)
-    for a, ones in enumerate(residuals):
-        for b in range(a):
-            found[pair_of(a, b)] = not ones.isdisjoint(residuals[b])
-        found[pair_of(a, a)] = 1
+    uses = range(len(group.uses))
+    return {(a, b) for a in uses for b in range(a) if residuals[a].isdisjoint(residuals[b])}
+
+
+def coupled_pairs(group: Group) -> NDArray[np.uint8]:
+    """(pairs,) whether some residual reads both uses of a pair; each use is coupled with itself."""
+    found = np.ones(pair_count(len(group.uses)), dtype=np.uint8)
+    for a, b in uncoupled_pairs(group):
+        found[pair_of(a, b)] = 0
     return found
 
 

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from arael.runtime.access import Ints
 from arael.runtime.couplings import add_keys, leads_behind, placed_pairs, used_rows
-from arael.runtime.layout import Group, pair_count
+from arael.runtime.layout import Group, pair_count, uncoupled_pairs
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.system import System
+
+__all__ = ["Placement", "pattern_and_placements", "uncoupled_pairs"]
 
 
 @dataclass(frozen=True)
