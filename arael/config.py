@@ -129,7 +129,7 @@ class LmConfig:
     @classmethod
     def of(cls, **settings: Any) -> LmConfig:
         """A checked configuration from settings by name; AraelError E1010 for a bad one."""
-        return cls().with_(**settings)
+        return (_DEFAULT if cls is LmConfig else cls()).with_(**settings)
 
     @classmethod
     def well_conditioned(cls, **settings: Any) -> LmConfig:
@@ -182,6 +182,8 @@ class LmConfig:
 
     def with_(self, **settings: Any) -> LmConfig:
         """A checked copy with some settings changed; AraelError E1010 for unknown or bad ones."""
+        if not settings and self.__dict__.get("_checked"):
+            return self  # frozen, and no check needs repeating
         known = [f.name for f in fields(self)]
         for name in settings:
             if name not in known:
@@ -190,8 +192,9 @@ class LmConfig:
                     f"there is no solver setting `{name}`",
                     f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(known)}",
                 )
-        found = replace(self, **settings)
+        found = replace(self, **settings) if settings else self
         found.validate()
+        object.__setattr__(found, "_checked", True)
         return found
 
     def chosen_strategy(self) -> str:
@@ -288,7 +291,7 @@ def _listed(words: tuple[str, ...]) -> str:
 
 def _plain(value: Any) -> Any:
     """A number or truth value of any library as Python's own; anything else as it is."""
-    if isinstance(value, bool):
+    if type(value) in (bool, int, float, type(None)):
         return value
     if type(value).__name__ in ("bool", "bool_") and hasattr(value, "dtype"):
         return bool(value)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
+from arael import solving  # here, so that a first solve does not wait for imports
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
@@ -124,8 +125,6 @@ class Model(Fields):
         **settings: Any,
     ) -> Result:
         """Minimise the cost and take the solution over; see `arael.solving.solve`."""
-        from arael import solving
-
         return solving.solve(self, config, solver, passes, **settings)
 
     def serialize(self) -> NDArray[np.float64]:
@@ -247,8 +246,6 @@ class Model(Fields):
         return self._problem().parameter_names()
 
     def _problem(self) -> Problem:
-        from arael import solving
-
         self._store.check_complete()
         return solving.problem_of(self)
 

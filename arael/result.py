@@ -200,6 +200,8 @@ class Result:
 def joined(passes: list[Result], name: str) -> Result:
     """The result of a schedule from those of its passes (at least one)."""
     last = passes[-1]
+    if len(passes) == 1:
+        return Result(**{**last.__dict__, "passes": (last,), "name": name})
     timing = {key: sum(one.timing[key] for one in passes) for key in last.timing}
     return Result(
         last.status,

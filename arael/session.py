@@ -9,7 +9,9 @@ from threading import Lock
 from time import perf_counter
 from typing import Any
 
+from arael.runtime.linear.again import Choice
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.small import SMALL
 from arael.runtime.problem import Problem
 
 
@@ -44,6 +46,7 @@ class Session:
     _problem: Problem | None = None
     _linear: LinearSolver | None = None
     _asked: tuple[str, dict[str, Any]] | None = None
+    _choice: Choice | None = None
     _starts: tuple[int, ...] = ()
     _lock: Any = field(default_factory=Lock, repr=False)
 
@@ -71,7 +74,7 @@ class Session:
 
     def release(self) -> None:
         """Let go of everything; the next solve starts from the model's data alone."""
-        self._problem = self._linear = self._asked = None
+        self._problem = self._linear = self._asked = self._choice = None
 
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
         """The problem at hand, with the values and data of now; None if the structure changed."""
@@ -107,7 +110,16 @@ class Session:
             return known, 0.0
         self._linear = None  # not two factors at a time
         began = perf_counter()
-        self._linear = found = problem.make_solver(name, **options)
+        found = None
+        pattern = problem.structure.pattern
+        plain = name == "auto" and not options and not problem.layout.marginalize
+        if plain and self._choice is not None and pattern.size > SMALL:
+            single = problem.layout.precision == "f32"
+            found = self._choice.made_again(pattern, single)
+        if found is None:
+            found = problem.make_solver(name, **options)
+            self._choice = Choice.of(found) if plain else None
+        self._linear = found
         self._asked, self._starts = (name, dict(options)), starts
         self.counts.analyses += 1
         return found, perf_counter() - began

@@ -19,6 +19,7 @@ from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
 from arael.runtime.layout import Pass as LayoutPass
 from arael.runtime.linear import blas
+from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.schedule import Pass, check_paths, chosen_passes, held_by
@@ -80,14 +81,12 @@ def solve(
         unknown solver or a bad option of it, E0702 data that the root lacks, E0701-E0706 data of a
         pass that does not fit, E1040 another thread is solving this instance.
     """
-    from arael.runtime.linear.options import typed_options
-
     options = typed_options(solver, solver_options)
     model._store.check_complete()
     layout = layout_of(model)
     if observer is not None:
         settings["observer"] = observer
-    base = (config or LmConfig()).with_()
+    base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**one.config).with_(**settings) for one in schedule]
     given = [freeze] if isinstance(freeze, str) else list(freeze)
@@ -110,7 +109,7 @@ def solve(
             with use.lock:
                 problem = session.refreshed(_posed(model)[1], frozen)
                 if problem is None:
-                    problem = session.keep(problem_of(model, frozen))
+                    problem = session.keep(problem_of(model, frozen, keep_idle=True))
             problem.check_start()
             linear, seconds = session.linear(problem, solver, options)
             try:
@@ -129,10 +128,11 @@ def solve(
     return joined(results, layout.name)
 
 
-def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
+def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:
     """The problem that a model poses at its present values.
 
-    What has not changed since the last solve is taken over from there.
+    What has not changed since the last solve is taken over from there. With `keep_idle` parameters
+    that were fixed since may stay in its system, held.
     """
     compiled = model._compiled
     bindings = getattr(compiled, "bindings", None) or {}
@@ -146,6 +146,7 @@ def problem_of(model: Solvable, frozen: Iterable[str] = ()) -> Problem:
             programs=programs,
             bindings={**bindings, **getattr(store, "bindings", {})},
             earlier=session_of(model).earlier,
+            keep_idle=keep_idle,
         )
 
 

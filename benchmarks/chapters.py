@@ -17,6 +17,7 @@ from benchmarks import (
     runtime_residuals,
     scale,
     schur,
+    small,
     strategies,
     threads,
 )
@@ -35,6 +36,7 @@ OWN: dict[str, Chapter] = {
     "kernels": lambda plan, picture: kernels.run(),
     "schur": lambda plan, picture: schur.run(plan),
     "residuals": runtime_residuals.run,
+    "small": small.run,
     "threads": threads.run,
     "scale": scale.run,
     "strategies": strategies.run,

@@ -59,3 +59,11 @@ def test_an_option_goes_over_the_model(tmp_path: Path) -> None:
     options = {"solver": "schur", "solver_options": {"eliminate": "cameras"}}
     result, _ = solved(tmp_path, "marginalize points", **options)
     assert result.plan["eliminated"] == 12  # type: ignore[attr-defined]
+
+
+def test_a_small_system_is_dense_whatever_could_be_eliminated(tmp_path: Path) -> None:
+    result, found = solved(tmp_path, "marginalize points")
+    assert result.plan["solver"] == "dense"  # type: ignore[attr-defined]
+    assert "up to 64 unknowns" in result.plan["why"]  # type: ignore[attr-defined]
+    _, expected = solved(tmp_path, "marginalize points", solver="schur")
+    assert found == pytest.approx(expected, abs=1e-8)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.rearranged import taken
 from arael.runtime.tape import Natives, Tape, evaluate
 
 Array = NDArray[Any]
@@ -36,8 +37,8 @@ class TableLike(Protocol):
         """Changes whenever values of parameters do; None where that is not counted."""
 
     @property
-    def flags_version(self) -> int | None:
-        """Changes whenever parameters are fixed or freed; None where that is not counted."""
+    def flags_version(self) -> Any:
+        """Changes whenever parameters are fixed or freed, or become absent; None: not known."""
 
     def column(self, path: str) -> Array:
         """Live values (size, *shape)."""
@@ -88,10 +89,12 @@ class Walker:
     store : the model instance
     table : path of the table where the ways begin
     rows : (n,) rows to begin from
+    whole : whether these are all rows of the table, in order
     """
 
-    def __init__(self, store: StoreLike, table: str, rows: Ints) -> None:
+    def __init__(self, store: StoreLike, table: str, rows: Ints, whole: bool = False) -> None:
         self._store = store
+        self._whole = whole
         self._start = table
         self._known: dict[tuple[Step, ...], tuple[str, Ints]] = {(): (table, rows)}
 
@@ -108,30 +111,35 @@ class Walker:
 
     def _walk(self, steps: tuple[Step, ...]) -> tuple[str, Ints]:
         if steps not in self._known:
-            self._known[steps] = self._take(steps[-1], *self._walk(steps[:-1]))
+            path, rows = self._walk(steps[:-1])
+            self._known[steps] = self._take(steps[-1], path, rows, self._whole and len(steps) == 1)
         return self._known[steps]
 
-    def _take(self, step: Step, path: str, rows: Ints) -> tuple[str, Ints]:
+    def _take(self, step: Step, path: str, rows: Ints, whole: bool) -> tuple[str, Ints]:
         if step.kind == "root":
             return "", np.zeros(len(rows), dtype=np.int64)
         layout, table = self._store.layout.table(path), self._store.tables[path]
         if step.kind == "parent":
-            return layout.parent, _follow(np.asarray(table.parent_rows()), rows)
+            return layout.parent, _follow(np.asarray(table.parent_rows()), rows, whole)
         target = layout.column(step.ref).target
         assert target is not None
-        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows)
+        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows, whole)
 
 
-def _follow(targets: Array, rows: Ints) -> Ints:
+def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
+    if whole:
+        return np.asarray(targets, dtype=np.int64)
     if len(targets) == 0:
         return np.full(len(rows), -1, dtype=np.int64)
     return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
 
 
-def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw) -> Array:
+def gather(
+    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw, there: bool = False
+) -> Array:
     """One raw input for all instances as f64; a column of the root comes as a scalar.
 
-    Rows that are -1 read as NaN: only a guard looks at them.
+    Rows that are -1 read as NaN: only a guard looks at them. With `there` no row is -1.
     """
     path = slots[raw.slot].table
     table = store.tables[path]
@@ -139,10 +147,12 @@ def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw
         values = np.asarray(table.present(raw.column[:-1]))
     else:
         values = np.asarray(table.column(raw.column))
-    flat = values.reshape(table.size, prod(values.shape[1:]))
+    flat = values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
     if path == "":
         return np.asarray(flat[0, raw.component], dtype=np.float64)
     at = rows[raw.slot]
+    if there:
+        return taken(np.ascontiguousarray(flat), raw.component, at)
     if len(flat) == 0:
         return np.full(len(at), np.nan)
     found = flat[np.maximum(at, 0), raw.component].astype(np.float64)

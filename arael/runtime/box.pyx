@@ -12,10 +12,28 @@ from cython cimport floating
 from libc.math cimport fabs
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
-from arael.runtime.address cimport address, table_address
+from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.evaluation cimport Evaluation
 
 from arael.runtime.positions import row_and_column_positions
+
+
+cdef block_table(pattern):
+    """(blocks, 5) first row, first column, height, width and place of each block of a pattern."""
+    cdef Py_ssize_t count = len(pattern.rows), column, k
+    table = np.empty((count, 5), dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(table, np.int64)
+    cdef const int64_t* start = <const int64_t*>address(pattern.column_start, np.int64)
+    cdef const int64_t* rows = <const int64_t*>address(pattern.rows, np.int64)
+    cdef const int64_t* sizes = <const int64_t*>address(pattern.sizes, np.int64)
+    cdef const int64_t* offsets = <const int64_t*>address(pattern.offsets, np.int64)
+    cdef const int64_t* places = <const int64_t*>address(pattern.value_start, np.int64)
+    for column in range(pattern.block_count):
+        for k in range(start[column], start[column + 1]):
+            to[0], to[1] = offsets[rows[k]], offsets[column]
+            to[2], to[3], to[4] = sizes[rows[k]], sizes[column], places[k]
+            to += 5
+    return table
 
 
 cdef class Box:
@@ -31,20 +49,18 @@ cdef class Box:
     def __init__(self, Evaluation evaluation, structure, diagonal_at):
         system, pattern = structure.system, structure.pattern
         scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
-        entity, at = stored_places(system, scalars)
+        if len(scalars):
+            entity, at = stored_places(system, scalars)
+        else:
+            entity = at = scalars
         start, positions = row_and_column_positions(pattern, scalars)
-        columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-        offsets = pattern.offsets
-        blocks = np.stack(
-            [offsets[pattern.rows], offsets[columns], pattern.sizes[pattern.rows],
-             pattern.sizes[columns], pattern.value_start], axis=1,
-        )
+        blocks = block_table(pattern)
         ints = [
             np.ascontiguousarray(a, dtype=np.int64)
-            for a in (scalars, entity, at, diagonal_at[scalars], start, positions, blocks)
+            for a in (scalars, entity, at, diagonal_at[scalars], start, positions)
         ]
         ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
-        self._keep = (ints, ends)
+        self._keep = (ints, ends, blocks)
         self._evaluation = evaluation
         self.count = len(scalars)
         self._scalar = <const int64_t*>address(ints[0], np.int64)
@@ -53,7 +69,7 @@ cdef class Box:
         self._diagonal = <const int64_t*>address(ints[3], np.int64)
         self._start = <const int64_t*>address(ints[4], np.int64)
         self._positions = <const int64_t*>address(ints[5], np.int64)
-        self._blocks = <const int64_t*>table_address(ints[6], 5)
+        self._blocks = <const int64_t*>table_address(blocks, 5)
         self._block_count = len(blocks)
         self._low = <const double*>address(ends[0], np.float64, self.count)
         self._high = <const double*>address(ends[1], np.float64, self.count)

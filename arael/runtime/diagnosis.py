@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,6 +26,13 @@ def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal
         touches a parameter, E1004 all derivatives with respect to a parameter are zero, or their
         squares are.
     """
+    # Sums are finite where all is, but for overflow, which the checks below judge.
+    if (
+        len(diagonal)
+        and diagonal.min() > 0
+        and math.isfinite(cost + float(diagonal.sum()) + float(gradient.sum()))
+    ):
+        return
     if not np.isfinite(cost):
         raise SolveError(non_finite(problem, derivatives=False))
     if not (np.isfinite(gradient).all() and np.isfinite(diagonal).all()):

@@ -3,8 +3,10 @@
 
 import numpy as np
 
-from libc.stdint cimport uint64_t, uintptr_t
+from libc.stdint cimport uint64_t
 from libc.string cimport memcpy, memset
+
+from arael.runtime.address cimport address
 
 # Odd, with about as many ones as zeros: the golden ratio as a fraction of 2^64.
 cdef uint64_t FACTOR = <uint64_t>0x9E3779B97F4A7C15
@@ -28,7 +30,7 @@ def fingerprint(array):
     cdef Py_ssize_t size, at
     if not array.flags.c_contiguous:
         array = np.ascontiguousarray(array)
-    data = <const unsigned char*><uintptr_t>array.__array_interface__["data"][0]
+    data = <const unsigned char*>address(array, array.dtype)
     size = array.nbytes
     with nogil:
         for at in range(0, size - 31, 32):

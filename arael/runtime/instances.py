@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from arael.runtime.access import Array, Ints, StoreLike, gather, outputs
+from arael.runtime.access import Array, Ints, StoreLike, gather
 from arael.runtime.layout import Group
-from arael.runtime.linear.memory import aligned
-from arael.runtime.tape import Natives
+from arael.runtime.rearranged import aligned_empty, spread_rows
+from arael.runtime.tape import Natives, evaluate
 
 
 class Instances:
@@ -67,35 +67,27 @@ def gather_instances(
     data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
-        inputs = [gather(store, group.slots, slot_rows, raw) for raw in group.raw]
-        found = outputs(group.prepare, inputs, n, natives)
+        inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
+        values = evaluate(group.prepare, inputs, np.float64, natives)
+        found = [values[k] for k in group.prepare.outputs]
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):
                 data[:, k] = found[k]
             for k in range(group.uniform_count):
-                uniform[k] = found[group.data_count + k][0]
+                uniform[k] = found[group.data_count + k].flat[0]
     return Instances(rows, data, uniform)
 
 
 def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
     n, k = values.shape
-    if order is not None:
-        values = values[order]
     blocks = -(-n // lanes)
-    if n == 0:
-        return np.zeros((0, k, lanes), dtype=values.dtype)
-    if blocks == 1:  # of which there may be hundreds
-        only = np.empty((1, k, lanes), dtype=values.dtype)
-        only[0, :, :n] = values.T
-        only[0, :, n:] = values[-1][:, None]
-        return only
-    found = _on_lines((blocks, k, lanes), values.dtype)
-    whole = n // lanes
-    found[:whole] = values[: whole * lanes].reshape(whole, lanes, k).transpose(0, 2, 1)
-    if whole < blocks:
-        found[whole, :, : n - whole * lanes] = values[whole * lanes :].T
-        found[whole, :, n - whole * lanes :] = values[-1][:, None]
+    shape = blocks, k, lanes
+    # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
+    # of which there may be hundreds, does without.
+    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
+    if n:
+        spread_rows(np.ascontiguousarray(values), lanes, order, found)
     return found
 
 
@@ -108,9 +100,3 @@ def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
     data = np.empty_like(found)
     data[order] = found
     return data
-
-
-def _on_lines(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
-    """Room that begins with a cache line, so that no register of lanes is read from two."""
-    count = int(np.prod(shape))
-    return aligned(count, dtype)[:count].reshape(shape)

@@ -25,6 +25,8 @@ from functools import cached_property
 from typing import Literal
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from arael.runtime.tape import Tape
 
@@ -300,6 +302,23 @@ def pair_count(uses: int) -> int:
     return uses * (uses + 1) // 2
 
 
+def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
+    """Pairs of uses ``(a, b)``, a > b, that no residual reads together: their block stays zero."""
+    residuals: list[set[int]] = [set() for _ in group.uses]
+    for residual, use, _ in group.jacobian:
+        residuals[use].add(residual)
+    uses = range(len(group.uses))
+    return {(a, b) for a in uses for b in range(a) if residuals[a].isdisjoint(residuals[b])}
+
+
+def coupled_pairs(group: Group) -> NDArray[np.uint8]:
+    """(pairs,) whether some residual reads both uses of a pair; each use is coupled with itself."""
+    found = np.ones(pair_count(len(group.uses)), dtype=np.uint8)
+    for a, b in uncoupled_pairs(group):
+        found[pair_of(a, b)] = 0
+    return found
+
+
 class BlockEnd(msgspec.Struct, frozen=True):
     """Entity whose parameters give the rows or columns of a block, and the way to its row."""
 
@@ -408,6 +427,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         lines = [f"const {c.name} = {c.text}" for c in self.constants]
         lines += [f.item for f in self.functions]
         return "".join(f"{line}\n" for line in lines)
+
+    @cached_property
+    def coupled(self) -> tuple[NDArray[np.uint8], ...]:
+        """`coupled_pairs` of all groups."""
+        return tuple(coupled_pairs(group) for group in self.groups)
 
     @cached_property
     def _by_path(self) -> dict[str, Table]:

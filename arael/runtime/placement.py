@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.access import Ints
-from arael.runtime.layout import Group, pair_count, pair_of
+from arael.runtime.couplings import add_keys, leads_behind, placed_pairs, used_rows
+from arael.runtime.layout import Group, pair_count, uncoupled_pairs
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.system import System
+
+__all__ = ["Placement", "pattern_and_placements", "uncoupled_pairs"]
 
 
 @dataclass(frozen=True)
@@ -40,40 +44,38 @@ class Placement:
         return [a.copy() if order is None else a[order] for a in arrays]
 
 
-def uncoupled_pairs(group: Group) -> set[tuple[int, int]]:
-    """Pairs of uses ``(a, b)``, a > b, that no residual reads together: their block stays zero."""
-    residuals: list[set[int]] = [set() for _ in group.uses]
-    for residual, use, _ in group.jacobian:
-        residuals[use].add(residual)
-    uses = range(len(group.uses))
-    return {(a, b) for a in uses for b in range(a) if not residuals[a] & residuals[b]}
+def pattern_and_placements(
+    groups: Sequence[Group],
+    coupled: Sequence[NDArray[np.uint8]],
+    slot_rows: Sequence[list[Ints]],
+    active: Sequence[Ints],
+    system: System,
+) -> tuple[BlockPattern, list[Placement]]:
+    """Blocks that are coupled, and where each group's contributions go in them.
 
-
-def placement_of(
-    group: Group, ways: list[Ints], n: int, system: System, pattern: BlockPattern
-) -> Placement:
-    """Where the contributions of `n` instances go, whose rows are `ways` by slot."""
-    uses = group.uses
-    pairs = pair_count(len(uses))
-    rows = np.zeros((n, len(uses)), dtype=np.int32)
-    gradient_at = np.full((n, len(uses)), system.size, dtype=np.int32)
-    block_at = np.full((n, pairs), pattern.value_count, dtype=np.int64)
-    turn = np.zeros((n, pairs), dtype=np.uint8)
-    uncoupled = uncoupled_pairs(group)
-    blocks = []
-    for u, use in enumerate(uses):
-        rows[:, u] = ways[use.slot]
-        first = system.blocks[use.entity].first[ways[use.slot]]
-        gradient_at[:, u] = np.where(first >= 0, first, system.size)
-        blocks.append(system.blocks[use.entity].block[ways[use.slot]])
-    for a in range(len(uses)):
-        for b in range(a + 1):
-            pair = pair_of(a, b)
-            both = (blocks[a] >= 0) & (blocks[b] >= 0)
-            if (a, b) in uncoupled or not both.any():
-                continue
-            i, j = blocks[a][both], blocks[b][both]
-            block_at[both, pair] = pattern.find(i, j)
-            if a != b:
-                turn[both, pair] = np.where(i == j, 2, np.where(i < j, 1, 0))
-    return Placement(rows, gradient_at, block_at, turn)
+    Parameters
+    ----------
+    coupled : per group, which pairs of its uses some residual reads together
+    slot_rows : per group, the rows of each slot
+    active : per group, its active rows
+    """
+    used = []
+    room = behind = 0
+    for group, ways, rows in zip(groups, slot_rows, active, strict=True):
+        of = [np.ascontiguousarray(ways[use.slot]) for use in group.uses]
+        blocks = [system.blocks[use.entity] for use in group.uses]
+        used.append(used_rows(of, blocks, len(rows), system.size))
+        room += len(rows) * (pair_count(len(of)) - len(of))
+        if group.lead:
+            behind += leads_behind(used[-1][2], group.lead[0])
+    keys = np.empty(room, dtype=np.int64)
+    nb, count = len(system.sizes), 0
+    for (_, _, block), chosen in zip(used, coupled, strict=True):
+        count = add_keys(block, chosen, nb, keys, count)
+    # Values lie by rows if most leads stand behind what they are coupled with.
+    pattern = BlockPattern.from_keys(system.sizes, keys[:count], system.name_of, by_rows=behind > 0)
+    nowhere = pattern.value_count
+    return pattern, [
+        Placement(rows, gradient_at, *placed_pairs(block, chosen, pattern, nowhere))
+        for (rows, gradient_at, block), chosen in zip(used, coupled, strict=True)
+    ]

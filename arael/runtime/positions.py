@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from arael.runtime.access import Array, Bools, Ints
+from arael.runtime.couplings import diagonal_of, rows_and_columns
 from arael.runtime.linear.pattern import BlockPattern
 
 
 def diagonal_positions(pattern: BlockPattern) -> Ints:
     """(n,) offset of each diagonal scalar."""
-    start = pattern.value_start[pattern.column_start[:-1]]
-    sizes = pattern.sizes
-    inner = np.arange(pattern.size) - np.repeat(pattern.offsets[:-1], sizes)
-    return np.repeat(start, sizes) + inner * (np.repeat(sizes, sizes) + 1)
+    return diagonal_of(pattern)
 
 
 def coordinates(pattern: BlockPattern) -> tuple[Ints, Ints]:
@@ -42,17 +40,7 @@ def row_and_column_positions(pattern: BlockPattern, scalars: Ints) -> tuple[Ints
     """
     if len(scalars) == 0:
         return np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    number = np.full(pattern.size, -1, dtype=np.int64)
-    number[scalars] = np.arange(len(scalars))
-    row, column = coordinates(pattern)
-    off = row != column
-    places = np.arange(len(row))
-    owner = np.concatenate((number[row[off]], number[column[off]]))
-    place = np.concatenate((places[off], places[off]))
-    place, owner = place[owner >= 0], owner[owner >= 0]
-    order = np.argsort(owner, kind="stable")
-    start = np.searchsorted(owner[order], np.arange(len(scalars) + 1))
-    return start.astype(np.int64), place[order].astype(np.int64)
+    return rows_and_columns(pattern, scalars)
 
 
 def dense_matrix(pattern: BlockPattern, values: Array) -> Array:

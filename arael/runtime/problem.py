@@ -17,6 +17,7 @@ from arael.runtime.failures import SolveError
 from arael.runtime.instances import Instances, gather_instances
 from arael.runtime.layout import Layout, ParamUse
 from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.small import small_solver
 from arael.runtime.native_binding import Binding
 from arael.runtime.natives import NativeTable
 from arael.runtime.positions import (
@@ -44,6 +45,7 @@ class Problem:
     programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
     bindings : what is bound to the native functions of the model
     earlier : problem of the same model, from which all that has not changed is taken over
+    keep_idle : whether parameters fixed since `earlier` may stay in the system, held (a session)
 
     Attributes
     ----------
@@ -51,6 +53,7 @@ class Problem:
     evaluation : cost, gradient and blocks; holds the state that moves
     seconds : spent on preparation
     gathered : groups whose data was gathered, when made or last refreshed
+    upcoming : structure that `refresh` found to be another, for the problem that takes it
     strayed : whether the accepted state is no longer what the store holds
 
     Raises
@@ -72,6 +75,7 @@ class Problem:
         programs: Sequence[Any] | None = None,
         bindings: Mapping[str, Binding] | None = None,
         earlier: Problem | None = None,
+        keep_idle: bool = False,
     ) -> None:
         began = time.perf_counter()
         self.layout = layout
@@ -79,8 +83,12 @@ class Problem:
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
         self.natives = NativeTable([f for f in layout.functions if f.native], bindings or {})
         require_bound(layout, self.natives)
-        known = known or (earlier.structure if earlier is not None else None)
-        self.structure: Structure = structure_of(store, frozen, known, self.natives)
+        if known is None and earlier is not None:
+            known = earlier.structure
+        if keep_idle and earlier is not None:
+            known = earlier.upcoming or known
+        self.structure: Structure = structure_of(store, frozen, known, self.natives, keep_idle)
+        self.upcoming: Structure | None = None
         self.gathered = 0
         self._watch = Watch(layout)
         self.instances: list[Instances] = self._instances(earlier)
@@ -101,15 +109,20 @@ class Problem:
         self.strayed = False
         self.number_instances()
         self.seconds = time.perf_counter() - began
+        if keep_idle and earlier is not None and earlier.upcoming is not None:
+            self.seconds += earlier.seconds
 
     def _instances(self, earlier: Problem | None) -> list[Instances]:
         """Data of all groups, gathered where `earlier` has other data or none."""
         layout = self.layout
-        if earlier is not None and earlier.structure is self.structure:
+        if earlier is not None and earlier.layout is layout and earlier.store is self.store:
             self._watch = earlier._watch.copy()
-            known = dict(enumerate(earlier.instances))
-            for number in self._watch.changed(self.store):
-                del known[number]
+            changed = self._watch.changed(self.store)
+            known = {
+                number: one
+                for number, one in enumerate(earlier.instances)
+                if number not in changed and self._same_ways(number, earlier.structure)
+            }
         else:
             self._watch.changed(self.store)
             known = {} if earlier is None else self._own_data(earlier)
@@ -119,6 +132,16 @@ class Problem:
             else self._gather(number)
             for number, group in enumerate(layout.groups)
         ]
+
+    def _same_ways(self, number: int, before: Structure) -> bool:
+        """Whether a group reads the rows that it read in an earlier structure."""
+        now = self.structure
+        if now.slot_rows is before.slot_rows:
+            return True
+        return np.array_equal(now.active[number], before.active[number]) and all(
+            np.array_equal(rows, others)
+            for rows, others in zip(now.slot_rows[number], before.slot_rows[number], strict=True)
+        )
 
     def _own_data(self, earlier: Problem) -> dict[int, Instances]:
         """Data that `earlier` has of groups that read their own rows only, which are the same."""
@@ -155,7 +178,10 @@ class Problem:
         False, with nothing done, if the structure is another now: then it takes a new problem.
         """
         began = time.perf_counter()
-        if structure_of(self.store, frozen, self.structure, self.natives) is not self.structure:
+        found = structure_of(self.store, frozen, self.structure, self.natives, keep_idle=True)
+        if found is not self.structure:
+            self.upcoming = found
+            self.seconds = time.perf_counter() - began  # counted with the problem that takes it
             return False
         self.gathered = 0
         for number in self._watch.changed(self.store):
@@ -195,6 +221,11 @@ class Problem:
         ``eliminate`` may also name collections: ``"landmarks"``, or several of them; without it
         those that the model says to marginalize are eliminated, if it says so.
         """
+        single = self.layout.precision == "f32"
+        small = small_solver(name, self.structure.pattern, single, options)
+        if small is not None:
+            return small
+        # Imported here, so that a solve of a small problem does not load the analysis.
         from arael.runtime.linear.auto import make_solver
 
         if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
@@ -203,9 +234,7 @@ class Problem:
         names = [chosen] if isinstance(chosen, str) else list(chosen)
         if chosen != "auto" and all(isinstance(name, str) for name in names):
             options["eliminate"] = blocks_of(self.structure.system, names)
-        solver: LinearSolver = make_solver(
-            name, self.structure.pattern, self.layout.precision == "f32", **options
-        )
+        solver: LinearSolver = make_solver(name, self.structure.pattern, single, **options)
         return solver
 
     def write_back(self) -> None:

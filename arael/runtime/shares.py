@@ -62,6 +62,10 @@ _WIDE_ROOM = 0.05
 
 _NONE: Ints = np.zeros((0, 3), dtype=np.int64)
 
+# Values that stay in the first cache: finding who is first to write a block takes longer than
+# emptying them in thousands of linearisations.
+_CACHED = 4096
+
 # Scalars of a cache line, so that two shares never write to the same.
 _LINE = 16
 
@@ -162,6 +166,8 @@ def _with_firsts(
     """The same with who is first where, what is emptied, and where the lead stays the same."""
     groups = layout.groups
     counts = [len(p.rows) for p in structure.placements]
+    if shares.count == 1 and shares.value_room <= _CACHED:
+        return _all_added(shares, groups, counts)
     # Places belong to one share each, where groups take turns; what is left whole comes last.
     order = sorted(range(len(groups)), key=lambda g: not free[g])
     firsts = plan_firsts(
@@ -184,6 +190,20 @@ def _with_firsts(
     return replace(shares, placed=placed, cleared=firsts.cleared, cleared_ends=firsts.ends)
 
 
+def _all_added(shares: Shares, groups: Sequence[Group], counts: Sequence[int]) -> Shares:
+    """The same with all values emptied and every contribution added: nobody comes first."""
+    placed = tuple(
+        [
+            *arrays,
+            runs(arrays[0][:, list(group.lead)], count),
+            np.zeros(arrays[2].shape[:2], dtype=np.uint8),
+        ]
+        for arrays, group, count in zip(shares.placed, groups, counts, strict=True)
+    )
+    cleared = np.array([[0, shares.value_room]], dtype=np.int64)
+    return replace(shares, placed=placed, cleared=cleared, cleared_ends=np.array([0, 1]))
+
+
 def _count(nanoseconds: float) -> int:
     """Shares that a linearisation of so many nanoseconds is worth, as far as there is room."""
     # Waking a helper may take as long as a short linearisation.
@@ -202,6 +222,8 @@ def _nanoseconds(group: Group) -> float:
 
 def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
     blocks = -(-instances // width)
+    if count == 1:
+        return np.array([0, blocks], dtype=np.int64)
     ends = np.arange(count + 1, dtype=np.int64) * blocks // count
     return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)
 

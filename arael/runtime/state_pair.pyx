@@ -158,10 +158,12 @@ cdef class StatePair:
                 state[:rows, : entity.stored] = stored[e]
                 self.arrays[which].append(state)
                 one.state[<int>which] = writable(state, dtype)
-            first = np.ascontiguousarray(system.blocks[e].first, dtype=np.int32)
+            blocks = system.blocks[e]
+            # Rows in which nothing moves take no step, though a session may keep their blocks.
+            first = np.where(blocks.solved, blocks.first, -1).astype(np.int32)
             self._keep.append(first)
             one.delta_at = <const int32_t*>address(first, np.int32, rows)
-            one.rows, one.moving = rows, rows if (first >= 0).any() else 0
+            one.rows, one.moving = rows, rows if blocks.solved.any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             uses = np.array(
                 [(u.stored_start, u.stored, u.tangent_start, u.tangent) for u in entity.params],

@@ -29,11 +29,14 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
-            moved = _moved(entity, use, blocks)
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
-            values = _inside(store, entity, use.column, values)
-            column[moved] = values.reshape(column.shape)[moved]
+            values = _inside(store, entity, use.column, values).reshape(column.shape)
+            if use.tangent and blocks.every:
+                column[...] = values
+            else:
+                moved = _moved(entity, use, blocks)
+                column[moved] = values[moved]
         table.written()
 
 
@@ -45,7 +48,7 @@ def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bo
     if use.column in entity.updated:
         return np.asarray(blocks.free.any(axis=1))
     free = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
-    return np.asarray(free.any(axis=1))
+    return np.asarray(free[:, 0] if use.tangent == 1 else free.any(axis=1))
 
 
 def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
@@ -64,11 +67,11 @@ def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Arr
 
 def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
     """Stored scalars of every row that is solved for, in order of the system."""
-    parts = [
-        state[: len(blocks.first)][blocks.first >= 0, : entity.stored].ravel()
-        for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True)
-    ]
-    return np.concatenate(parts).astype(np.float64) if parts else np.zeros(0)
+    parts = []
+    for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True):
+        found = state[: len(blocks.first), : entity.stored]
+        parts.append((found if blocks.every else found[blocks.solved]).ravel())
+    return np.concatenate(parts, dtype=np.float64) if parts else np.zeros(0)
 
 
 def put_values(store: StoreLike, system: System, values: Any) -> None:

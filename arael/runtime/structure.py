@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.access import Ints, StoreLike, Walker, gather, outputs
+from arael.runtime.access import Bools, Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.placement import Placement, placement_of, uncoupled_pairs
-from arael.runtime.placing import SMALL, Batch
-from arael.runtime.system import System, build_system, free_scalars, row_name
+from arael.runtime.placement import Placement, pattern_and_placements
+from arael.runtime.system import System, build_system, free_scalars, hold, row_name
 from arael.runtime.tape import Natives
+
+# Blocks in which nothing moves stay in a system up to this many, or up to this part of all.
+_FEW_IDLE = 2
+_IDLE = 0.1
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Structure:
     pattern: BlockPattern
     placements: tuple[Placement, ...]
     trash: int  # scalars behind the gradient; its square behind the values
+    idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
     shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     # Of the components, once they were asked for; see `components.py`.
     partition: list[Any] = field(default_factory=list, compare=False, repr=False)
@@ -41,16 +45,30 @@ def structure_of(
     frozen: frozenset[str] = frozenset(),
     known: Structure | None = None,
     natives: Natives | None = None,
+    keep_idle: bool = False,
 ) -> Structure:
-    """The structure of a store; `known` itself if nothing of it has changed."""
+    """The structure of a store; `known` itself if nothing of it has changed.
+
+    With `keep_idle`, rows that were fixed since `known` was made stay in the system with all their
+    scalars held, so that pattern and placements stay too (`_with_other_flags`). Without it the
+    structure is that of the store alone.
+    """
     layout = store.layout
-    if known is not None and _still_holds(store, frozen, known, natives):
-        return known
+    if known is not None and (keep_idle or not known.idle):
+        same_rows = _same_rows(store, known, natives)
+        if same_rows and _same_flags(store, frozen, known):
+            return known
+        if same_rows and keep_idle:
+            found = _with_other_flags(store, frozen, known)
+            if found is not None:
+                return found
     active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
-    system = build_system(store, free)
-    pattern, placements = _pattern_and_placements(layout.groups, slot_rows, active, system)
+    system = _same_system(store, free, known) or build_system(store, free)
+    pattern, placements = pattern_and_placements(
+        layout.groups, layout.coupled, slot_rows, active, system
+    )
     trash = max((entity.tangent for entity in layout.entities), default=1)
     return Structure(
         store.structure_version,
@@ -65,10 +83,17 @@ def structure_of(
     )
 
 
-def _still_holds(
-    store: StoreLike, frozen: frozenset[str], known: Structure, natives: Natives | None
-) -> bool:
-    """Whether rows, refs, guards and what moves are as they were when `known` was made."""
+def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -> System | None:
+    """The system of an earlier structure, if the same scalars of the same store move."""
+    if known is None or known.idle or known.system.store is not store:
+        return None
+    before = known.system.blocks
+    same = all(np.array_equal(a, b.free) for a, b in zip(free, before, strict=True))
+    return known.system if same else None
+
+
+def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:
+    """Whether rows, refs and guards are as they were when `known` was made."""
     if known.system.store is not store or known.version != store.structure_version:
         return False
     for group, active in zip(store.layout.groups, known.active, strict=True):
@@ -76,6 +101,11 @@ def _still_holds(
             active_rows(store, group, natives), active
         ):
             return False
+    return True
+
+
+def _same_flags(store: StoreLike, frozen: frozenset[str], known: Structure) -> bool:
+    """Whether what moves is what moved when `known` was made."""
     for entity, blocks, version in zip(
         store.layout.entities, known.system.blocks, known.flags, strict=True
     ):
@@ -85,6 +115,34 @@ def _still_holds(
         if not np.array_equal(free_scalars(store, entity, frozen), blocks.free):
             return False
     return True
+
+
+def _with_other_flags(
+    store: StoreLike, frozen: frozenset[str], known: Structure
+) -> Structure | None:
+    """The structure with other scalars held, on the same blocks; None if it takes new ones.
+
+    What moves must be in the system. Blocks in which nothing moves are held whole: they have an
+    identity row, no gradient and no step, so that all else is as if they were not there. Few of
+    them are worth keeping, since they are factorised with the others.
+    """
+    layout, system = store.layout, known.system
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    idle = 0
+    for moves, blocks in zip(free, system.blocks, strict=True):
+        moving = moves.any(axis=1)
+        if (moving & (blocks.first < 0)).any():
+            return None
+        idle += int((~moving & (blocks.first >= 0)).sum())
+    if idle > max(_FEW_IDLE, _IDLE * len(system.sizes)):
+        return None
+    return replace(
+        known,
+        flags=tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        frozen=frozen,
+        system=hold(system, free),
+        idle=idle,
+    )
 
 
 def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
@@ -100,13 +158,14 @@ def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) 
 
 
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
-    walker = Walker(store, group.table, active)
+    whole = group.guard is None  # then all rows are active
+    walker = Walker(store, group.table, active, whole)
     found = []
     needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
     for number, slot in enumerate(group.slots):
         rows = walker.rows(slot)
         # What only a guard looks at may be null where the guard holds.
-        if number in needed and len(rows) and rows.min() < 0:
+        if slot.steps and number in needed and len(rows) and rows.min() < 0:
             at = int(np.argmin(rows >= 0))
             place = row_name(store, group.table, int(active[at]))
             raise SolveError(
@@ -120,55 +179,3 @@ def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
             )
         found.append(rows)
     return found
-
-
-def _pattern_and_placements(
-    groups: tuple[Group, ...], slot_rows: list[list[Ints]], active: list[Ints], system: System
-) -> tuple[BlockPattern, list[Placement]]:
-    """Blocks that are coupled, and where each group's contributions go in them."""
-    small = [k for k, rows in enumerate(active) if 0 < len(rows) <= SMALL and slot_rows[k]]
-    batch = Batch([groups[k] for k in small], [slot_rows[k] for k in small], system)
-    alone = sorted(set(range(len(groups))) - set(small))
-    rows, columns = ([part] for part in batch.pairs())
-    for k in alone:
-        _couple(groups[k], slot_rows[k], system, rows, columns)
-    pattern = BlockPattern.from_pairs(
-        system.sizes,
-        np.concatenate(rows),
-        np.concatenate(columns),
-        system.name_of,
-        by_rows=_by_rows(groups, slot_rows, system),
-    )
-    placements = dict(zip(small, batch.placements(pattern), strict=True))
-    for k in alone:
-        placements[k] = placement_of(groups[k], slot_rows[k], len(active[k]), system, pattern)
-    return pattern, [placements[k] for k in range(len(groups))]
-
-
-def _by_rows(groups: tuple[Group, ...], slot_rows: list[list[Ints]], system: System) -> bool:
-    """Whether most leads stand behind what they are coupled with, in the order of the system."""
-    behind = before = 0
-    for group, ways in zip(groups, slot_rows, strict=True):
-        if not group.lead:
-            continue
-        blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
-        lead = blocks[group.lead[0]]
-        for block in blocks:
-            both = (block >= 0) & (lead >= 0)
-            behind += int((both & (lead > block)).sum())
-            before += int((both & (lead < block)).sum())
-    return behind > before
-
-
-def _couple(
-    group: Group, ways: list[Ints], system: System, rows: list[Ints], columns: list[Ints]
-) -> None:
-    """Add the blocks that the instances of a group couple with each other."""
-    blocks = [system.blocks[use.entity].block[ways[use.slot]] for use in group.uses]
-    uncoupled = uncoupled_pairs(group)
-    for a in range(len(blocks)):
-        for b in range(a):
-            if (a, b) not in uncoupled:
-                both = (blocks[a] >= 0) & (blocks[b] >= 0)
-                rows.append(blocks[a][both])
-                columns.append(blocks[b][both])

@@ -33,12 +33,23 @@ class EntityBlocks:
     block: Ints
     free: Bools
 
+    @cached_property
+    def every(self) -> bool:
+        """Whether all scalars of all rows move."""
+        return self.free.size > 0 and bool(self.free.all())
+
+    @cached_property
+    def solved(self) -> Bools:
+        """(rows,) whether some scalar of the row moves."""
+        return np.asarray(self.free.any(axis=1))
+
 
 @dataclass(frozen=True)
 class System:
     """Blocks in order of entities as the layout lists them, rows in table order.
 
     An entity row with at least one free scalar is a whole block; its other scalars are `held`.
+    A session keeps the blocks of rows that were fixed since: all their scalars are `held`.
 
     Attributes
     ----------
@@ -159,16 +170,28 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
         rows = np.flatnonzero(moves.any(axis=1))
-        number = np.full(len(moves), -1, dtype=np.int64)
-        first = np.full(len(moves), -1, dtype=np.int64)
-        number[rows] = block + np.arange(len(rows))
-        first[rows] = scalar + entity.tangent * np.arange(len(rows))
+        every = bool(moves.size) and bool(moves.all())
+        if every:
+            number = np.arange(block, block + len(rows), dtype=np.int64)
+            first = np.arange(
+                scalar, scalar + entity.tangent * len(rows), entity.tangent, dtype=np.int64
+            )
+        else:
+            number = np.full(len(moves), -1, dtype=np.int64)
+            first = np.full(len(moves), -1, dtype=np.int64)
+            number[rows] = block + np.arange(len(rows))
+            first[rows] = scalar + entity.tangent * np.arange(len(rows))
+            held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         blocks.append(EntityBlocks(first, number, moves))
         sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
-        held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
             one = _bounds(layout, entity, end, open_end)
-            ends.append(np.where(moves[rows], one, open_end).ravel())
+            if one is None:
+                ends.append(np.full(entity.tangent * len(rows), open_end))
+            elif every:
+                ends.append(np.tile(one, len(rows)))
+            else:
+                ends.append(np.where(moves[rows], one, open_end).ravel())
         block += len(rows)
         scalar += entity.tangent * len(rows)
     return System(
@@ -183,14 +206,49 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     )
 
 
-def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats:
-    """(tangent,) one end of the bounds of an entity's scalars."""
-    found = np.full(entity.tangent, open_end)
+def hold(system: System, free: list[Bools]) -> System:
+    """The same blocks with other scalars held: `free` as for `build_system`.
+
+    Rows in which nothing moves keep their blocks. What moves must have one.
+    """
+    blocks: list[EntityBlocks] = []
+    held: list[Ints] = []
+    low: list[Floats] = []
+    high: list[Floats] = []
+    for entity, known, start, moves in zip(
+        system.layout.entities, system.blocks, system.starts, free, strict=True
+    ):
+        blocks.append(EntityBlocks(known.first, known.block, moves))
+        inside = moves[known.first >= 0]
+        held.append(start + np.flatnonzero(~inside.ravel()))
+        for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
+            one = _bounds(system.layout, entity, end, open_end)
+            if one is None:
+                ends.append(np.full(inside.size, open_end))
+            else:
+                ends.append(np.where(inside, one, open_end).ravel())
+    return System(
+        system.layout,
+        system.store,
+        tuple(blocks),
+        system.sizes,
+        np.concatenate([np.zeros(0, np.int64), *held]),
+        np.concatenate([np.zeros(0), *low]),
+        np.concatenate([np.zeros(0), *high]),
+        system.starts,
+    )
+
+
+def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats | None:
+    """(tangent,) one end of the bounds of an entity's scalars; None where all are open."""
+    found: Floats | None = None
     for use in entity.params:
         param = layout.table(entity.table).column(use.column).param
         if param is None:
             continue
         for k, bound in enumerate(param.high if end else param.low):
             if bound is not None:
+                if found is None:
+                    found = np.full(entity.tangent, open_end)
                 found[use.tangent_start + k] = bound
     return found

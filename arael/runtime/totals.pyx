@@ -123,6 +123,8 @@ cdef class Totals:
 
 def ends_of(sums, count):
     """Rows at which equal parts of the sums begin and end, those of one target together."""
+    if not len(sums):
+        return np.zeros(count + 1, dtype=np.int64)
     ends = np.arange(count + 1) * len(sums) // count
     first = np.flatnonzero(np.diff(sums[:, 0], prepend=-1))
     ends = np.append(first, len(sums))[np.searchsorted(first, ends)]

@@ -13,6 +13,7 @@ from arael.runtime.linear.options import SOLVERS, check_options
 from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduced import Reduced, choose_set, plan_reduced
 from arael.runtime.linear.reduction import Reduction, reduce
+from arael.runtime.linear.small import small_solver
 
 if TYPE_CHECKING:
     from arael.runtime.linear.base import LinearSolver
@@ -30,10 +31,6 @@ _MARGIN = 4.0
 # nothing or next to nothing may be left to iterate on then.
 _DIRECT_ENOUGH = 0.1
 
-# Milliseconds below which predictions do not tell solvers apart: from Python, a step of 2 to 30
-# unknowns takes 5 to 8 microseconds with any of them.
-_TINY = 0.001
-
 # With more entities, minimum degree on the whole system takes longer than the elimination of a kind
 # of entities that makes up half of it, and hardly ever finds a better order.
 _MANY = 2000
@@ -50,7 +47,8 @@ def make_solver(
     Parameters
     ----------
     name : str
-        One of `SOLVERS`; ``"auto"`` takes the one with the lowest predicted cost.
+        One of `SOLVERS`; ``"auto"`` takes the one with the lowest predicted cost, and without
+        options the dense one up to `arael.runtime.linear.small.SMALL` unknowns.
     pattern : BlockPattern
     single : bool
         f32 if true, else f64.
@@ -77,6 +75,9 @@ def make_solver(
         impossible option, E1020 for an entity outside the declared band.
     """
     check_options(name, options)
+    small = small_solver(name, pattern, single, options)
+    if small is not None:
+        return small
     reduction = reduce(pattern, choose_set(pattern, options.pop("eliminate", "auto")))
     ordering = options.pop("ordering", "auto")
     asked = name == "schur"
@@ -209,8 +210,6 @@ def _reason(asked: str, chosen: str, pattern: BlockPattern, costs: dict[str, Cos
         "schur": "many entities are coupled only with others than themselves and go block by block",
         "schur_pcg": "what is left when many entities have gone is too large to factorise",
     }[chosen]
-    if mine < _TINY:
-        what = "so few unknowns that the choice hardly matters"
     does = "solve for" if chosen == "schur_pcg" else "factorise"
     unknowns = f"{pattern.size} unknown{'' if pattern.size == 1 else 's'}"
     return f"{chosen} is predicted to {does} {unknowns} in {mine:.3g} ms, against {others}: {what}"

@@ -7,16 +7,14 @@ smaller instruction sets a choice costs 0.04 ms at most (docs/internals/sparse.m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from arael.runtime.linear.analysis import Analysis
 from arael.runtime.linear.bandwidth import band_flops, half_bandwidth
 from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.price import SINGLE, Cost, dense_cost
 
-# f32 halves the arithmetic and the traffic, but not the calls and the chains of square roots.
-_SINGLE = 0.65
+__all__ = ["Cost", "predict"]
 
 # Scalars of the second cache, and nanoseconds to reach a place behind it.
 _CACHE = 128 * 1024
@@ -24,29 +22,6 @@ _PLACE = 2.2
 
 # Half-bandwidth up to which the columns at work stay in the second cache.
 _NARROW = 360
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Price of one factorisation.
-
-    Attributes
-    ----------
-    flops : float
-        Additions and multiplications.
-    nnz : int
-        Scalars of the factor.
-    milliseconds : float
-        Predicted time.
-    """
-
-    flops: float
-    nnz: int
-    milliseconds: float
-
-    def as_dict(self) -> dict[str, float]:
-        """Put the cost in the form it has in a plan."""
-        return {"flops": self.flops, "nnz_l": self.nnz, "predicted_ms": self.milliseconds}
 
 
 def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str, Cost]:
@@ -67,25 +42,35 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     """
     n = pattern.size
     kd = half_bandwidth(pattern)
-    scale = _SINGLE if single else 1.0
-    dense = 100.0 + 16.0 * n + 0.15 * n * n + n**3 / (3 * 80.0)
     banded = (band_flops(n, kd), n * (kd + 1))
-    # A wide band leaves the second cache.
-    rate = 90.0 if kd <= _NARROW else 65.0
-    band = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + banded[0] / rate
+    scale = SINGLE if single else 1.0
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
     # CHOLMOD pays for its index work by the scalar.
     scattered = _scattered(pattern, analysis)
     cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0 + scattered * 1e6
     return {
-        "dense": Cost(n**3 / 3, n * (n + 1) // 2, scale * dense * 1e-6),
-        "band": Cost(*banded, scale * band * 1e-6),
-        "sparse": Cost(
-            analysis.flops, analysis.nnz, scale * (100e-6 + analysis.milliseconds + scattered)
-        ),
+        "dense": dense_cost(n, single),
+        "band": band_cost(pattern, single),
+        "sparse": sparse_cost(pattern, single, analysis),
         "lapack_band": Cost(*banded, scale * lapack * 1e-6),
         "cholmod": Cost(analysis.flops, analysis.nnz, cholmod * 1e-6),
     }
+
+
+def band_cost(pattern: BlockPattern, single: bool) -> Cost:
+    """Cost of the band solver; it needs no symbolic factor."""
+    n, kd = pattern.size, half_bandwidth(pattern)
+    flops = band_flops(n, kd)
+    # A wide band leaves the second cache.
+    rate = 90.0 if kd <= _NARROW else 65.0
+    nanoseconds = 100.0 + n / 6 * (130.0 + 1.5 * kd) + 0.25 * n * kd + flops / rate
+    return Cost(flops, n * (kd + 1), (SINGLE if single else 1.0) * nanoseconds * 1e-6)
+
+
+def sparse_cost(pattern: BlockPattern, single: bool, analysis: Analysis) -> Cost:
+    """Cost of the sparse solver with a symbolic factor."""
+    milliseconds = 100e-6 + analysis.milliseconds + _scattered(pattern, analysis)
+    return Cost(analysis.flops, analysis.nnz, (SINGLE if single else 1.0) * milliseconds)
 
 
 def _scattered(pattern: BlockPattern, analysis: Analysis) -> float:

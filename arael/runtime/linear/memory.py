@@ -17,7 +17,7 @@ def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
     """Zeros, `count` scalars and a cache line of slack, beginning on a cache line."""
     size = np.dtype(dtype).itemsize
     raw = np.zeros(count * size + 3 * LINE, dtype=np.uint8)
-    skip = -raw.ctypes.data % LINE
+    skip = -raw.__array_interface__["data"][0] % LINE
     slack = LINE // size
     return raw[skip : skip + (count + slack) * size].view(dtype)
 

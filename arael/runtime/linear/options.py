@@ -8,9 +8,6 @@ from typing import Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.linear.analysis import ORDERINGS
-from arael.runtime.linear.iterative import PRECONDITIONERS
-from arael.runtime.linear.reduced import INNER
 
 _BANDS = ("half_bandwidth", "block_half_bandwidth")
 
@@ -87,6 +84,13 @@ def check_options(name: str, options: dict[str, Any]) -> None:
     """Raise E0840 for an unknown solver, E0842 for an option it does not take or cannot use."""
     if name not in SOLVERS:
         raise _unknown(name)
+    if not options:
+        return
+    # Imported here, so that a solve of a small problem does not load the analysis.
+    from arael.runtime.linear.analysis import ORDERINGS
+    from arael.runtime.linear.iterative import PRECONDITIONERS
+    from arael.runtime.linear.reduced import INNER
+
     for option in options:
         if option not in SOLVERS[name]:
             near = closest(option, SOLVERS[name])

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.couplings import pattern_arrays
+
 Ints = NDArray[np.int64]
 
 
@@ -58,12 +60,15 @@ class BlockPattern:
     @cached_property
     def value_count(self) -> int:
         """Length of the array of values."""
-        columns = np.repeat(np.arange(len(self.sizes)), np.diff(self.column_start))
-        return int((self.sizes[self.rows] * self.sizes[columns]).sum())
+        # As many scalars as all block columns have: each is as wide as its entity.
+        if not len(self.rows):
+            return 0
+        heights = np.add.reduceat(self.sizes[self.rows], self.column_start[:-1])
+        return int(heights @ self.sizes)
 
     def same_as(self, other: BlockPattern) -> bool:
         """Whether the same blocks of the same sizes are there, in the same places."""
-        return (
+        return self is other or (
             np.array_equal(self.sizes, other.sizes)
             and np.array_equal(self.column_start, other.column_start)
             and np.array_equal(self.rows, other.rows)
@@ -86,24 +91,20 @@ class BlockPattern:
         nb = len(sizes)
         low = np.minimum(rows, columns).astype(np.int64)
         high = np.maximum(rows, columns).astype(np.int64)
-        diagonal = np.arange(nb, dtype=np.int64)
-        keys = np.sort(np.concatenate((low, diagonal)) * nb + np.concatenate((high, diagonal)))
-        # np.unique would import numpy.ma, 30 ms of a first solve.
-        keys = keys[np.diff(keys, prepend=-1) > 0]
-        column, row = keys // max(nb, 1), keys % max(nb, 1)
-        column_start = np.searchsorted(column, np.arange(nb + 1)).astype(np.int64)
-        lengths = sizes[row] * sizes[column]
-        in_memory = np.argsort(row * max(nb, 1) + column) if by_rows else slice(None)
-        value_start = np.empty(len(row), dtype=np.int64)
-        value_start[in_memory] = np.concatenate(([0], np.cumsum(lengths[in_memory])))[:-1]
-        named = {} if name_of is None else {"name_of": name_of}
-        return cls(
-            np.asarray(sizes, dtype=np.int64),
-            column_start,
-            row.astype(np.int64),
-            value_start,
-            **named,
-        )
+        return cls.from_keys(sizes, low * nb + high, name_of, by_rows)
+
+    @classmethod
+    def from_keys(
+        cls,
+        sizes: Ints,
+        keys: Ints,
+        name_of: Callable[[int], str] | None = None,
+        by_rows: bool = False,
+    ) -> BlockPattern:
+        """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
+        sizes = np.ascontiguousarray(sizes, dtype=np.int64)
+        arrays = pattern_arrays(sizes, np.sort(keys), by_rows)
+        return cls(sizes, *arrays) if name_of is None else cls(sizes, *arrays, name_of)
 
     def find(self, rows: Ints, columns: Ints) -> Ints:
         """Offset in the values of each block ``(max, min)`` of the given pairs; all must exist."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
+from arael.runtime.fingerprint import fingerprint
 from arael.runtime.store.buffers import Buffers
 from arael.runtime.store.messages import Origin, error, unknown_field
 from arael.runtime.store.schema import Group, Leaf, fields_of
@@ -63,6 +64,12 @@ class Columns:
         self.missing: set[str] = set()
         # New rows start with the flag last set for the whole collection.
         self.optimize_new = {flag: True for c in self.data.values() for flag in flags_of(c)}
+        params = [c.path for c in self.data.values() if c.role == "param"]
+        self._flags = [
+            *(f"{path}.fixed" for path in params),
+            *self.optimize_new,
+            *(f"{path}?" for path in self.optionals if params),
+        ]
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -109,6 +116,11 @@ class Columns:
     def free(self, path: str) -> Bools:
         """Parameters that are solved for (size,): there, not fixed, and to be optimised."""
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
+
+    @property
+    def flags_version(self) -> Any:
+        """Differs from what it was whenever `free` of a parameter or of a part of it does."""
+        return tuple(fingerprint(self.buffers.view(name)) for name in self._flags)
 
     def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""

@@ -45,7 +45,6 @@ class Table(Columns):
         self.structure_version = 0
         self.data_version: int | None = None  # not counted: Python writes through views
         self.values_version: int | None = None
-        self.flags_version: int | None = None
         self._slots = Slots(first_generation)
         self._cache: dict[str, tuple[Any, Any]] = {}
         self.buffers.add(SLOT, np.int64)

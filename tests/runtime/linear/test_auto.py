@@ -37,7 +37,6 @@ def test_plan_reports_every_solver(name: str) -> None:
 @pytest.mark.parametrize(
     ("pattern", "expected"),
     [
-        (build([3, 3], [(0, 1)]), "dense"),
         (build([6] * 20, [(i, j) for i in range(20) for j in range(i)]), "dense"),
         (chain(500, 6), "band"),
         (branches(30, 30, 6), "sparse"),
@@ -114,21 +113,23 @@ def test_cholmod_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "SuiteSparse" in diagnostic.notes[0]
 
 
-@pytest.mark.parametrize("sizes", [[1], [2], [1, 1], [3, 3, 3], [2] * 10])
-def test_tiny_problems_are_compared_and_never_iterated(sizes: list[int]) -> None:
+@pytest.mark.parametrize("sizes", [[1], [2], [1, 1], [3, 3, 3], [2] * 10, [8] * 8])
+def test_small_systems_are_dense_and_nothing_is_compared(sizes: list[int]) -> None:
     for edges in ([], [(k + 1, k) for k in range(len(sizes) - 1)]):
-        plan = make_solver("auto", build(sizes, edges)).plan
-        assert plan["solver"] in CANDIDATES
-        assert plan["costs"].keys() >= {"dense", "band", "sparse"}
-        rest = {
-            name: plan["costs"][name]["predicted_ms"]
-            for name in CANDIDATES
-            if name in plan["costs"]
-        }
-        assert plan["solver"] == min(rest, key=lambda name: rest[name])
+        pattern = build(sizes, edges)
+        plan = make_solver("auto", pattern).plan
+        assert plan["solver"] == "dense"
+        assert list(plan["costs"]) == ["dense"]
         unknowns = f"{sum(sizes)} unknown{'s' if sum(sizes) > 1 else ''} in"
-        assert f"{plan['solver']} is predicted to factorise {unknowns}" in plan["why"]
-        assert plan["why"].endswith(": so few unknowns that the choice hardly matters")
+        assert f"dense is predicted to factorise {unknowns}" in plan["why"]
+        assert "up to 64 unknowns it is taken without comparing others" in plan["why"]
+        compared = make_solver("dense", pattern).plan["costs"]
+        assert plan["costs"]["dense"] == compared["dense"]
+
+
+def test_above_64_unknowns_and_with_options_solvers_are_compared() -> None:
+    assert len(make_solver("auto", chain(13, 5)).plan["costs"]) > 3
+    assert len(make_solver("auto", chain(3, 2), ordering="natural").plan["costs"]) > 3
 
 
 class _NotPositiveDefiniteError(Exception):

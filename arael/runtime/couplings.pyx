@@ -1,0 +1,314 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Which blocks the instances of a group couple, and where their contributions go.
+
+Called a few times per group and once per pattern: a problem of few unknowns may have as many groups
+as rows, and NumPy takes a microsecond or more for each operation on each of them.
+"""
+
+import numpy as np
+
+from libc.stdint cimport int32_t, int64_t, uint8_t
+
+from arael.runtime.address cimport address, writable
+
+
+cdef const int64_t* ints(array) except? NULL:
+    return <const int64_t*>address(array, np.int64)
+
+
+def used_rows(list ways, list blocks, Py_ssize_t n, Py_ssize_t nowhere):
+    """Rows, scalars and blocks of the entities that `n` instances use.
+
+    Parameters
+    ----------
+    ways : per use, (n,) int64 rows of the instances
+    blocks : per use, the `EntityBlocks` of its entity
+    nowhere : scalar that stands for what is not solved for
+
+    Returns
+    -------
+    rows : (n, uses) int32
+    gradient_at : (n, uses) int32, first scalar, or `nowhere`
+    block : (n, uses) int64, block, or -1
+    """
+    cdef Py_ssize_t uses = len(ways), u, k, row, size
+    cdef const int64_t* way
+    cdef const int64_t* first
+    cdef const int64_t* number
+    rows = np.empty((n, uses), dtype=np.int32)
+    gradient_at = np.empty((n, uses), dtype=np.int32)
+    block = np.empty((n, uses), dtype=np.int64)
+    cdef int32_t* to_row = <int32_t*>writable(rows, np.int32)
+    cdef int32_t* to_scalar = <int32_t*>writable(gradient_at, np.int32)
+    cdef int64_t* to_block = <int64_t*>writable(block, np.int64)
+    for u in range(uses):
+        way = <const int64_t*>address(ways[u], np.int64, n)
+        size = len(blocks[u].first)
+        first, number = ints(blocks[u].first), ints(blocks[u].block)
+        for k in range(n):
+            row = way[k]
+            if not 0 <= row < size:
+                raise IndexError(f"row {row} of {size}")
+            to_row[k * uses + u] = <int32_t>row
+            to_scalar[k * uses + u] = <int32_t>(first[row] if first[row] >= 0 else nowhere)
+            to_block[k * uses + u] = number[row]
+    return rows, gradient_at, block
+
+
+def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
+    """Append ``lower * nb + higher`` of all pairs of blocks that instances couple.
+
+    Parameters
+    ----------
+    block : (n, uses) int64
+    coupled : (pairs,) uint8, whether some residual reads both uses of a pair
+    nb : blocks of the system
+    keys : int64, with room for all pairs of all instances
+    count : keys that are there already
+
+    Returns
+    -------
+    Keys that are there now.
+    """
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, a, b
+    cdef const int64_t* at = ints(block)
+    cdef const uint8_t* chosen = <const uint8_t*>address(coupled, np.uint8, uses * (uses + 1) // 2)
+    cdef int64_t* found = <int64_t*>writable(keys, np.int64, count + n * uses * (uses - 1) // 2)
+    cdef int64_t i, j
+    with nogil:
+        for _ in range(n):
+            for a in range(uses):
+                i = at[a]
+                if i < 0:
+                    continue
+                for b in range(a):
+                    j = at[b]
+                    if j >= 0 and i != j and chosen[a * (a + 1) // 2 + b]:
+                        found[count] = i * nb + j if i < j else j * nb + i
+                        count += 1
+            at += uses
+    return count
+
+
+def leads_behind(block, Py_ssize_t lead):
+    """How often the use `lead` stands behind another one in the system, less how often before."""
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, u, found = 0
+    cdef const int64_t* at = ints(block)
+    with nogil:
+        for _ in range(n):
+            if at[lead] >= 0:
+                for u in range(uses):
+                    if at[u] >= 0:
+                        found += (at[lead] > at[u]) - (at[lead] < at[u])
+            at += uses
+    return found
+
+
+def pattern_arrays(sizes, keys, bint by_rows):
+    """Columns, rows and places of the blocks of a pattern.
+
+    Parameters
+    ----------
+    sizes : (nb,) int64
+    keys : (m,) int64, ascending: ``lower * nb + higher`` of each pair that is coupled, repeated or
+        not; diagonal blocks may be among them
+    by_rows : whether values lie by block rows instead of by columns
+
+    Returns
+    -------
+    column_start, rows, value_start : as `BlockPattern` has them
+    """
+    cdef Py_ssize_t nb = len(sizes), m = len(keys), column, k = 0, count = 0
+    cdef const int64_t* size = ints(sizes)
+    cdef const int64_t* key = ints(keys)
+    cdef int64_t row, last, end = 0
+    column_start = np.empty(nb + 1, dtype=np.int64)
+    rows = np.empty(nb + m, dtype=np.int64)
+    begins = np.zeros(nb + 1, dtype=np.int64)
+    cdef int64_t* start = <int64_t*>writable(column_start, np.int64)
+    cdef int64_t* to = <int64_t*>writable(rows, np.int64)
+    cdef int64_t* begin = <int64_t*>writable(begins, np.int64)
+    for column in range(nb):
+        start[column] = count
+        to[count] = last = column
+        count += 1
+        while k < m and key[k] < (column + 1) * nb:
+            row = key[k] - column * nb
+            if row != last:
+                to[count] = last = row
+                count += 1
+            k += 1
+    start[nb] = count
+    rows = rows[:count]
+    value_start = np.empty(count, dtype=np.int64)
+    cdef int64_t* place = <int64_t*>writable(value_start, np.int64)
+    if by_rows:
+        for column in range(nb):
+            for k in range(start[column], start[column + 1]):
+                begin[to[k] + 1] += size[column] * size[to[k]]
+        for column in range(nb):
+            begin[column + 1] += begin[column]
+        for column in range(nb):
+            for k in range(start[column], start[column + 1]):
+                place[k] = begin[to[k]]
+                begin[to[k]] += size[column] * size[to[k]]
+    else:
+        for column in range(nb):
+            for k in range(start[column], start[column + 1]):
+                place[k] = end
+                end += size[column] * size[to[k]]
+    return column_start, rows, value_start
+
+
+def diagonal_of(pattern):
+    """(n,) int64 offset in the values of each diagonal scalar of a pattern."""
+    cdef Py_ssize_t nb = pattern.block_count, column, k, size
+    cdef const int64_t* sizes = ints(pattern.sizes)
+    cdef const int64_t* start = ints(pattern.column_start)
+    cdef const int64_t* place = ints(pattern.value_start)
+    found = np.empty(pattern.size, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(found, np.int64)
+    for column in range(nb):
+        size = sizes[column]
+        for k in range(size):
+            to[k] = place[start[column]] + k * (size + 1)
+        to += size
+    return found
+
+
+def rows_and_columns(pattern, scalars):
+    """Offsets of all values in the rows and columns of some scalars, their diagonals excepted.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    scalars : (m,) int64, each once
+
+    Returns
+    -------
+    start : (m + 1,) int64, where each scalar's offsets begin
+    positions : int64, the offsets
+    """
+    cdef Py_ssize_t nb = pattern.block_count, m = len(scalars), column, block, k, i, j, row
+    cdef int64_t width, height, at
+    cdef int pass_
+    cdef const int64_t* sizes = ints(pattern.sizes)
+    cdef const int64_t* begin = ints(pattern.column_start)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef const int64_t* place = ints(pattern.value_start)
+    cdef const int64_t* offset = ints(pattern.offsets)
+    numbers = np.full(pattern.size + 1, -1, dtype=np.int64)
+    numbers[scalars] = np.arange(m)
+    cdef const int64_t* number = ints(numbers)
+    # Whether a block has one of the scalars: most have none, and are passed over.
+    marks = np.zeros(nb + 1, dtype=np.uint8)
+    marks[np.searchsorted(pattern.offsets, scalars, side="right") - 1] = 1
+    cdef const uint8_t* marked = <const uint8_t*>address(marks, np.uint8)
+    starts = np.zeros(m + 1, dtype=np.int64)
+    ends = np.zeros(m + 1, dtype=np.int64)
+    cdef int64_t* start = <int64_t*>writable(starts, np.int64)
+    cdef int64_t* end = <int64_t*>writable(ends, np.int64)
+    positions = np.empty(0, dtype=np.int64)
+    cdef int64_t* to = NULL
+    for pass_ in range(2):  # count, then fill
+        for column in range(nb):
+            width = sizes[column]
+            for block in range(begin[column], begin[column + 1]):
+                row = rows[block]
+                if not (marked[row] or marked[column]):
+                    continue
+                height = sizes[row]
+                for i in range(height):
+                    for j in range(width):
+                        if row == column and i == j:
+                            continue
+                        at = place[block] + i * width + j
+                        k = number[offset[row] + i]
+                        if k >= 0:
+                            if pass_:
+                                to[end[k]] = at
+                            end[k] += 1
+                        k = number[offset[column] + j]
+                        if k >= 0:
+                            if pass_:
+                                to[end[k]] = at
+                            end[k] += 1
+        if pass_ == 0:
+            for k in range(m):
+                start[k + 1] = start[k] + end[k]
+            positions = np.empty(start[m], dtype=np.int64)
+            to = <int64_t*>writable(positions, np.int64)
+            for k in range(m):
+                end[k] = start[k]
+    return starts, positions
+
+
+cdef inline Py_ssize_t found_in(
+    const int64_t* rows, Py_ssize_t begin, Py_ssize_t end, int64_t row
+) noexcept nogil:
+    """Index of `row` in ascending rows; `end` if it is not there."""
+    cdef Py_ssize_t middle, last = end
+    while begin < end:
+        middle = (begin + end) // 2
+        if rows[middle] < row:
+            begin = middle + 1
+        else:
+            end = middle
+    return begin if begin < last and rows[begin] == row else last
+
+
+def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
+    """Where the contributions of each instance go in the values.
+
+    Parameters
+    ----------
+    block : (n, uses) int64
+    coupled : (pairs,) uint8, whether some residual reads both uses of a pair
+    pattern : BlockPattern
+        Has every block that is coupled.
+    nowhere : place of what is not solved for
+
+    Returns
+    -------
+    block_at : (n, pairs) int64
+    turn : (n, pairs) uint8
+    """
+    cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, a, b, p, pairs, at
+    pairs = uses * (uses + 1) // 2
+    block_at = np.empty((n, pairs), dtype=np.int64)
+    turn = np.empty((n, pairs), dtype=np.uint8)
+    cdef const int64_t* one = ints(block)
+    cdef const uint8_t* chosen = <const uint8_t*>address(coupled, np.uint8, pairs)
+    cdef const int64_t* start = ints(pattern.column_start)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef const int64_t* place = ints(pattern.value_start)
+    cdef int64_t* to = <int64_t*>writable(block_at, np.int64)
+    cdef uint8_t* how = <uint8_t*>writable(turn, np.uint8)
+    cdef int64_t i, j
+    cdef bint lost = False
+    with nogil:
+        for _ in range(n):
+            p = 0
+            for a in range(uses):
+                i = one[a]
+                for b in range(a + 1):
+                    j = one[b]
+                    to[p], how[p] = nowhere, 0
+                    if i >= 0 and j >= 0 and chosen[p]:
+                        if i == j:
+                            to[p] = place[start[i]]
+                        else:
+                            at = found_in(rows, start[min(i, j)], start[min(i, j) + 1], max(i, j))
+                            if at == start[min(i, j) + 1]:
+                                lost = True
+                            else:
+                                to[p] = place[at]
+                        if a != b:
+                            how[p] = 2 if i == j else 1 if i < j else 0
+                    p += 1
+            one += uses
+            to += pairs
+            how += pairs
+    if lost:
+        raise ValueError("the pattern lacks a block that is coupled")
+    return block_at, turn

@@ -1,0 +1,44 @@
+"""The linear solver of small systems, which is chosen without an analysis.
+
+Orderings, symbolic factors and predicted costs of all solvers take milliseconds. A dense
+factorisation of `SMALL` unknowns takes three microseconds: hundreds of factorisations would not win
+back what choosing takes.
+This module imports none of what the analysis needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.linear.price import dense_cost
+
+#: Unknowns up to which `auto` takes the dense solver.
+SMALL = 64
+
+
+def small_solver(
+    name: str, pattern: BlockPattern, single: bool, options: Mapping[str, Any]
+) -> LinearSolver | None:
+    """The dense solver where `auto` takes it without an analysis, else None.
+
+    With options the general way is taken, which checks and reports them.
+    """
+    if name != "auto" or options or pattern.size > SMALL:
+        return None
+    solver = DenseSolver(pattern, single)
+    cost = dense_cost(pattern.size, single)
+    unknowns = f"{pattern.size} unknown{'' if pattern.size == 1 else 's'}"
+    solver.plan.update(
+        asked=name,
+        why=f"dense is predicted to factorise {unknowns} in {cost.milliseconds:.3g} ms; up to "
+        f"{SMALL} unknowns it is taken without comparing others, which would take longer than it",
+        precision="f32" if single else "f64",
+        predicted_ms=cost.milliseconds,
+        orderings={},
+        costs={"dense": cost.as_dict()},
+    )
+    return solver
