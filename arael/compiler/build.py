@@ -30,6 +30,9 @@ NATIVE = "native"
 BASELINE = "baseline"
 
 
+HEADERS = Path(__file__).resolve().parents[1] / "runtime"
+"""Folder of ``lanes.h``, which generated kernels include."""
+
 PROBE_LIMIT = 20.0
 """Seconds that the C compiler may take for the smallest extension module."""
 
@@ -251,7 +254,8 @@ def compile_c(
     if sys.platform == "win32":
         return _compile_with_setuptools(c_file, module, target)
     compiler = _command()
-    include = [f"-I{sysconfig.get_path('include')}", f"-I{sysconfig.get_path('platinclude')}"]
+    folders = sysconfig.get_path("include"), sysconfig.get_path("platinclude"), str(HEADERS)
+    include = [f"-I{folder}" for folder in folders]
     shared = ["-shared", "-fPIC"]
     if sys.platform == "darwin":
         shared = ["-bundle", "-undefined", "dynamic_lookup", "-fPIC"]
@@ -393,7 +397,7 @@ def _compile_with_setuptools(c_file: Path, module: Path, target: str) -> Path:
         objects = compiler.compile(
             [str(c_file)],
             output_dir=str(c_file.parent),
-            include_dirs=[sysconfig.get_path("include")],
+            include_dirs=[sysconfig.get_path("include"), str(HEADERS)],
             extra_preargs=compile_flags(target),
         )
         compiler.link_shared_object(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from arael.compiler.emit.rows import PADDING
 from arael.compiler.emit.scatter import Plan, Target
 from arael.compiler.emit.writer import Writer
+
+# Columns that `add_rows` may read behind the last one: a tile of f32 has 8.
+PADDING = 7
 
 # Scalars of a cache line, of doubles.
 LINE = 8

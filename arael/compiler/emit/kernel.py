@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.compiler.emit import accumulate, rolled
+from arael.compiler.emit import accumulate
+from arael.compiler.emit.large import emit_large
 from arael.compiler.emit.scatter import make_plan
 from arael.compiler.emit.writer import Writer, comment, statements
 from arael.compiler.groups import Kernel
@@ -33,6 +34,9 @@ def emit_constraint(
         f"# {group.residuals} residuals, {len(group.jacobian)} Jacobian entries; operations "
         f"{group.operations_before} before and {group.operations_after} after sharing"
     )
+    if kernel.parts is not None:
+        emit_large(w, number, kernel, entities)
+        return
     _emit_cost(w, number, kernel, entities)
     _emit_both(w, number, kernel, entities, ordered)
     if group.moving_guard is not None:
@@ -177,10 +181,7 @@ def _emit_both(
     """Write ``evaluate_N``, which accumulates or writes rows, and the two faces of it."""
     group, tape = kernel.group, kernel.linearise
     r, entries = group.residuals, len(group.jacobian)
-    tangent = [entities[use.entity].tangent for use in group.uses]
     plan = make_plan(kernel, entities, ordered)
-    if kernel.rolled:
-        rolled.emit_tables(w, number, kernel, tangent)
     accumulate.emit_settle(w, number, plan)
     with w.block(
         f"cdef double evaluate_{number}(const Lanes* lanes, real* gradient, real* values, "
@@ -196,8 +197,6 @@ def _emit_both(
         if plan.shared:
             w.line(f"cdef real o[{plan.shared}][W]")
         accumulate.declare(w, plan)
-        if kernel.rolled:
-            rolled.declare(w, kernel, tangent)
         w.line("cdef double total[W]")
         w.line("cdef double cost = 0")
         declared = len(w.lines)
@@ -219,8 +218,6 @@ def _emit_both(
                 w.line(f"entries += {entries}")
             with w.block("else:"):
                 _add_squares(w, plan.sources[:r])
-                if kernel.rolled:
-                    rolled.products(w, number, kernel, plan.sources)
                 accumulate.emit_block(w, number, plan)
             uses = len(group.uses)
             w.line(f"d += {group.data_count} * W")

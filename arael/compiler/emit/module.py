@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import arael
 from arael.compiler.emit.kernel import emit_constraint
 from arael.compiler.emit.refresh import emit_refresh
-from arael.compiler.emit.rows import emit_rows
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
@@ -37,23 +36,6 @@ _FUNCTIONS_1 = [
 ]
 _FUNCTIONS_2 = ("pow", "atan2", "hypot", "copysign")
 
-# glibc's vector library has these since 2.22 and, in the second row, since 2.35.
-_VECTOR_OLD = ("sin", "cos", "exp", "log", "pow")
-_VECTOR_NEW = [
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "cbrt",
-    "log2",
-    "log10",
-    "hypot",
-]
-
 
 def emit_module(
     name: str,
@@ -73,7 +55,8 @@ def emit_module(
     """
     w = Writer()
     called = sorted({len(args) for k in kernels for args in _native_calls(k)})
-    _head(w, name, source, source_hash, precision, "Native, " if called else "")
+    large = any(kernel.parts is not None for kernel in kernels)
+    _head(w, name, source, source_hash, precision, "Native, " if called else "", large)
     if called:
         _natives(w, natives, called)
     own = entities if refreshed else ()
@@ -115,7 +98,13 @@ def _natives(w: Writer, names: Sequence[str], arities: Sequence[int]) -> None:
 
 
 def _head(
-    w: Writer, name: str, source: str, source_hash: str, precision: str, imported: str
+    w: Writer,
+    name: str,
+    source: str,
+    source_hash: str,
+    precision: str,
+    imported: str,
+    large: bool,
 ) -> None:
     suffix = "f" if precision == "f32" else ""
     scalar = "float" if precision == "f32" else "double"
@@ -135,22 +124,11 @@ def _head(
     w.line()
     w.line("cdef extern from *:")
     w.line('    """')
-    w.line("#include <math.h>")
-    w.line("#include <stddef.h>")
-    w.line("#include <string.h>")
-    w.line("/* Vector forms of the C library's functions, where it has them (glibc's libmvec). */")
-    w.line("#if defined(__GLIBC__) && defined(__x86_64__) && defined(ARAEL_LIBMVEC)")
-    _redeclare(w, _VECTOR_OLD, suffix)
-    w.line("#if __GLIBC_PREREQ(2, 35)")
-    _redeclare(w, _VECTOR_NEW, suffix)
-    w.line("#endif")
-    w.line("#endif")
-    w.line("#if defined(__GNUC__) || defined(__clang__)")
-    w.line("#define fetch(at) __builtin_prefetch((at), 1)")
-    w.line("#else")
-    w.line("#define fetch(at) ((void)0)")
-    w.line("#endif")
-    emit_rows(w, scalar, LANES[precision])
+    if precision == "f32":
+        w.line("#define ARAEL_SINGLE")
+    if large:
+        w.line("#define ARAEL_LARGE")
+    w.line('#include "lanes.h"')
     w.line('    """')
     w.line(f"    void fetch({scalar}* at) noexcept nogil")
     for name in ("add_rows", "put_rows"):
@@ -167,16 +145,26 @@ def _head(
     w.line()
     w.line(f"ctypedef {scalar} real")
     w.line()
+    if large:
+        _large(w)
     w.line("cdef enum:")
     w.line(f"    W = {LANES[precision]}")
 
 
-def _redeclare(w: Writer, functions: Sequence[str], suffix: str) -> None:
-    scalar = "float" if suffix else "double"
-    for function in functions:
-        arguments = f"{scalar}, {scalar}" if function in _FUNCTIONS_2 else scalar
-        w.line("#pragma omp declare simd notinbranch")
-        w.line(f"extern {scalar} {function}{suffix}({arguments});")
+def _large(w: Writer) -> None:
+    """Declare what kernels in parts use of the header."""
+    with w.block("cdef extern from *:"):
+        w.line("ctypedef void arael_part")
+        w.line("ctypedef real* arael_columns")
+        w.line("ctypedef const real* arael_data")
+        w.line("ctypedef struct arael_jacobian:")
+        w.line("    pass")
+        w.line("void add_products(")
+        w.line("    const arael_jacobian* filled, const real* o, real* rows, Py_ssize_t count,")
+        w.line("    int run, real* gradient, real* values, const int32_t* gradient_at,")
+        w.line("    const int64_t* block_at, const uint8_t* turn, const uint8_t* first,")
+        w.line(") noexcept nogil")
+    w.line()
 
 
 def _table(
