@@ -121,10 +121,37 @@ def compile_constraint(
     single: bool = False,
     functions: Functions | None = None,
 ) -> Kernel:
-    """Derive everything about one constraint at one place, for f32 where `single`."""
+    """Derive everything about one constraint at one place, for f32 where `single`.
+
+    Where a product of matrices is applied to a vector, the constraint is derived twice, and the
+    shorter program is taken: factor by factor is shorter for few vectors, the product for many, or
+    where the product depends on data alone.
+    """
+    functions = functions or Functions()
+    kernel, chains = _compile(site, states, single, functions, factored=True)
+    if chains:
+        other, _ = _compile(site, states, single, functions, factored=False)
+        if _length(other) <= _length(kernel):
+            return other
+    return kernel
+
+
+def _length(kernel: Kernel) -> int:
+    """Operations of residuals and derivatives, without the products that large ones leave out."""
+    return kernel.group.tape.operations
+
+
+def _compile(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool,
+    functions: Functions,
+    factored: bool,
+) -> tuple[Kernel, int]:
+    """Derive a constraint; return the number of products applied factor by factor, too."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
-    scalariser = Scalariser(graph, uses, functions or Functions())
+    scalariser = Scalariser(graph, uses, functions, factored)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -134,7 +161,8 @@ def compile_constraint(
         (holds,) = scalariser.nodes(moving)
         residuals = switched(graph, residuals)
     jacobian = _differentiate(graph, residuals, uses)
-    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    kernel = _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    return kernel, scalariser.chains
 
 
 def _differentiate(
