@@ -235,7 +235,11 @@ def _names_only(files: re.Match[str]) -> str:
 
 
 def compile_c(
-    c_file: Path, target: str = NATIVE, what: str = "compiling", limit: float | None = None
+    c_file: Path,
+    target: str = NATIVE,
+    what: str = "compiling",
+    limit: float | None = None,
+    spent: float = 0.0,
 ) -> Path:
     """Compile and link one generated C file; return the extension module beside it.
 
@@ -243,6 +247,7 @@ def compile_c(
     ----------
     what : for reports of progress
     limit : seconds that the compiler may take, instead of `compile_limit`
+    spent : seconds that went before, for reports of progress
 
     Raises
     ------
@@ -275,6 +280,7 @@ def compile_c(
         c_file,
         what,
         compile_limit() if limit is None else limit,
+        spent,
     )
     if not module.is_file():
         raise NoCompiler(
@@ -299,9 +305,9 @@ def _extra(variable: str) -> list[str]:
     return os.environ.get(variable, "").split()
 
 
-def _run(command: Sequence[str], source: Path, what: str, limit: float) -> None:
+def _run(command: Sequence[str], source: Path, what: str, limit: float, spent: float) -> None:
     try:
-        done = run_bounded(command, source.parent, limit, what)
+        done = run_bounded(command, source.parent, limit, what, spent)
     except TimedOut:
         raise NoCompiler(_too_slow(command[0], limit)) from None
     except OSError as error:
