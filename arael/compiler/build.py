@@ -33,6 +33,16 @@ BASELINE = "baseline"
 HEADERS = Path(__file__).resolve().parents[1] / "runtime"
 """Folder of ``lanes.h``, which generated kernels include."""
 
+# GCC would write out short loops over the lanes before it looks whether they vectorise.
+FLAGS = [
+    "-O3",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fopenmp-simd",
+    "--param=max-completely-peel-times=7",
+]
+"""Flags of GCC and Clang on which the speed of kernels depends, on every machine."""
+
 PROBE_LIMIT = 20.0
 """Seconds that the C compiler may take for the smallest extension module."""
 
@@ -58,12 +68,8 @@ def compile_flags(target: str = NATIVE) -> list[str]:
     """
     if sys.platform == "win32":
         return ["/O2", "/fp:precise", "/DNDEBUG"]
-    flags = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-fopenmp-simd", "-w", "-g0"]
     # Assertions of Python's headers would bring the headers' paths along.
-    flags.append("-DNDEBUG")
-    # GCC would write out short loops over the lanes before it looks whether they vectorise.
-    flags.append("--param=max-completely-peel-times=7")
-    flags += machine_flags(target)
+    flags = [*FLAGS, "-w", "-g0", "-DNDEBUG", *machine_flags(target)]
     if has_vector_library():
         flags.append("-DARAEL_LIBMVEC")
     return flags

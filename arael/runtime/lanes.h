@@ -172,7 +172,7 @@ static void move_rows(ptrdiff_t count, const arael_real *q, arael_real *const *a
 #define ARAEL_RESTRICT __restrict
 #else
 #define ARAEL_APART __attribute__((noinline))
-#define ARAEL_INLINE __attribute__((always_inline))
+#define ARAEL_INLINE inline __attribute__((always_inline))
 #define ARAEL_RESTRICT __restrict__
 #endif
 
@@ -182,6 +182,9 @@ static ARAEL_APART void add_rows(ptrdiff_t count, const arael_real *q, arael_rea
 static ARAEL_APART void put_rows(ptrdiff_t count, const arael_real *q, arael_real *const *at) {
     move_rows(count, q, at, 0);
 }
+
+/* Type of Cython's functions that are compiled where they are called. */
+#define arael_inlined ARAEL_INLINE void
 
 #ifdef ARAEL_LARGE
 /* Types of Cython's functions in which a part of a large kernel is compiled by itself. */

@@ -22,10 +22,13 @@ def emitted(text: str, name: str = "model.arael", precision: str | None = None) 
     return compiler.emit(compiler.derive(model, name, precision), cache.digest(text.encode())[:16])
 
 
-@pytest.mark.parametrize("name", ["linear", "pose_graph_2d", "slam"])
-def test_generated_source_is_as_last_reviewed(name: str, request: pytest.FixtureRequest) -> None:
-    found = emitted(standard_models()[name].read_text(), f"{name}.arael")
-    golden = GOLDEN / f"{name}.pyx.txt"
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("name", sorted(standard_models()))
+def test_generated_source_is_as_last_reviewed(
+    name: str, precision: str, request: pytest.FixtureRequest
+) -> None:
+    found = emitted(standard_models()[name].read_text(), f"{name}.arael", precision)
+    golden = GOLDEN / f"{name}.{precision}.pyx.txt"
     if request.config.getoption("--update"):
         GOLDEN.mkdir(exist_ok=True)
         golden.write_text(found)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from arael.compiler.emit.operators import expression, literal
-from arael.compiler.emit.writer import Writer, comment
+from arael.compiler.emit.writer import Writer, comment, described
 from arael.compiler.groups import Kernel
 from arael.compiler.parts import Part, Parts, cut
 from arael.compiler.runs import formula
@@ -151,8 +151,7 @@ def _part(w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part) -> No
     for node in part.nodes:
         place = tape.places[node] if tape.places else -1
         if place >= 0 and place != written:
-            where = comment(group.places[place].where.rpartition("/")[2])
-            body.line(f"# {where}: {comment(group.places[place].text)}")
+            body.line(f"# {described(group.places[place])}")
             written = place
         value = expression(tape.ops[node], [name(a) for a in tape.args[node]])
         body.line(f"{own[node]} = {value}")
