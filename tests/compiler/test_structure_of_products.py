@@ -89,7 +89,7 @@ def test_a_difference_shares_its_products() -> None:
 def test_what_is_zero_has_no_code() -> None:
     """One of six scalars is solved for in the constraint: one entry of J'r and of J'J is added."""
     text = emitted(POSES.replace("BODY", "[exp(q.y)]"))
-    block = text[text.index("cdef double evaluate_0") : text.index("cdef double linearise_0")]
+    block = text[text.index("cdef arael_inlined evaluate_0") : text.index("cdef double cost_0")]
     added = [line for line in block.splitlines() if "+=" in line and line.strip()[0] == "h"]
     assert [line.split("[")[1].split("]")[0] for line in added if "_at" not in line] == ["4", "28"]
 

@@ -8,8 +8,9 @@ scalar there is a loop over a table here, and the products J'r and J'J are forme
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from arael.compiler.emit.names import emit_inputs, jacobian_names
 from arael.compiler.emit.operators import expression, literal
 from arael.compiler.emit.writer import Writer, comment, described
 from arael.compiler.groups import Kernel
@@ -24,13 +25,31 @@ def emit_large(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
     group = kernel.group
     parts = kernel.parts
     assert parts is not None
+    emit_inputs(w, kernel, "v")
+    notes = _legend(w, kernel, parts, entities)
     _tables(w, number, kernel, entities)
-    _emit_parts(w, number, kernel, kernel.linearise, parts, ("residual", "jacobian"))
+    _emit_parts(w, number, kernel, kernel.linearise, parts, ("residual", "jacobian"), notes)
     _evaluate(w, number, kernel, entities, parts)
     if group.moving_guard is not None:
         guard = cut(group.moving_guard, 1, len(group.states))
-        _emit_parts(w, number, kernel, group.moving_guard, guard, ("guard", "guard"))
+        _emit_parts(w, number, kernel, group.moving_guard, guard, ("guard", "guard"), {})
         _guard(w, number, kernel, entities, guard)
+
+
+def _legend(w: Writer, kernel: Kernel, parts: Parts, entities: Sequence[Entity]) -> dict[int, str]:
+    """Write what the columns of the workspace hold; return the names of results by column."""
+    group, first = kernel.group, parts.first
+    middle, end = first + group.residuals, first + group.residuals + len(group.jacobian)
+    w.line("# Columns of the workspace")
+    for start, stop, text in (
+        (first, middle, "residuals"),
+        (middle, end, "Jacobian, by residual and parameter"),
+        (end, parts.width, "values that a later part reads"),
+    ):
+        if stop > start:
+            w.line(f"#     v[{start}] to v[{stop - 1}]  {text}")
+    names = [*(f"r{k}" for k in range(group.residuals)), *jacobian_names(group, entities)]
+    return {first + k: name for k, name in enumerate(names)}
 
 
 def _tables(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
@@ -98,9 +117,18 @@ def jacobian_runs(
 
 
 def _emit_parts(
-    w: Writer, number: int, kernel: Kernel, tape: Tape, parts: Parts, names: tuple[str, str]
+    w: Writer,
+    number: int,
+    kernel: Kernel,
+    tape: Tape,
+    parts: Parts,
+    names: tuple[str, str],
+    notes: Mapping[int, str],
 ) -> None:
-    """Write the function of each part; the leading ones are called ``names[0]_N_k``."""
+    """Write the function of each part; the leading ones are called ``names[0]_N_k``.
+
+    `notes` are the names of results by their column.
+    """
     for k, part in enumerate(parts.parts):
         name, at = _part_name(parts, k, names)
         last = parts.leading if k < parts.leading else len(parts.parts) - parts.leading
@@ -109,7 +137,7 @@ def _emit_parts(
             f"cdef arael_part {name}_{number}_{at}(const Lanes* lanes, arael_data d, "
             "arael_columns v) noexcept nogil:"
         ):
-            _part(w, kernel, tape, parts, part)
+            _part(w, kernel, tape, parts, part, notes)
         w.line()
 
 
@@ -117,7 +145,9 @@ def _part_name(parts: Parts, k: int, names: tuple[str, str]) -> tuple[str, int]:
     return (names[0], k) if k < parts.leading else (names[1], k - parts.leading)
 
 
-def _part(w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part) -> None:
+def _part(
+    w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part, notes: Mapping[int, str]
+) -> None:
     """Write the body of a part: temporaries of its own, columns for what others read."""
     group = kernel.group
     states, data = len(group.states), group.data_count
@@ -145,6 +175,9 @@ def _part(w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part) -> No
             return f"d[({number - states}{step}) * W + w]"
         return f"(<const real*>lanes.uniform)[{number - states - data}{step}]"
 
+    def beside(column: int) -> str:
+        return f"  # {comment(notes[column])}" if column in notes else ""
+
     body = Writer()
     body.depth = w.depth + 1
     written = -1
@@ -156,9 +189,9 @@ def _part(w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part) -> No
         value = expression(tape.ops[node], [name(a) for a in tape.args[node]])
         body.line(f"{own[node]} = {value}")
         for column in parts.columns.get(node, ()):
-            body.line(f"v[{column} * W + w] = {own[node]}")
+            body.line(f"v[{column} * W + w] = {own[node]}{beside(column)}")
     for column, node in part.stores:
-        body.line(f"v[{column} * W + w] = {name(node)}")
+        body.line(f"v[{column} * W + w] = {name(node)}{beside(column)}")
     loops = [(run, formula(tape, run, moving)) for run in part.runs]
     w.line("cdef Py_ssize_t w, i" if loops else "cdef Py_ssize_t w")
     for number, text in uniforms.items():
@@ -167,8 +200,12 @@ def _part(w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part) -> No
         w.line(f"cdef real {text} = (<const real*>lanes.uniform)[{k}]  # {legend}")
     w.lines_of(declarations(len(part.nodes)))
     for run, text in loops:
+        column = parts.first + run.first
+        ends = [notes[k] for k in (column, column + run.count - 1) if k in notes]
+        if ends:
+            w.line(f"# {comment(' to '.join(ends))}")
         with w.block(f"for i in range({run.count}):"), w.block("for w in range(W):"):
-            w.line(f"v[({parts.first + run.first} + i) * W + w] = {text}")
+            w.line(f"v[({column} + i) * W + w] = {text}")
     if body.lines:
         with w.block("for w in range(W):"):
             w.lines.extend(body.lines)
@@ -183,15 +220,11 @@ def declarations(count: int) -> list[str]:
 
 
 def _head(w: Writer, kernel: Kernel, width: int) -> None:
-    group = kernel.group
     w.line("cdef Py_ssize_t n = lanes.n, block, w, k, count")
     w.line("cdef const real* d = <const real*>lanes.data")
     w.line("cdef const int32_t* row = lanes.row")
     w.line("cdef const real* s")
     w.line(f"cdef real v[{width} * W]")
-    names = [*kernel.state_names, *(f"residual {k}" for k in range(group.residuals))]
-    w.lines_of(f"# v[{k}]: {comment(text)}" for k, text in enumerate(names))
-    w.lines_of(f"# d[{k}]: {comment(text)}" for k, text in enumerate(kernel.data_names))
 
 
 def _gather(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
