@@ -19,6 +19,7 @@ from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
@@ -30,6 +31,10 @@ from arael.symbolic.jacobian import jacobian as differentiate
 UNROLLED_PRODUCTS = 1500  # multiplications in J'J
 UNROLLED_TARGETS = 150  # entries of J'J
 LARGEST_BODY = 1500  # operations of residuals, derivatives and products
+
+# Multiplications in J'J of one instance beyond which a constraint is refused: one residual of some
+# 3000 parameters, whose block of the Hessian takes 40 MB.
+MAX_PRODUCTS = 5_000_000
 
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
@@ -243,7 +248,7 @@ def _assemble(
     results = [*r, *entries.values()]
     gradient: dict[tuple[int, int], int] = {}
     products: dict[tuple[int, int, int, int], int] = {}
-    large = _many_products(entries) or len(kernel) > 4 * LARGEST_BODY
+    large = _many_products(entries, site) or len(kernel) > 4 * LARGEST_BODY
     if not large:
         gradient, products = _products(kernel, r, entries)
     everything = [*results, *gradient.values(), *products.values()]
@@ -397,12 +402,29 @@ def _products(
     return gradient, products
 
 
-def _many_products(entries: Iterable[tuple[int, int, int]]) -> bool:
-    """Whether J'J takes more than is spelled out, by the places of the Jacobian's entries."""
+def _many_products(entries: Iterable[tuple[int, int, int]], site: ConstraintSite) -> bool:
+    """Whether J'J takes more than is spelled out, by the places of the Jacobian's entries.
+
+    Raises
+    ------
+    AraelError
+        E0620: it takes more than `MAX_PRODUCTS`.
+    """
     rows: dict[int, list[tuple[int, int]]] = {}
     for residual, use, tangent in entries:
         rows.setdefault(residual, []).append((use, tangent))
-    if sum(len(row) * (len(row) + 1) // 2 for row in rows.values()) > UNROLLED_PRODUCTS:
+    multiplications = sum(len(row) * (len(row) + 1) // 2 for row in rows.values())
+    if multiplications > MAX_PRODUCTS:
+        raise AraelError(
+            Diagnostic(
+                "E0620",
+                f"J'J of `{site.label}` takes {multiplications} multiplications for each instance, "
+                f"more than {MAX_PRODUCTS}",
+                site.span,
+                help=("split the residual into constraints of fewer parameters each",),
+            )
+        )
+    if multiplications > UNROLLED_PRODUCTS:
         return True
     targets = {(a, b) for row in rows.values() for i, a in enumerate(row) for b in row[: i + 1]}
     return len(targets) > UNROLLED_TARGETS

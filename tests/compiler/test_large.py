@@ -7,11 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arael.compiler import compiler
 from arael.compiler.emit.large import jacobian_runs
 from arael.compiler.parts import base, cut
+from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
+from arael.runtime.frames import frame_of
 from arael.runtime.tape import PRIMITIVES, Tape, evaluate
+from arael.syntax.parser import parse
 from tests.compiler.test_emit import emitted
 from tests.compiler.test_kernels import (
     check_against_differences,
@@ -232,3 +236,26 @@ def test_long_vectors_make_short_source() -> None:
         code = [line for line in emitted(text.format(n=n)).splitlines() if "# " not in line]
         lengths.append(len(code))
     assert lengths[0] == lengths[1] < 200
+
+
+def test_products_without_end_are_refused() -> None:
+    """Four vectors of a thousand scalars in one residual: eight million products."""
+    params = "; ".join(f"param p{k}: vec<1000>" for k in range(4))
+    total = " + ".join(f"norm2(p{k})" for k in range(4))
+    with pytest.raises(AraelError, match="takes 8002000 multiplications") as caught:
+        emitted(f"root R {{ {params}\n    constraint c {{ {total} }}\n}}\n")
+    assert caught.value.diagnostics[0].code == "E0620"
+
+
+def test_stack_of_a_large_kernel_grows_with_its_workspace() -> None:
+    """J'J is formed in place: 200 parameters take no stack for 20 000 products."""
+    text = (
+        "struct S { x: vec<200>; y: real }\nroot R { param c: vec<200>; data: list of S\n"
+        "    fit data as s { dot(c, s.x) - s.y }\n}\n"
+    )
+    model = compiler.types(parse(Source("model.arael", text)), Findings())
+    layout = compiler.derive(model, "model.arael").layout
+    (group,) = layout.groups
+    columns = 200 + 1 + 200  # parameters, residual, Jacobian; nothing is carried far
+    assert columns <= group.workspace <= columns + 250
+    assert 64 * (group.workspace + 200) < frame_of(group, layout.entities) < 400_000
