@@ -1,4 +1,4 @@
-"""How long kernels will take to compile: by the length of their functions, scaled to this machine.
+"""How long kernels will take to compile: by the length of their source, scaled to this machine.
 
 The constants are those of one machine (2 cores of an AMD EPYC, GCC 12). What compilations here have
 taken, as the cache records it, scales them.
@@ -12,16 +12,15 @@ from collections.abc import Iterable
 
 from arael.compiler.cache.kernels import recent
 
-# Seconds for a module, for each line of code, and for each pair of lines in one function: the C
-# compiler's time grows faster than the length of a function.
-_MODULE = 0.6
-_LINE = 0.8e-3
-_PAIR = 1.3e-6
+# Seconds for a module and for each line of code, Cython and the C compiler together. No function is
+# so long that its length counts more than once (`arael.compiler.parts`). Fitted to four standard
+# models and four large constraints, which take 0.4 to 1.4 of it.
+_MODULE = 0.55
+_LINE = 1.0e-3
 
 # Compilations of this machine that are looked at.
 _RECENT = 5
 
-_FUNCTION = re.compile(r"^cdef [^\n]*:\n((?: .*\n|\n)+)", re.MULTILINE)
 _CODE = re.compile(r"^ +[^# \n]", re.MULTILINE)
 
 
@@ -32,8 +31,7 @@ def expected_seconds(source: str) -> float:
 
 def predicted(source: str) -> float:
     """Seconds on the machine of the constants."""
-    lengths = [len(_CODE.findall(body)) for body in _FUNCTION.findall(source)]
-    return _MODULE + _LINE * sum(lengths) + _PAIR * sum(n * n for n in lengths)
+    return _MODULE + _LINE * len(_CODE.findall(source))
 
 
 def shown(seconds: float) -> str:

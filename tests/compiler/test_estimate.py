@@ -13,16 +13,10 @@ from arael.loading import standard_models
 from tests.compiler.test_emit import emitted
 
 
-def test_longer_functions_take_longer_than_more_functions() -> None:
-    def source(functions: int, lines: int) -> str:
-        return ("cdef void f() noexcept nogil:\n" + "    # model.arael:1\n    t0 = 1\n" * lines) * (
-            functions
-        )
-
-    one, two, long = (estimate.predicted(source(*of)) for of in ((1, 900), (2, 900), (1, 1800)))
-    assert one < two < long
-    head = estimate.predicted("# nothing\n")
-    assert two - head == pytest.approx(2 * (one - head))
+def test_comments_take_no_time() -> None:
+    code = "cdef void f() noexcept nogil:\n" + "    t0 = 1\n" * 100
+    assert estimate.predicted(code) < estimate.predicted(code * 2)
+    assert estimate.predicted(code) == estimate.predicted(code.replace("\n", "\n    # here\n"))
 
 
 def test_the_standard_models_take_seconds() -> None:
@@ -31,7 +25,7 @@ def test_the_standard_models_take_seconds() -> None:
         for name, path in standard_models().items()
         if name in ("linear", "slam")
     }
-    assert 0.5 < found["linear"] < 2 < found["slam"] < 10
+    assert 0.5 < found["linear"] < 1.5 < found["slam"] < 5
 
 
 def test_what_this_machine_has_taken_scales_the_estimate(
