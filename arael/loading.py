@@ -20,7 +20,7 @@ from arael.compiler.cache import models
 from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
-from arael.diagnostics.model_warnings import warn_of_model
+from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
 from arael.runtime.layout import Layout
@@ -28,13 +28,14 @@ from arael.runtime.native_binding import Binding
 from arael.syntax.files import read_source
 
 if TYPE_CHECKING:
+    from arael.compiler.compilation import Compilation
+    from arael.compiler.meanwhile import Meanwhile
     from arael.model import Model
 
 Precision = Literal["f32", "f64"]
+Interpret = bool | Literal["meanwhile"] | None
 
-
-class InterpretedWarning(UserWarning):
-    """A model runs on the NumPy interpreter, which is correct and slow."""
+__all__ = ["Compiled", "InterpretedWarning", "load", "load_compiled"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Compiled:
     seconds : what each stage took; empty on a warm start, without Cython and the C compiler where
         the kernels of a changed text were found
     bindings : what the caller bound to native functions, by name
+    meanwhile : the compilation that goes on in the background, if there is one
     """
 
     layout: Layout
@@ -58,6 +60,29 @@ class Compiled:
     origin: str
     seconds: dict[str, float]
     bindings: dict[str, Binding] = field(default_factory=dict)
+    meanwhile: Meanwhile | None = None
+
+    def current(self, level: int) -> Compiled:
+        """Return the model with the kernels that were compiled meanwhile, if they are there.
+
+        Parameters
+        ----------
+        level : how many calls up a warning is placed
+
+        Warns
+        -----
+        InterpretedWarning
+            The compilation has failed. What is returned does not warn again.
+        """
+        task = self.meanwhile
+        if task is None:
+            return self
+        if task.kernels is not None:
+            return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
+        if not task.failure:
+            return self
+        warn_of_interpreter(task.failure, level + 1)
+        return replace(self, meanwhile=None)
 
 
 def load(
@@ -65,7 +90,7 @@ def load(
     *,
     precision: Precision | None = None,
     root: str | None = None,
-    interpret: bool | None = None,
+    interpret: Interpret = None,
     functions: Mapping[str, Any] | None = None,
 ) -> type[Model]:
     """Load a model as a class whose instances hold its data.
@@ -76,7 +101,9 @@ def load(
     precision : ``"f64"`` or ``"f32"`` instead of what the root declares
     root : which root, where the file has several
     interpret : run on the NumPy interpreter (True), on compiled kernels or not at all (False), or
-        on the interpreter only where there is no C compiler (None)
+        on the interpreter only where there is no C compiler (None); ``"meanwhile"``: on the
+        interpreter until another process has compiled the kernels. An instance changes over to them
+        when its next solve begins, never within one; results agree to rounding.
     functions : what to call for each ``extern fn`` of the model, by name: a function pointer of
         ctypes or cffi, a numba ``cfunc``, a capsule of Cython's, a `scipy.LowLevelCallable`, or a
         Python function of floats
@@ -96,7 +123,8 @@ def load(
     ModelWarning
         Something in the model is probably not meant (``W....``), with the text of `arael check`.
     InterpretedWarning
-        No C compiler was found, so the NumPy interpreter stands in.
+        No C compiler was found, so the NumPy interpreter stands in. With ``"meanwhile"``: when
+        the next solve begins after the compilation has failed, with the reason.
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
     """
@@ -112,7 +140,7 @@ def load(
         compiled = replace(compiled, bindings=bind_all(layout, functions))
 
     def construct(self: Model, /, **values: Any) -> None:
-        Model.__init__(self, compiled, **values)
+        Model.__init__(self, compiled.current(level=3), **values)
 
     name = layout.name.encode("utf-8", "replace").decode()  # names of files need not be UTF-8
     members = {
@@ -131,7 +159,7 @@ def load_compiled(
     *,
     precision: Precision | None = None,
     root: str | None = None,
-    interpret: bool | None = None,
+    interpret: Interpret = None,
 ) -> Compiled:
     """`load`, without the class."""
     if precision not in (None, "f32", "f64"):
@@ -143,9 +171,19 @@ def load_compiled(
                 help=("write `f32` or `f64`",),
             )
         )
+    if interpret not in (None, True, False, "meanwhile"):
+        raise AraelError(
+            Diagnostic(
+                "E0827",
+                f"`interpret` is {interpret!r}",
+                origin="interpret",
+                help=('write `True`, `False`, `None` or `"meanwhile"`',),
+            )
+        )
     path = find_model(model)
     source = read_source(path)  # read once: what is looked up is what would be compiled
-    if not interpret and root is None:
+    only = interpret is True
+    if not only and root is None:
         shipped = _shipped(path, source, precision)
         if shipped is not None:
             return shipped
@@ -154,12 +192,12 @@ def load_compiled(
     key = model_key(source.text, root, precision, beside)
     found = models.find(key, source)
     if found is not None:
-        if interpret:
+        if only:
             return Compiled(found.layout, None, None, "interpreted", {})
         loaded = find_kernels(found.code)
         if loaded is not None:
             return _with_kernels(found.layout, loaded)
-        if interpret is None:
+        if interpret is not False:
             failure = standing_failure(found.code)
             if failure is not None:
                 return _interpreted(found.layout, failure)
@@ -225,7 +263,7 @@ def _shipped(path: Path, source: Source, precision: str | None) -> Compiled | No
 
 
 def _compile(
-    source: Source, key: str, root: str | None, precision: str | None, interpret: bool | None
+    source: Source, key: str, root: str | None, precision: str | None, interpret: Interpret
 ) -> Compiled:
     """Compile a model and keep the result."""
     from arael.compiler.build import NoCompiler
@@ -234,11 +272,13 @@ def _compile(
 
     compilation = compile_text(source, root, precision)
     layout = compilation.layout
-    if interpret:
+    if interpret is True:
         with contextlib.suppress(AraelError):  # a cache that cannot be used is not needed
             models.store(key, compilation.known(""))
         return Compiled(layout, None, None, "interpreted", compilation.seconds)
     code = compilation.emit()
+    if interpret == "meanwhile":
+        return _started(source, key, compilation, code)
     try:
         loaded = kernels_of(code, layout.name, source.name)
     except NoCompiler as error:
@@ -248,6 +288,21 @@ def _compile(
         return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=5)
     models.store(key, compilation.known(code_digest(code)))
     return _with_kernels(layout, loaded, compilation.seconds)
+
+
+def _started(source: Source, key: str, compilation: Compilation, code: str) -> Compiled:
+    """Compile in the background, if the kernels are not there."""
+    from arael.compiler.cache import code_digest
+    from arael.compiler.meanwhile import Meanwhile
+
+    layout = compilation.layout
+    with contextlib.suppress(AraelError):  # the compilation will report it
+        models.store(key, compilation.known(code_digest(code)))
+    loaded = find_kernels(code_digest(code))
+    if loaded is not None:
+        return _with_kernels(layout, loaded, compilation.seconds)
+    task = Meanwhile(code, layout.name, source.name)
+    return Compiled(layout, None, None, "interpreted", compilation.seconds, meanwhile=task)
 
 
 def _with_kernels(
@@ -266,9 +321,14 @@ def _with_kernels(
 def _interpreted(
     layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 4
 ) -> Compiled:
+    warn_of_interpreter(why, level + 1)
+    return Compiled(layout, None, None, "interpreted", seconds or {})
+
+
+def warn_of_interpreter(why: str, level: int) -> None:
+    """Warn that a model runs on the interpreter, at the place `level` calls up."""
     warnings.warn(
         f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
         InterpretedWarning,
         stacklevel=level,
     )
-    return Compiled(layout, None, None, "interpreted", seconds or {})

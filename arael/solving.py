@@ -23,7 +23,7 @@ from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.schedule import Pass, check_paths, chosen_passes, held_by
-from arael.session import session_of
+from arael.session import Session, session_of
 
 Trace = Callable[[str], object]
 
@@ -96,6 +96,8 @@ def solve(
     results: list[Result] = []
     use = model._store.use
     with use.solving(), session_of(model).held() as session:
+        if session is session_of(model):  # not a solve within a solve
+            _change_over(model, session)
         for one, pass_config in zip(schedule, configs, strict=True):
             _set_root(model, one)
             write = _writer(trace, pass_config.verbose)
@@ -126,6 +128,20 @@ def solve(
             if outcome.status in ENDING:
                 break
     return joined(results, layout.name)
+
+
+def _change_over(model: Solvable, session: Session) -> None:
+    """Take kernels that were compiled meanwhile in place of the interpreter."""
+    known = model._compiled
+    if getattr(known, "meanwhile", None) is None:
+        return
+    with model._store.use.lock:
+        current = known.current(level=5)
+        if current is known:
+            return
+        object.__setattr__(model, "_compiled", current)
+        model._store.kernels = current.kernels
+        session.release()  # its data lies as the interpreter reads it
 
 
 def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:

@@ -30,6 +30,19 @@ NATIVE = "native"
 BASELINE = "baseline"
 
 
+HEADERS = Path(__file__).resolve().parents[1] / "runtime"
+"""Folder of ``lanes.h``, which generated kernels include."""
+
+# GCC would write out short loops over the lanes before it looks whether they vectorise.
+FLAGS = [
+    "-O3",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fopenmp-simd",
+    "--param=max-completely-peel-times=7",
+]
+"""Flags of GCC and Clang on which the speed of kernels depends, on every machine."""
+
 PROBE_LIMIT = 20.0
 """Seconds that the C compiler may take for the smallest extension module."""
 
@@ -55,12 +68,8 @@ def compile_flags(target: str = NATIVE) -> list[str]:
     """
     if sys.platform == "win32":
         return ["/O2", "/fp:precise", "/DNDEBUG"]
-    flags = ["-O3", "-fno-math-errno", "-fno-trapping-math", "-fopenmp-simd", "-w", "-g0"]
     # Assertions of Python's headers would bring the headers' paths along.
-    flags.append("-DNDEBUG")
-    # GCC would write out short loops over the lanes before it looks whether they vectorise.
-    flags.append("--param=max-completely-peel-times=7")
-    flags += machine_flags(target)
+    flags = [*FLAGS, "-w", "-g0", "-DNDEBUG", *machine_flags(target)]
     if has_vector_library():
         flags.append("-DARAEL_LIBMVEC")
     return flags
@@ -232,7 +241,11 @@ def _names_only(files: re.Match[str]) -> str:
 
 
 def compile_c(
-    c_file: Path, target: str = NATIVE, what: str = "compiling", limit: float | None = None
+    c_file: Path,
+    target: str = NATIVE,
+    what: str = "compiling",
+    limit: float | None = None,
+    spent: float = 0.0,
 ) -> Path:
     """Compile and link one generated C file; return the extension module beside it.
 
@@ -240,6 +253,7 @@ def compile_c(
     ----------
     what : for reports of progress
     limit : seconds that the compiler may take, instead of `compile_limit`
+    spent : seconds that went before, for reports of progress
 
     Raises
     ------
@@ -251,7 +265,8 @@ def compile_c(
     if sys.platform == "win32":
         return _compile_with_setuptools(c_file, module, target)
     compiler = _command()
-    include = [f"-I{sysconfig.get_path('include')}", f"-I{sysconfig.get_path('platinclude')}"]
+    folders = sysconfig.get_path("include"), sysconfig.get_path("platinclude"), str(HEADERS)
+    include = [f"-I{folder}" for folder in folders]
     shared = ["-shared", "-fPIC"]
     if sys.platform == "darwin":
         shared = ["-bundle", "-undefined", "dynamic_lookup", "-fPIC"]
@@ -271,6 +286,7 @@ def compile_c(
         c_file,
         what,
         compile_limit() if limit is None else limit,
+        spent,
     )
     if not module.is_file():
         raise NoCompiler(
@@ -295,9 +311,9 @@ def _extra(variable: str) -> list[str]:
     return os.environ.get(variable, "").split()
 
 
-def _run(command: Sequence[str], source: Path, what: str, limit: float) -> None:
+def _run(command: Sequence[str], source: Path, what: str, limit: float, spent: float) -> None:
     try:
-        done = run_bounded(command, source.parent, limit, what)
+        done = run_bounded(command, source.parent, limit, what, spent)
     except TimedOut:
         raise NoCompiler(_too_slow(command[0], limit)) from None
     except OSError as error:
@@ -393,7 +409,7 @@ def _compile_with_setuptools(c_file: Path, module: Path, target: str) -> Path:
         objects = compiler.compile(
             [str(c_file)],
             output_dir=str(c_file.parent),
-            include_dirs=[sysconfig.get_path("include")],
+            include_dirs=[sysconfig.get_path("include"), str(HEADERS)],
             extra_preargs=compile_flags(target),
         )
         compiler.link_shared_object(

@@ -7,7 +7,7 @@ form the products J'J and J'r.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
 from arael.check.typed import ConstraintSite, Typed
@@ -17,15 +17,24 @@ from arael.compiler.functions import Functions
 from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
+from arael.compiler.parts import Parts, cut
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import jacobian as differentiate
 
-# Above this many multiplications, products J'J are formed by loops over the Jacobian instead of
-# being spelled out: the C compiler's time grows faster than the gain.
-UNROLLED_PRODUCTS = 1500
+# A constraint that exceeds one of these is large: its arithmetic is compiled in parts, and its
+# products J'r and J'J are formed by loops over the Jacobian, because the C compiler's time grows
+# faster than what a single function gains.
+UNROLLED_PRODUCTS = 1500  # multiplications in J'J
+UNROLLED_TARGETS = 150  # entries of J'J
+LARGEST_BODY = 1500  # operations of residuals, derivatives and products
+
+# Multiplications in J'J of one instance beyond which a constraint is refused: one residual of some
+# 3000 parameters, whose block of the Hessian takes 40 MB.
+MAX_PRODUCTS = 5_000_000
 
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
@@ -60,9 +69,9 @@ class Kernel:
     """A group and the programs its compiled kernel runs.
 
     Inputs of `cost` and `linearise` are numbered as in `Group.tape`. Outputs of `cost` are the
-    residuals. Outputs of `linearise` are residuals, Jacobian entries, and, unless `rolled`, one
-    gradient entry per `gradient` key (use, tangent) and one product per `products` key
-    (use a, use b, row, column).
+    residuals. Outputs of `linearise` are residuals, Jacobian entries, and, unless the constraint is
+    large, one gradient entry per `gradient` key (use, tangent) and one product per `products` key
+    (use a, use b, row, column). A large constraint has `parts`, those of `linearise`, instead.
     """
 
     group: Group
@@ -70,7 +79,7 @@ class Kernel:
     linearise: Tape
     gradient: tuple[tuple[int, int], ...]
     products: tuple[tuple[int, int, int, int], ...]
-    rolled: bool
+    parts: Parts | None
     state_names: tuple[str, ...]
     data_names: tuple[str, ...]
     uniform_names: tuple[str, ...]
@@ -117,10 +126,37 @@ def compile_constraint(
     single: bool = False,
     functions: Functions | None = None,
 ) -> Kernel:
-    """Derive everything about one constraint at one place, for f32 where `single`."""
+    """Derive everything about one constraint at one place, for f32 where `single`.
+
+    Where a product of matrices is applied to a vector, the constraint is derived twice, and the
+    shorter program is taken: factor by factor is shorter for few vectors, the product for many, or
+    where the product depends on data alone.
+    """
+    functions = functions or Functions()
+    kernel, chains = _compile(site, states, single, functions, factored=True)
+    if chains:
+        other, _ = _compile(site, states, single, functions, factored=False)
+        if _length(other) <= _length(kernel):
+            return other
+    return kernel
+
+
+def _length(kernel: Kernel) -> int:
+    """Operations of residuals and derivatives, without the products that large ones leave out."""
+    return kernel.group.tape.operations
+
+
+def _compile(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool,
+    functions: Functions,
+    factored: bool,
+) -> tuple[Kernel, int]:
+    """Derive a constraint; return the number of products applied factor by factor, too."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
-    scalariser = Scalariser(graph, uses, functions or Functions())
+    scalariser = Scalariser(graph, uses, functions, factored)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -130,7 +166,8 @@ def compile_constraint(
         (holds,) = scalariser.nodes(moving)
         residuals = switched(graph, residuals)
     jacobian = _differentiate(graph, residuals, uses)
-    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    kernel = _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    return kernel, scalariser.chains
 
 
 def _differentiate(
@@ -208,17 +245,19 @@ def _assemble(
     zero = kernel.const(0.0)
     entries = {k: n for k, n in entries.items() if n != zero}
 
-    gradient, products = _products(kernel, r, entries)
-    multiplications = sum(
-        (k, a, i) in entries and (k, b, j) in entries
-        for (a, b, i, j) in products
-        for k in range(len(r))
-    )
-    rolled = multiplications > UNROLLED_PRODUCTS
     results = [*r, *entries.values()]
-    everything = results if rolled else [*results, *gradient.values(), *products.values()]
+    gradient: dict[tuple[int, int], int] = {}
+    products: dict[tuple[int, int, int, int], int] = {}
+    large = _many_products(entries, site) or len(kernel) > 4 * LARGEST_BODY
+    if not large:
+        gradient, products = _products(kernel, r, entries)
+    everything = [*results, *gradient.values(), *products.values()]
     tape = kernel.tape(results, inputs=input_keys)
     linearise = kernel.tape(everything, inputs=input_keys)
+    parts = None
+    if large or linearise.operations > LARGEST_BODY:
+        linearise, gradient, products = tape, {}, {}
+        parts = cut(tape, len(r), len(state_keys))
 
     guard, guard_raw = _guard(still_guard, site, states, scalariser.functions)
     group = Group(
@@ -238,7 +277,8 @@ def _assemble(
         states=tuple((use, offset) for use, offset in state_keys),
         tape=tape,
         jacobian=tuple(entries),
-        lead=() if rolled else _lead(site, states, uses.uses),
+        lead=_lead(site, states, uses.uses),
+        workspace=0 if parts is None else parts.width,
         places=tuple(scalariser.places),
         guard=guard,
         guard_raw=guard_raw,
@@ -248,7 +288,7 @@ def _assemble(
         triplet_pairs=_triplet_pairs(site, states, uses.uses),
         loss_text="" if site.loss is None else site.loss.text,
         index_column=site.index_column,
-        operations_before=kernel.tree_operations(everything),
+        operations_before=kernel.tree_operations(results if parts else everything),
         operations_after=linearise.operations,
         doc=site.doc,
     )
@@ -258,7 +298,7 @@ def _assemble(
         linearise=linearise,
         gradient=tuple(gradient),
         products=tuple(products),
-        rolled=rolled,
+        parts=parts,
         state_names=tuple(
             _state_name(site, uses.uses[use], states, offset) for use, offset in state_keys
         ),
@@ -360,6 +400,34 @@ def _products(
             if common:
                 products[a, b, i, j] = _sum(g, common)
     return gradient, products
+
+
+def _many_products(entries: Iterable[tuple[int, int, int]], site: ConstraintSite) -> bool:
+    """Whether J'J takes more than is spelled out, by the places of the Jacobian's entries.
+
+    Raises
+    ------
+    AraelError
+        E0620: it takes more than `MAX_PRODUCTS`.
+    """
+    rows: dict[int, list[tuple[int, int]]] = {}
+    for residual, use, tangent in entries:
+        rows.setdefault(residual, []).append((use, tangent))
+    multiplications = sum(len(row) * (len(row) + 1) // 2 for row in rows.values())
+    if multiplications > MAX_PRODUCTS:
+        raise AraelError(
+            Diagnostic(
+                "E0620",
+                f"J'J of `{site.label}` takes {multiplications} multiplications for each instance, "
+                f"more than {MAX_PRODUCTS}",
+                site.span,
+                help=("split the residual into constraints of fewer parameters each",),
+            )
+        )
+    if multiplications > UNROLLED_PRODUCTS:
+        return True
+    targets = {(a, b) for row in rows.values() for i, a in enumerate(row) for b in row[: i + 1]}
+    return len(targets) > UNROLLED_TARGETS
 
 
 def _sum(g: Graph, pairs: list[tuple[int, int]]) -> int:

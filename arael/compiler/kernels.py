@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from arael.compiler import progress
 from arael.compiler.cache import failures
 from arael.compiler.cache import kernels as kept
 from arael.compiler.cache.keys import code_digest, kernels_key
 from arael.compiler.cache.trust import prepare
 from arael.compiler.cache.upkeep import trim
 from arael.compiler.extension import import_kernels
+from arael.compiler.time_limit import compile_limit
 from arael.diagnostics.records import AraelError
 
 TARGET = "native"
@@ -86,6 +88,7 @@ def kernels_of(source: str, name: str, origin: str) -> Loaded:
 
 def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
     from arael.compiler import build
+    from arael.compiler.estimate import expected_seconds, shown
     from arael.compiler.extension import require_loadable
 
     seconds: dict[str, float] = {}
@@ -93,7 +96,9 @@ def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
         found = find_kernels(code)  # another process may have compiled them meanwhile
         if found is not None:
             return found
-        build_module(folder, module_name(name, key), source, seconds, what=f"compiling {name}")
+        about = shown(expected_seconds(source))
+        what = f"compiling {name}, about {about}"
+        build_module(folder, module_name(name, key), source, seconds, what=what)
         try:
             entry = kept.store(
                 key, folder, name, origin, build.compiler_version(), seconds, require_loadable
@@ -201,11 +206,12 @@ def build_module(
     pyx.write_text(source, encoding="utf-8")
     build.require_compiler()
     started = time.perf_counter()
-    c_file = build.cython_to_c(pyx)
+    with progress.watched(what, compile_limit()):
+        c_file = build.cython_to_c(pyx)
     seconds["cython"] = time.perf_counter() - started
     started = time.perf_counter()
     try:
-        build.compile_c(c_file, target, what)
+        build.compile_c(c_file, target, what, spent=seconds["cython"])
     finally:
         c_file.unlink(missing_ok=True)
     seconds["compile"] = time.perf_counter() - started

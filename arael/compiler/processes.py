@@ -28,12 +28,15 @@ class TimedOut(Exception):
     """A process took longer than its limit and was ended, with all that it had started."""
 
 
-def run_bounded(command: Sequence[str], folder: Path, limit: float, what: str) -> Finished:
+def run_bounded(
+    command: Sequence[str], folder: Path, limit: float, what: str, spent: float = 0.0
+) -> Finished:
     """Run `command` in `folder`, for at most `limit` seconds.
 
     Parameters
     ----------
     what : what is done, for reports of progress: ``compiling fit``
+    spent : seconds that it has taken before this process, for the same
 
     Raises
     ------
@@ -66,7 +69,7 @@ def run_bounded(command: Sequence[str], folder: Path, limit: float, what: str) -
                     out, err = process.communicate(timeout=min(1.0, limit - waited))
                     break
                 except subprocess.TimeoutExpired:
-                    note(time.monotonic() - began)
+                    note(spent + time.monotonic() - began)
     except BaseException:
         _end(process)
         raise

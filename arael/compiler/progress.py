@@ -7,6 +7,8 @@ through the logger ``arael.compile``.
 from __future__ import annotations
 
 import contextlib
+import threading
+import time
 from collections.abc import Callable, Iterator
 
 Listener = Callable[[str, float | None, float], None]
@@ -27,3 +29,26 @@ def step(what: str, limit: float) -> Iterator[Callable[[float], None]]:
         yield note
     finally:
         note(None)
+
+
+@contextlib.contextmanager
+def watched(what: str, limit: float) -> Iterator[None]:
+    """Report a step within this process every second, from a thread."""
+    if listener is None:
+        yield
+        return
+    began = time.monotonic()
+    done = threading.Event()
+    with step(what, limit) as note:
+
+        def report() -> None:
+            while not done.wait(1.0):
+                note(time.monotonic() - began)
+
+        task = threading.Thread(target=report, daemon=True)
+        task.start()
+        try:
+            yield
+        finally:
+            done.set()
+            task.join()

@@ -96,10 +96,22 @@ class Calls(Protocol):
 
 
 class Scalariser:
-    """Scalarises expressions of one constraint into one graph."""
+    """Scalarises expressions of one constraint into one graph.
 
-    def __init__(self, graph: Graph, uses: Uses, functions: Calls) -> None:
+    Parameters
+    ----------
+    factored : whether a product of matrices that is applied to a vector is applied factor by
+        factor, ``A (B v)`` for ``(A B) v``
+
+    Attributes
+    ----------
+    chains : number of products that were applied factor by factor
+    """
+
+    def __init__(self, graph: Graph, uses: Uses, functions: Calls, factored: bool = False) -> None:
         self.graph = graph
+        self.factored = factored
+        self.chains = 0
         self.uses = uses
         self.functions = functions
         self.places: list[Place] = []
@@ -133,6 +145,9 @@ class Scalariser:
             return ()
         if e.args and isinstance(e.args[0].type, TransformType):
             return self._transforms.needs(e)
+        if self.factored and is_applied(e):
+            matrix, vector = e.args if isinstance(e.args[1].type, VectorType) else e.args[::-1]
+            return (vector, *(factor for factor, _ in factors(matrix)))
         return e.args
 
     def assume(self, expression: Typed, nodes: Nodes) -> None:
@@ -176,9 +191,26 @@ class Scalariser:
         if e.args and isinstance(e.args[0].type, TransformType):
             with _at(g, self._place(e.span)):
                 return self._transforms.apply(e)
+        if self.factored and is_applied(e):
+            with _at(g, self._place(e.span)):
+                return self._factor_by_factor(e)
         args = [self.nodes(a) for a in e.args]
         with _at(g, self._place(e.span)):
             return apply(g, e.name, [a.type for a in e.args], args)
+
+    def _factor_by_factor(self, e: Apply) -> Nodes:
+        """Apply the factors of a product to a vector, the nearest first."""
+        left, right = e.args
+        behind = isinstance(right.type, VectorType)  # otherwise v' M, which is M' v
+        chain = factors(left) if behind else factors(right, transposed=True)
+        result = self.nodes(right if behind else left)
+        for factor, transposed in reversed(chain):
+            grid = _grid(factor.type, self.nodes(factor))
+            result = linear.matvec(
+                self.graph, linear.transpose(grid) if transposed else grid, result
+            )
+        self.chains += 1
+        return list(result)
 
     def _read(self, e: Read) -> Nodes:
         if e.version in ("trial", "computed"):
@@ -229,6 +261,39 @@ class Scalariser:
             self._place_of[key] = len(self.places)
             self.places.append(Place(where=key[0], text=" ".join(key[1].split())[:200]))
         return self._place_of[key]
+
+
+def is_applied(e: Apply) -> bool:
+    """Whether `e` applies a product of matrices, or its transpose, to a vector."""
+    if e.name != "mul":
+        return False
+    left, right = (a.type for a in e.args)
+    if isinstance(left, MatrixType) and isinstance(right, VectorType):
+        return len(factors(e.args[0])) > 1
+    if isinstance(left, VectorType) and isinstance(right, MatrixType):
+        return len(factors(e.args[1])) > 1
+    return False
+
+
+def factors(e: Typed, transposed: bool = False) -> list[tuple[Typed, bool]]:
+    """Factors of a product of matrices from the left, and whether each is to be transposed."""
+    found: list[tuple[Typed, bool]] = []
+    waiting = [(e, transposed)]
+    while waiting:
+        one, turned = waiting.pop()
+        if isinstance(one, Apply) and one.name == "transpose":
+            waiting.append((one.args[0], not turned))
+        elif (
+            isinstance(one, Apply)
+            and one.name == "mul"
+            and all(isinstance(a.type, MatrixType) for a in one.args)
+        ):
+            left, right = one.args
+            # The last one is looked at first: (A B)' = B' A'.
+            waiting += [(left, True), (right, True)] if turned else [(right, False), (left, False)]
+        else:
+            found.append((one, turned))
+    return found
 
 
 class NoUses:

@@ -10,6 +10,10 @@ class ModelWarning(UserWarning):
     """Something about a model that is probably not meant; its text is that of `arael check`."""
 
 
+class InterpretedWarning(UserWarning):
+    """A model runs on the NumPy interpreter, which is correct and slow."""
+
+
 def warn_of_model(texts: Iterable[str], stacklevel: int = 3) -> None:
     """Issue each rendered warning of a model, at the place of the caller's caller."""
     for text in texts:

@@ -73,7 +73,7 @@ def _code_of(kernel: Kernel, entities: Sequence[Entity]) -> Hashable:
         tuple((entities[e].state, entities[e].tangent, used.index(e)) for e in used),
         kernel.gradient,
         kernel.products,
-        kernel.rolled,
+        group.workspace,
         *((t.ops, t.args, t.constants, t.outputs) for t in (kernel.cost, kernel.linearise)),
     )
 

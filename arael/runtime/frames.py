@@ -12,6 +12,9 @@ _LANES = 64
 # A compiler may keep every variable in memory, and some of them twice.
 _COPIES = 2
 
+# Variables of one part of a kernel that is compiled in parts (`arael.compiler.parts`), generously.
+_PART = 1000
+
 # What a function takes whatever it computes.
 _BASE = 8192
 
@@ -23,6 +26,8 @@ def frame_of(group: Group, entities: Sequence[Entity]) -> int:
     another. Of three kernels that were measured, GCC 12 reports (``-fstack-usage``) frames of a
     sixth, a ninth and a seventeenth of it.
     """
+    if group.workspace:
+        return _BASE + _LANES * (group.workspace + len(group.jacobian) + _COPIES * _PART)
     tangent = [entities[use.entity].tangent for use in group.uses]
     width = sum(tangent)
     variables = (

@@ -288,6 +288,7 @@ class Group(msgspec.Struct, frozen=True):
     index_column: str = ""
     operations_before: int = 0
     operations_after: int = 0
+    workspace: int = 0  # columns of lanes that a kernel in parts keeps; 0: it is in one piece
     doc: str = ""
 
 

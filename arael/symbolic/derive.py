@@ -93,7 +93,11 @@ def _chain(graph: Graph, node: int, found: Mapping[int, _Tangent]) -> _Tangent |
         ((base, weight),) = weights.items()
         return _Tangent(base, weight, bases[base].entries)
     entries: Entries = {}
+    one = graph.const(1.0)
     for base, weight in weights.items():
+        if weight == one and not entries:  # a sum of many terms: each has the tangents before it
+            entries = dict(bases[base].entries)
+            continue
         for seed, entry in bases[base].entries.items():
             term = graph.op("mul", weight, entry)
             known = entries.get(seed)

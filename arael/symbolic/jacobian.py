@@ -14,6 +14,9 @@ Seed = TypeVar("Seed", bound=Hashable)
 LARGEST_FOR_ELIMINATION = 4000
 """Cost of the forward program above which nothing else is tried, since it would take long."""
 
+SEEDS_FOR_ELIMINATION = 150
+"""Seeds above which nothing else is tried: elimination then takes the square of their number."""
+
 # A division or a root takes the time of several products; a change of sign is free.
 _COST = {"div": 4, "sqrt": 4, "neg": 0, "input": 0, "const": 0}
 
@@ -31,7 +34,7 @@ def jacobian(
     mark = len(graph)
     rows = forward(graph, outputs, seeds)
     cost = _cost(graph, outputs, rows)
-    if cost > LARGEST_FOR_ELIMINATION:
+    if cost > LARGEST_FOR_ELIMINATION or len(seeds) > SEEDS_FOR_ELIMINATION:
         return rows
     graph.rollback(mark)
     rows = eliminate(graph, outputs, seeds)

@@ -22,10 +22,13 @@ def emitted(text: str, name: str = "model.arael", precision: str | None = None) 
     return compiler.emit(compiler.derive(model, name, precision), cache.digest(text.encode())[:16])
 
 
-@pytest.mark.parametrize("name", ["linear", "pose_graph_2d", "slam"])
-def test_generated_source_is_as_last_reviewed(name: str, request: pytest.FixtureRequest) -> None:
-    found = emitted(standard_models()[name].read_text(), f"{name}.arael")
-    golden = GOLDEN / f"{name}.pyx.txt"
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("name", sorted(standard_models()))
+def test_generated_source_is_as_last_reviewed(
+    name: str, precision: str, request: pytest.FixtureRequest
+) -> None:
+    found = emitted(standard_models()[name].read_text(), f"{name}.arael", precision)
+    golden = GOLDEN / f"{name}.{precision}.pyx.txt"
     if request.config.getoption("--update"):
         GOLDEN.mkdir(exist_ok=True)
         golden.write_text(found)
@@ -64,8 +67,35 @@ def test_head_tells_origin_and_counts() -> None:
 
 def test_users_names_stay_readable() -> None:
     source = emitted(standard_models()["slam"].read_text(), "slam.arael")
-    assert "# pose.ea.R[0,0]" in source
-    assert re.search(r"# d\[\d+\]: feature.camera_pos\[0\]", source)
+    assert re.search(r"#     x\[\d+\] +pose.ea.R\[0,0\]", source)
+    assert re.search(r"#     d\[\d+\] +feature.camera_pos\[0\]", source)
+    assert re.search(r"(o|q)\[\d+\]\[w\] = t\d+  # d r0 / d pose.ea.z", source)
+    assert re.search(r"  # J'J of pose.pos.x, pose.pos.x", source)
+
+
+def test_the_head_has_options_and_a_constraint_its_own() -> None:
+    source = emitted(
+        "root R { param a: real; k: real\n    constraint c when a > 0 loss huber(2) { a - k }\n}\n"
+    )
+    head, _, body = source.partition("# R.c over the root")
+    assert "f64, 8 lanes" in head
+    assert "-fno-trapping-math" in head
+    assert re.search(r"# 1 constraints, \d+ operations before and \d+ after sharing", head)
+    assert "# guard a > 0; loss huber(2); lead self" in body
+
+
+def test_what_all_modules_share_is_in_the_header() -> None:
+    """The line fit has its own lines only: the residual's arithmetic is there once."""
+    source = emitted(standard_models()["linear"].read_text(), "linear.arael")
+    assert "pragma" not in source
+    assert source.count("= m_atan(") == 1
+    assert len(source.splitlines()) < 250
+    sections = [line.strip() for line in source.splitlines() if line.startswith("        ")]
+    headings = [line for line in sections if line in SECTIONS]
+    assert headings == SECTIONS
+
+
+SECTIONS = ["# shared", "# residual", "# Jacobian", "# products"]
 
 
 def test_both_precisions_come_from_one_model() -> None:
@@ -74,6 +104,8 @@ def test_both_precisions_come_from_one_model() -> None:
     assert "ctypedef double real" in f64
     assert "ctypedef float real" in f32
     assert '"atan2f"' in f32
+    assert "#define ARAEL_SINGLE" in f32
+    assert "ARAEL_SINGLE" not in f64
 
 
 # A body so short that compilers would rather write the lanes out, and one that is not.

@@ -89,7 +89,7 @@ def test_a_difference_shares_its_products() -> None:
 def test_what_is_zero_has_no_code() -> None:
     """One of six scalars is solved for in the constraint: one entry of J'r and of J'J is added."""
     text = emitted(POSES.replace("BODY", "[exp(q.y)]"))
-    block = text[text.index("cdef double evaluate_0") : text.index("cdef double linearise_0")]
+    block = text[text.index("cdef arael_inlined evaluate_0") : text.index("cdef double cost_0")]
     added = [line for line in block.splitlines() if "+=" in line and line.strip()[0] == "h"]
     assert [line.split("[")[1].split("]")[0] for line in added if "_at" not in line] == ["4", "28"]
 
@@ -97,6 +97,7 @@ def test_what_is_zero_has_no_code() -> None:
 def test_stored_jacobians_hold_what_is_not_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("arael.compiler.groups.UNROLLED_PRODUCTS", 0)
     text = emitted(POSES.replace("BODY", "[sin(p.x) * p.y, q.z, cos(p.x)]"))
-    assert "columns_0[] = {0, 1, 5, 0};" in text
-    assert "ends_0[] = {0, 2, 3, 4};" in text
-    assert "cdef real jr[4][W]" in text
+    # Runs of a use's neighbouring scalars, by residual: use, first scalar, first entry, entries.
+    assert "runs_0[][4] = {{0, 0, 0, 2}, {0, 5, 2, 1}, {0, 0, 3, 1}};" in text
+    assert "ends_0[] = {0, 1, 2, 3};" in text
+    assert "cdef real jacobian[4 * W]" in text

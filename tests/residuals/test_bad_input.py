@@ -10,13 +10,13 @@ import pytest
 import arael
 from arael.diagnostics.records import AraelError
 
-WIDE = {f"p{k}": [0.1] * 64 for k in range(12)}
+WIDE = {f"p{k}": [0.1] * 64 for k in range(56)}
 
 HOSTILE = {
     "too long": ("a + " * 6000 + "a", "E0104"),
     "brackets": ("(" * 9000 + "a" + ")" * 9000, "E0105"),
     "signs": ("-" * 19_000 + "a", "E0105"),
-    "wide": ("+".join(f"norm2(p{k})" for k in range(12)), "E0620"),
+    "wide": ("+".join(f"norm2(p{k})" for k in range(56)), "E0620"),
     "huge index": ("p0[99999999999999999999]", "E0305"),
     "huge number": ("1e99999999 * a", "E0111"),
     "long number": ("9" * 5000 + " * a", "E0106"),

@@ -26,6 +26,7 @@ from arael.compiler.cache.trust import (
     remove,
     unwritable,
 )
+from arael.diagnostics.records import AraelError
 
 MANIFEST = "manifest.json"
 
@@ -98,6 +99,17 @@ def read_entry(folder: Path) -> Entry | None:
     except (OSError, ValueError):
         return None
     return Entry(folder, manifest)
+
+
+def recent(count: int) -> list[Entry]:
+    """Up to `count` readable entries, the latest first; what they hold is not verified."""
+    found: list[tuple[float, Entry]] = []
+    with contextlib.suppress(OSError, AraelError):
+        for folder in (directory() / "arael-kernels").iterdir():
+            with contextlib.suppress(OSError, ValueError):
+                manifest = read_manifest(folder)
+                found.append((manifest.made, Entry(folder, manifest)))
+    return [entry for _, entry in sorted(found, key=lambda one: one[0])[::-1][:count]]
 
 
 def read_manifest(folder: Path) -> Manifest:

@@ -97,9 +97,13 @@ def _package_stamp() -> str:
 
 @lru_cache(maxsize=1)
 def _interface() -> str:
-    """Digest what else kernels are made from: the structs they share with the runtime, flags."""
+    """Digest what else kernels are made from: what they share with the runtime, flags."""
     package = Path(__file__).parents[2]
-    files = (package / "runtime" / "kernel.pxd", package / "compiler" / "build.py")
+    files = (
+        package / "runtime" / "kernel.pxd",
+        package / "runtime" / "lanes.h",
+        package / "compiler" / "build.py",
+    )
     found = []
     for file in files:
         with contextlib.suppress(OSError):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from arael.compiler.emit.rows import PADDING
 from arael.compiler.emit.scatter import Plan, Target
 from arael.compiler.emit.writer import Writer
+
+# Columns that `add_rows` may read behind the last one: a tile of f32 has 8.
+PADDING = 7
 
 # Scalars of a cache line, of doubles.
 LINE = 8
@@ -61,11 +63,14 @@ def declare(w: Writer, plan: Plan) -> None:
 
 def emit_start(w: Writer, plan: Plan) -> None:
     """Write what goes before the loop over blocks."""
-    if _columns(plan):
-        w.line("memset(sums, 0, sizeof(sums))")
-    if plan.columns:
-        w.line("memset(q, 0, sizeof(q))")
-        w.line("memset(spare, 0, sizeof(spare))")
+    if not _columns(plan) and not plan.columns:
+        return
+    with w.block("if derive:"):
+        if _columns(plan):
+            w.line("memset(sums, 0, sizeof(sums))")
+        if plan.columns:
+            w.line("memset(q, 0, sizeof(q))")
+            w.line("memset(spare, 0, sizeof(spare))")
 
 
 def emit_fetch(w: Writer, plan: Plan) -> None:
@@ -76,7 +81,7 @@ def emit_fetch(w: Writer, plan: Plan) -> None:
     targets = [t for t, _ in plan.whole if t.b is not None and t.a != t.b]
     if not targets or not _columns(plan):
         return
-    with w.block("if values != NULL:"), w.block("for w in range(W):"):
+    with w.block("if derive and values != NULL:"), w.block("for w in range(W):"):
         for target in targets:
             w.line(f"h = {_place(target)}")
             last = target.size - 1
@@ -112,7 +117,8 @@ def emit_block(w: Writer, number: int, plan: Plan) -> None:
 def emit_end(w: Writer, number: int, plan: Plan) -> None:
     """Write what goes behind the loop over blocks."""
     if _columns(plan):
-        _settle(w, number, plan)
+        with w.block("if derive:"):
+            _settle(w, number, plan)
 
 
 def _settle(w: Writer, number: int, plan: Plan) -> None:

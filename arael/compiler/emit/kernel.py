@@ -7,12 +7,15 @@ are added to gradient and Hessian blocks as `scatter` has planned.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from arael.compiler.emit import accumulate, rolled
+from arael.compiler.emit import accumulate
+from arael.compiler.emit.large import emit_large
+from arael.compiler.emit.names import emit_inputs, emit_title, output_notes
 from arael.compiler.emit.scatter import make_plan
-from arael.compiler.emit.writer import Writer, comment, statements
+from arael.compiler.emit.writer import Statements, Writer, statements
 from arael.compiler.groups import Kernel
+from arael.compiler.runs import needed
 from arael.runtime.layout import Entity, pair_count
 from arael.runtime.tape import Tape
 
@@ -24,17 +27,14 @@ def emit_constraint(
 
     `ordered` says whether the systems that these are for have entities in the order of `entities`.
     """
+    emit_title(w, kernel)
+    if kernel.parts is not None:
+        emit_large(w, number, kernel, entities)
+        return
+    emit_inputs(w, kernel)
+    _emit_evaluate(w, number, kernel, entities, ordered)
+    _emit_functions(w, number)
     group = kernel.group
-    w.line()
-    w.line("# " + "-" * 96)
-    where = comment(group.where.rpartition("/")[2])  # generated source names no folder
-    w.line(f"# {group.label} over {group.table or 'the root'}, {where}")
-    w.line(
-        f"# {group.residuals} residuals, {len(group.jacobian)} Jacobian entries; operations "
-        f"{group.operations_before} before and {group.operations_after} after sharing"
-    )
-    _emit_cost(w, number, kernel, entities)
-    _emit_both(w, number, kernel, entities, ordered)
     if group.moving_guard is not None:
         _emit_guard(w, number, kernel, group.moving_guard, entities)
 
@@ -54,7 +54,7 @@ def _read(tape: Tape) -> set[int]:
 
 
 def _head(w: Writer, kernel: Kernel, tape: Tape) -> None:
-    """Declare what both kernels need."""
+    """Declare what all kernels need."""
     group = kernel.group
     w.line("cdef Py_ssize_t n = lanes.n, block, w, count")
     w.line("cdef const real* d = <const real*>lanes.data")
@@ -64,27 +64,23 @@ def _head(w: Writer, kernel: Kernel, tape: Tape) -> None:
     first_uniform = len(group.states) + group.data_count
     for k in range(group.uniform_count):
         if first_uniform + k in _read(tape):
-            name = comment(kernel.uniform_names[k])
-            w.line(f"cdef real u{k} = (<const real*>lanes.uniform)[{k}]  # {name}")
+            w.line(f"cdef real u{k} = (<const real*>lanes.uniform)[{k}]")
 
 
-def _gather(w: Writer, kernel: Kernel, tape: Tape, entities: Sequence[Entity]) -> None:
-    """Read the states of the entities into lanes."""
+def _gather(w: Writer, kernel: Kernel, reads: Collection[int], entities: Sequence[Entity]) -> None:
+    """Bring the states that are among the inputs `reads` into lanes."""
     group = kernel.group
-    read = _read(tape)
     for use_number, use in enumerate(group.uses):
         wanted = [
             (k, offset)
             for k, (u, offset) in enumerate(group.states)
-            if u == use_number and k in read
+            if u == use_number and k in reads
         ]
         if not wanted:
             continue
         stride = entities[use.entity].state
         start = f"s = <const real*>lanes.state[{use_number}] + <Py_ssize_t>row[{use_number} * W"
-        moves = [
-            f"x[{k}][w] = s[{offset}]  # {comment(kernel.state_names[k])}" for k, offset in wanted
-        ]
+        moves = [f"x[{k}][w] = s[{offset}]" for k, offset in wanted]
         if use_number in group.lead:
             with w.block("if lanes.run[block]:"):
                 w.line(f"{start}] * {stride}")
@@ -92,19 +88,11 @@ def _gather(w: Writer, kernel: Kernel, tape: Tape, entities: Sequence[Entity]) -
                     w.lines_of(moves)
             with w.block("else:"), w.block("for w in range(W):"):
                 w.line(f"{start} + w] * {stride}")
-                w.lines_of(move.partition("  #")[0] for move in moves)
+                w.lines_of(moves)
             continue
         with w.block("for w in range(W):"):
             w.line(f"{start} + w] * {stride}")
             w.lines_of(moves)
-
-
-def _data_legend(w: Writer, kernel: Kernel, tape: Tape) -> None:
-    group = kernel.group
-    read = _read(tape)
-    for k in range(group.data_count):
-        if len(group.states) + k in read:
-            w.line(f"# d[{k}]: {comment(kernel.data_names[k])}")
 
 
 def _declare_temporaries(w: Writer, at: int, count: int) -> None:
@@ -116,46 +104,15 @@ def _declare_temporaries(w: Writer, at: int, count: int) -> None:
     w.lines[at:at] = lines
 
 
-def _emit_cost(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
-    group, tape = kernel.group, kernel.cost
-    r = group.residuals
-    with w.block(f"cdef double cost_{number}(const Lanes* lanes, double* costs) noexcept nogil:"):
-        _head(w, kernel, tape)
-        w.line("cdef const real* s")
-        w.line(f"cdef real r[{r}][W]")
-        w.line("cdef double total[W]")
-        w.line("cdef double cost = 0")
-        declared = len(w.lines)
-        _data_legend(w, kernel, tape)
-        w.line("memset(total, 0, sizeof(total))")
-        with w.block("for block in range((n + W - 1) // W):"):
-            _gather(w, kernel, tape, entities)
-            with w.block("for w in range(W):"):
-                used = statements(w, tape, _inputs(kernel), lambda i: [f"r[{i}][w]"], group.places)
-            w.line("count = min(n - block * W, W)")
-            residuals = [f"r[{k}][w]" for k in range(r)]
-            with w.block("if costs == NULL:"):
-                _add_squares(w, residuals)
-            with w.block("else:"):
-                with w.block("for w in range(count):"):
-                    w.line(f"costs[w] = {_squares(residuals)}")
-                w.line("costs += W")
-            w.line(f"d += {group.data_count} * W")
-            w.line(f"row += {len(group.uses)} * W")
-        with w.block("for w in range(W):"):
-            w.line("cost += total[w]")
-        w.line("return cost")
-    _declare_temporaries(w, declared, used)
-    w.line()
-
-
-def _add_squares(w: Writer, residuals: list[str]) -> None:
-    with w.block("for w in range(count):"):
-        w.line(f"total[w] += {_squares(residuals)}")
-
-
-def _squares(residuals: list[str]) -> str:
-    return " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
+def emit_squares(w: Writer, residuals: list[str]) -> None:
+    """Add up the costs of the instances of a block, or store each where `costs` is given."""
+    squares = " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
+    with w.block("if costs == NULL:"), w.block("for w in range(count):"):
+        w.line(f"total[w] += {squares}")
+    with w.block("else:"):
+        with w.block("for w in range(count):"):
+            w.line(f"costs[w] = {squares}")
+        w.line("costs += W")
 
 
 def _emit_guard(
@@ -167,9 +124,8 @@ def _emit_guard(
         w.line("cdef const real* s")
         w.line("cdef real* acts = <real*>lanes.data")
         declared = len(w.lines)
-        _data_legend(w, kernel, tape)
         with w.block("for block in range((n + W - 1) // W):"):
-            _gather(w, kernel, tape, entities)
+            _gather(w, kernel, _read(tape), entities)
             at = f"acts[{group.data_count - 1} * W + w]"
             with w.block("for w in range(W):"):
                 used = statements(w, tape, _inputs(kernel), lambda i: [at], group.places)
@@ -180,20 +136,28 @@ def _emit_guard(
     w.line()
 
 
-def _emit_both(
+def _emit_evaluate(
     w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity], ordered: bool
 ) -> None:
-    """Write ``evaluate_N``, which accumulates or writes rows, and the two faces of it."""
+    """Write ``evaluate_N``: the cost and, with `derive`, what is accumulated or rows.
+
+    It is compiled twice, inlined with and without `derive`, so a cost takes nothing of what only
+    derivatives need.
+    """
     group, tape = kernel.group, kernel.linearise
     r, entries = group.residuals, len(group.jacobian)
-    tangent = [entities[use.entity].tangent for use in group.uses]
     plan = make_plan(kernel, entities, ordered)
-    if kernel.rolled:
-        rolled.emit_tables(w, number, kernel, tangent)
+    sections = _sections(tape, r, entries)
+    first_reads = {
+        tape.args[node][0]
+        for name, nodes, _ in sections
+        for node in nodes
+        if name in _OF_COST and tape.ops[node] == "input"
+    }
     accumulate.emit_settle(w, number, plan)
     with w.block(
-        f"cdef double evaluate_{number}(const Lanes* lanes, real* gradient, real* values, "
-        "real* residuals, real* entries) noexcept nogil:"
+        f"cdef arael_inlined evaluate_{number}(const Lanes* lanes, bint derive, real* gradient, "
+        "real* values, real* residuals, real* entries, double* cost) noexcept nogil:"
     ):
         _head(w, kernel, tape)
         w.line("cdef const real* s")
@@ -205,55 +169,117 @@ def _emit_both(
         if plan.shared:
             w.line(f"cdef real o[{plan.shared}][W]")
         accumulate.declare(w, plan)
-        if kernel.rolled:
-            rolled.declare(w, kernel, tangent)
         w.line("cdef double total[W]")
-        w.line("cdef double cost = 0")
         declared = len(w.lines)
-        _data_legend(w, kernel, tape)
         w.line("memset(total, 0, sizeof(total))")
         accumulate.emit_start(w, plan)
         with w.block("for block in range((n + W - 1) // W):"):
             accumulate.emit_fetch(w, plan)
-            _gather(w, kernel, tape, entities)
+            _gather(w, kernel, first_reads, entities)
+            late = _read(tape) - first_reads
+            if late & set(range(len(group.states))):
+                with w.block("if derive:"):
+                    _gather(w, kernel, late, entities)
             with w.block("for w in range(W):"):
-                used = statements(w, tape, _inputs(kernel), lambda i: plan.outputs[i], group.places)
+                notes = output_notes(kernel, plan, entities)
+                written = Statements(
+                    w, tape, _inputs(kernel), lambda i: plan.outputs[i], group.places, notes
+                )
+                _write_sections(w, written, [s for s in sections if s[0] in _OF_COST])
+                with w.block("if derive:"):
+                    _write_sections(w, written, [s for s in sections if s[0] not in _OF_COST])
             w.line("count = min(n - block * W, W)")
-            with w.block("if entries != NULL:"), w.block("for w in range(count):"):
-                for k in range(r):
-                    w.line(f"residuals[{k}] = {plan.sources[k]}")
-                for k in range(entries):
-                    w.line(f"entries[{k}] = {plan.sources[r + k]}")
-                w.line(f"residuals += {r}")
-                w.line(f"entries += {entries}")
-            with w.block("else:"):
-                _add_squares(w, plan.sources[:r])
-                if kernel.rolled:
-                    rolled.products(w, number, kernel, plan.sources)
-                accumulate.emit_block(w, number, plan)
-            uses = len(group.uses)
+            emit_squares(w, plan.sources[:r])
+            with w.block("if derive:"):
+                with w.block("if entries != NULL:"), w.block("for w in range(count):"):
+                    for k in range(r):
+                        w.line(f"residuals[{k}] = {plan.sources[k]}")
+                    for k in range(entries):
+                        w.line(f"entries[{k}] = {plan.sources[r + k]}")
+                    w.line(f"residuals += {r}")
+                    w.line(f"entries += {entries}")
+                with w.block("else:"):
+                    mark = len(w.lines)
+                    accumulate.emit_block(w, number, plan)
+                    if len(w.lines) == mark:
+                        w.line("pass")
+                uses = len(group.uses)
+                w.line(f"gradient_at += {uses} * W")
+                pairs = pair_count(uses)
+                w.line(f"block_at += {pairs} * W")
+                w.line(f"turn += {pairs} * W")
+                w.line(f"first += {pairs}")
             w.line(f"d += {group.data_count} * W")
             w.line(f"row += {uses} * W")
-            w.line(f"gradient_at += {uses} * W")
-            pairs = pair_count(uses)
-            w.line(f"block_at += {pairs} * W")
-            w.line(f"turn += {pairs} * W")
-            w.line(f"first += {pairs}")
         accumulate.emit_end(w, number, plan)
         with w.block("for w in range(W):"):
-            w.line("cost += total[w]")
+            w.line("cost[0] += total[w]")
+    _declare_temporaries(w, declared, written.temporaries)
+    w.line()
+
+
+def _emit_functions(w: Writer, number: int) -> None:
+    """Write the functions in the table of kernels, and what two of them share."""
+    with w.block(f"cdef double cost_{number}(const Lanes* lanes, double* costs) noexcept nogil:"):
+        w.line("cdef double cost = 0")
+        w.line(f"evaluate_{number}(lanes, False, NULL, NULL, NULL, NULL, &cost, costs)")
         w.line("return cost")
-    _declare_temporaries(w, declared, used)
+    w.line()
+    with w.block(
+        f"cdef double derive_{number}(const Lanes* lanes, real* gradient, real* values, "
+        "real* residuals, real* entries) noexcept nogil:"
+    ):
+        w.line("cdef double cost = 0")
+        w.line(
+            f"evaluate_{number}(lanes, True, gradient, values, residuals, entries, &cost, NULL)"
+        )
+        w.line("return cost")
     w.line()
     with w.block(
         f"cdef double linearise_{number}(const Lanes* lanes, void* gradient, void* values) "
         "noexcept nogil:"
     ):
-        w.line(f"return evaluate_{number}(lanes, <real*>gradient, <real*>values, NULL, NULL)")
+        w.line(f"return derive_{number}(lanes, <real*>gradient, <real*>values, NULL, NULL)")
     w.line()
     with w.block(
         f"cdef void rows_{number}(const Lanes* lanes, void* residuals, void* entries) "
         "noexcept nogil:"
     ):
-        w.line(f"evaluate_{number}(lanes, NULL, NULL, <real*>residuals, <real*>entries)")
+        w.line(f"derive_{number}(lanes, NULL, NULL, <real*>residuals, <real*>entries)")
     w.line()
+
+
+_OF_COST = ("shared", "residual")
+
+
+def _sections(tape: Tape, residuals: int, entries: int) -> list[tuple[str, list[int], range]]:
+    """Nodes and outputs of a linearisation by section.
+
+    What residuals share with derivatives comes first, then the rest of the residuals, so that a
+    cost is the first two sections. Each section needs nothing of those behind it.
+    """
+    outputs = tape.outputs
+    of_residuals = needed(tape, outputs[:residuals])
+    of_jacobian = needed(tape, outputs[residuals : residuals + entries])
+    shared, jacobian = of_residuals & of_jacobian, of_jacobian - of_residuals
+    products = set(range(len(tape.ops))) - of_residuals - of_jacobian
+    end = residuals + entries
+    return [
+        ("shared", sorted(shared), range(0)),
+        ("residual", sorted(of_residuals - shared), range(residuals)),
+        ("Jacobian", sorted(jacobian), range(residuals, end)),
+        ("products", sorted(products), range(end, len(outputs))),
+    ]
+
+
+def _write_sections(
+    w: Writer, written: Statements, sections: Sequence[tuple[str, list[int], range]]
+) -> None:
+    before = len(w.lines)
+    for name, nodes, outputs in sections:
+        mark = len(w.lines)
+        written.write(nodes, outputs)
+        if len(w.lines) > mark:
+            w.lines.insert(mark, "    " * w.depth + f"# {name}")
+    if len(w.lines) == before:
+        w.line("pass")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from arael.compiler.emit.writer import Writer, comment, statements
+from arael.compiler.runs import find_runs, formula, without
 from arael.runtime.layout import Entity
 
 
@@ -32,7 +35,14 @@ def emit_refresh(w: Writer, number: int, entity: Entity) -> None:
                 *(f"v[{k}]" for k in range(entity.stored)),
                 *(f"e[{k}]" for k in range(entity.tangent)),
             ]
-            used = statements(w, entity.refresh, inputs, lambda i: [f"m[{i}]"])
+            tape = entity.refresh
+            runs = find_runs(tape, range(len(tape.outputs)))
+            for run in runs:
+                with w.block(f"for k in range({run.count}):"):
+                    value = formula(tape, run, _moving(entity.stored))
+                    w.line(f"m[{run.first} + k] = {value}")
+            rest, kept = without(tape, runs)
+            used = statements(w, rest, inputs, lambda i: [f"m[{kept[i]}]"])
             w.line(f"s += {entity.state}")
             w.line(f"m += {entity.state}")
     lines = []
@@ -41,3 +51,13 @@ def emit_refresh(w: Writer, number: int, entity: Entity) -> None:
         lines.append("    cdef real " + names)
     w.lines[declared:declared] = lines
     w.line()
+
+
+def _moving(stored: int) -> Callable[[int, str], str]:
+    """Texts of stored scalars and steps in a loop over `k`."""
+
+    def name(number: int, step: str) -> str:
+        array, at = ("v", number) if number < stored else ("e", number - stored)
+        return f"{array}[{at} + k]" if step else f"{array}[{at}]"
+
+    return name

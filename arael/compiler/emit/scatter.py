@@ -18,7 +18,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
-from arael.compiler.emit import rolled
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity, pair_of
 
@@ -138,19 +137,12 @@ def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) 
     uses = [use.entity for use in group.uses]
     tangent = [entities[e].tangent for e in uses]
     sources = [""] * len(tape.outputs)
-    if kernel.rolled:
-        names, blocks = rolled.places(kernel, tangent)
-        first = len(sources)
-        formed = [*names.values(), *blocks.values()]
-    else:
-        names, blocks = dict.fromkeys(kernel.gradient, ""), dict.fromkeys(kernel.products, "")
-        first = group.residuals + len(group.jacobian)
-        formed = []
+    first = group.residuals + len(group.jacobian)
     targets = targets_of(
         uses,
         tangent,
-        dict(zip(names, count(first))),
-        dict(zip(blocks, count(first + len(names)))),
+        dict(zip(kernel.gradient, count(first))),
+        dict(zip(kernel.products, count(first + len(kernel.gradient)))),
         ordered,
     )
     accumulated = [t for t in targets if t.uses <= set(group.lead) and not t.varies]
@@ -159,7 +151,7 @@ def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) 
     outputs: dict[int, list[str]] = {i: [] for i in range(len(tape.outputs))}
     columns = 0
     for target in others:
-        if kernel.rolled or not target.is_filled:
+        if not target.is_filled:
             continue
         whole.append((target, columns))
         entries = target.mirrored()
@@ -184,6 +176,5 @@ def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) 
             shared += 1
         sources[i] = ("-" if negative else "") + column[base]
     single = [t for t in others if all(t is not known for known, _ in whole)]
-    sources += formed
     lead = group.lead[0] if group.lead else -1
     return Plan(accumulated, whole, single, outputs, sources, shared, columns, lead)
