@@ -1,6 +1,7 @@
-"""Evaluation of constraints and parameters by NumPy: what runs without a C compiler.
+"""Evaluation of constraints and parameters by NumPy, for use without a C compiler.
 
-It does what the generated kernels do, on the same arrays, and is the oracle of their tests.
+It performs the operations of the generated kernels on the same arrays, and is the reference in
+their tests.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from arael.runtime.tape import Natives, Tape, evaluate
 
 
 def restricted(tape: Tape, outputs: tuple[int, ...]) -> Tape:
-    """The part of a tape that some of its nodes need, with these as outputs."""
+    """The part of a tape that computes the given nodes, with these as outputs."""
     needed = set(outputs)
     for node in range(len(tape.ops) - 1, -1, -1):
         if node in needed and tape.ops[node] not in ("input", "const"):
@@ -45,12 +46,9 @@ class GroupInterpreter:
 
     Parameters
     ----------
-    group : the constraint
-    tangents : (uses) scalars solved for in each used entity
-    instances : its data
-    placement : where contributions go
-    dtype : precision of the root
-    natives : native functions of the model
+    group : the constraint tangents : (uses) scalars solved for in each used entity instances : its
+    data placement : scatter offsets of its contributions dtype : precision of the root natives :
+    native functions of the model
     """
 
     def __init__(
@@ -82,14 +80,14 @@ class GroupInterpreter:
         return self._run(self._residual_tape, states)
 
     def guard(self, states: Sequence[Array]) -> None:
-        """Ask the guard over parameters, if there is one, which instances act."""
+        """Evaluate the guard over parameters, if there is one, to select the active instances."""
         if self.group.moving_guard is not None:
             holds = self._run(self.group.moving_guard, states)[:, 0]
             self.instances.data[:, -1] = (holds != 0) & ~np.isnan(holds)
 
     @property
     def acting(self) -> Array:
-        """(n,) bool, instances that act, as the guard was last asked."""
+        """(n,) bool, active instances of the last evaluation of the guard."""
         if self.group.moving_guard is None:
             return np.ones(len(self.instances.rows), dtype=bool)
         return np.asarray(self.instances.data[:, -1] != 0)
@@ -99,7 +97,7 @@ class GroupInterpreter:
         return _squares(self.residuals(states))
 
     def rows(self, states: Sequence[Array]) -> tuple[Array, Array]:
-        """Residuals (n, residuals) and Jacobian entries (n, entries), as `Group.jacobian` lists."""
+        """Residuals (n, residuals) and Jacobian entries (n, entries) as in `Group.jacobian`."""
         found = self._run(self.group.tape, states)
         return found[:, : self.group.residuals], found[:, self.group.residuals :]
 
@@ -147,7 +145,7 @@ class GroupInterpreter:
 
 
 class Interpreters:
-    """The interpreters of all groups, each made when it is first asked for."""
+    """The interpreters of all groups, created on first use."""
 
     def __init__(
         self,
@@ -175,7 +173,7 @@ class Interpreters:
         return self._made[g]
 
     def replace(self, g: int, one: Instances) -> None:
-        """Take other data of a group."""
+        """Replace the data of a group."""
         self._instances[g] = one
         self._made.pop(g, None)
 
@@ -191,10 +189,8 @@ def refresh(entity: Entity, state: Array, step: Array, moved: Array) -> None:
 
     Parameters
     ----------
-    entity : whose rows
-    state : (rows, state) before; only the stored scalars are read
-    step : (rows, tangent), zero where a row does not move
-    moved : (rows, state) written; may be `state`
+    entity : entity of the rows state : (rows, state) before; only the stored scalars are read step
+    : (rows, tangent), zero for fixed scalars moved : (rows, state) output; may be `state`
     """
     inputs = [*state[:, : entity.stored].T.copy(), *step.T]
     values = evaluate(entity.refresh, inputs, state.dtype)
