@@ -8,7 +8,7 @@ path (this struct, the struct that contains it, the root, a ref, a struct held b
 block (Pose, Pose)`` with two refs to Pose; ``hb_ab: block (a, b)`` with refs; ``hbt: triplets`` on
 the root.
 
-Not allowed: a block of a struct without parameters, of three things, of another struct than its
+Not allowed: a block of a struct without parameters, of three items, of another struct than its
 own, of a struct with several paths; two blocks of one pair; `triplets` off the root;
 ``skip_self_block`` beside a self block.
 """
@@ -91,7 +91,7 @@ def _exists(
         report.error(
             "E0410",
             entity.span,
-            f"the component {target.name} has no block of its own",
+            f"the component {target.name} has no block",
             label="its parameters belong to the struct that has it",
             help=["name the struct that has the component"],
         )

@@ -182,7 +182,7 @@ def _transpose(t: Typist, node: tree.Transpose) -> Binding:
         return t.apply(node, "transpose", [value], MatrixType(value.type.columns, value.type.rows))
     help_ = []
     if isinstance(value.type, VectorType):
-        help_ = ["write `dot(a, b)` for a' * b; `a * M` takes a vector as a row as it stands"]
+        help_ = ["write `dot(a, b)` for a' * b; `a * M` treats a vector as a row"]
     elif value.type == QUATERNION:
         help_ = ["write `q.conj()` for the inverse rotation"]
     return t.fail(

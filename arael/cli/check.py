@@ -90,7 +90,7 @@ def _gradients(instance: Any) -> list[GradientCheck]:
             f"derivatives of `{check.label}` do not agree with differences",
             origin=check.worst,
             notes=(
-                f"residual {check.residual}: the derivative says {check.derivative:.6g}, the "
+                f"residual {check.residual}: the derivative is {check.derivative:.6g}, the "
                 f"residual changes by {check.measured:.6g}, with a relative error below "
                 f"{check.bound:.1e}",
             ),

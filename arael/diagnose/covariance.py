@@ -141,7 +141,7 @@ class Covariance:
                     "E1009",
                     f"`{_shown(a)}` cannot be conditioned on `{_shown(given)}`: they overlap",
                     origin="covariance",
-                    help=("what is given must be other parameters",),
+                    help=("condition on other parameters",),
                 )
             )
         both = self._block(np.concatenate([mine, known]), np.concatenate([mine, known]))

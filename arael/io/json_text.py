@@ -85,10 +85,10 @@ def _half_pair(content: bytes) -> int:
 
 
 def _not_character(content: bytes, name: str, offset: int) -> AraelError:
-    """E0711 for half of a surrogate pair."""
+    """E0711 for an unpaired surrogate."""
     escape = content[offset : offset + 6].decode()
     path = path_at(content, offset)
-    message = f"`{escape}` is half of a surrogate pair, not a character"
+    message = f"`{escape}` is an unpaired surrogate, not a character"
     message = f"`{path}`: {message}" if path else message
     help = "write the character itself, or both halves of the pair"
     return AraelError(_diagnostic("E0711", message, content, name, offset, help))

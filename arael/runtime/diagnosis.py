@@ -63,7 +63,7 @@ def _unconstrained(problem: Problem, loose: Array) -> Diagnostic:
             origin=problem.layout.name,
             help=(
                 "use another unit for the parameter, or divide the residuals by smaller sigmas",
-                "otherwise start elsewhere, or freeze it; `min_diagonal` above 0 leaves it unchanged",
+                "otherwise start elsewhere, or freeze it; a `min_diagonal` above 0 leaves it as is",
             ),
         )
     return Diagnostic(

@@ -91,7 +91,7 @@ def _answer(inside: str, after: str) -> tuple[str, ...]:
     if word == "skip_self_block":
         return ("write `skip_self_block` on a line inside the struct",)
     return (
-        "delete it; `struct` and `root` say what a model is, and constraints are written "
+        "delete it; a model is declared by `struct` and `root`, and constraints are written "
         "`constraint name { ... }` inside the struct",
     )
 

@@ -57,7 +57,7 @@ def source_of(data: bytes, name: str) -> Source:
                 "E0103",
                 f"this file is not UTF-8: byte 0x{byte:02x} in line {source.position(at)[0]}",
                 Span(source, at, at + 1),
-                "half of a surrogate pair" if surrogate else "not a character in UTF-8",
+                "an unpaired surrogate" if surrogate else "not a character in UTF-8",
                 help=("save the file as UTF-8",),
             )
         ) from None

@@ -76,7 +76,7 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
     AraelError
         If `log` is full, or if the text ends too early.
     """
-    index = stuck = mended = 0
+    index = stuck = repaired = 0
     passed: set[int] = set()
     reported = False
     while True:
@@ -106,9 +106,9 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
             from arael.syntax.trouble import Trouble
 
             stuck += 1
-            mended += 1
+            repaired += 1
             trouble = Trouble(automaton, tokens, index, log)
-            if mended > 3 * MAX_ERRORS:
+            if repaired > 3 * MAX_ERRORS:
                 log.stop()
             if stuck < _MAX_STUCK:
                 explain(trouble)

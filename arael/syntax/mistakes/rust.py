@@ -169,7 +169,7 @@ def rust_item(t: Trouble) -> bool:
     hints = {
         "use": 'another file is read with `import "file.arael"`',
         "mod": 'another file is read with `import "file.arael"`',
-        "impl": "constraints stand inside the struct: `constraint name { ... }`",
+        "impl": "constraints are written inside the struct: `constraint name { ... }`",
         "trait": "a model has structs, constraints and a root only",
         "enum": "a model has structs, constraints and a root only",
         "type": "there are no type aliases",

@@ -128,7 +128,7 @@ def test_tiny_problems_are_compared_and_never_iterated(sizes: list[int]) -> None
         assert plan["solver"] == min(rest, key=lambda name: rest[name])
         unknowns = f"{sum(sizes)} unknown{'s' if sum(sizes) > 1 else ''} in"
         assert f"{plan['solver']} is predicted to factorise {unknowns}" in plan["why"]
-        assert plan["why"].endswith(": so few unknowns that the choice hardly matters")
+        assert plan["why"].endswith(": the system is so small that the choice hardly matters")
 
 
 class _NotPositiveDefiniteError(Exception):
