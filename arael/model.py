@@ -175,8 +175,9 @@ class Model(Fields):
         Parameters
         ----------
         a : a row (``path.poses[3]``, or the model itself for the root's parameters), or the path of
-            a named block (``"poses.hb_pose"``) b : the second row; by default `a` itself. For a
-        named block: the number of the row that has it, by default all rows.
+            a named block (``"poses.hb_pose"``)
+        b : the second row; by default `a` itself. For a named block: the number of the row that has
+            it, by default all rows.
 
         Returns
         -------

@@ -26,9 +26,10 @@ class Formula:
 
     Attributes
     ----------
-    residual : the formula to minimise predicts : name of the predicted column; None if the formula
-    is the residual itself columns : names of the columns that it reads parameters : names of the
-    parameters
+    residual : the formula to minimise
+    predicts : name of the predicted column; None if the formula is the residual itself
+    columns : names of the columns that it reads
+    parameters : names of the parameters
     """
 
     residual: str
@@ -42,8 +43,10 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
 
     Parameters
     ----------
-    text : the formula target : the column given by ``--y`` titles : titles of the file's columns by
-    their names in formulas data : the file's name, for messages
+    text : the formula
+    target : the column given by ``--y``
+    titles : titles of the file's columns by their names in formulas
+    data : the file's name, for messages
 
     Raises
     ------

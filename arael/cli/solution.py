@@ -25,8 +25,9 @@ class Scalar:
 
     Attributes
     ----------
-    value : None for a tangent scalar, which has a standard deviation only sigma : None if it is not
-    available note : the reason: ``fixed``, ``on its upper bound 1``, ``not determined``
+    value : None for a tangent scalar, which has a standard deviation only
+    sigma : None if it is not available
+    note : the reason: ``fixed``, ``on its upper bound 1``, ``not determined``
     """
 
     name: str

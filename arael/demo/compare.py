@@ -21,9 +21,13 @@ class SolverRun:
 
     Attributes
     ----------
-    solver : its name poses : of the scene parameters : scalars solved for x : the solution cost :
-    at the solution iterations : attempted steps linearise, linear : seconds per attempt for
-    residuals with derivatives and J'J, and for the
+    solver : its name
+    poses : of the scene
+    parameters : scalars solved for
+    x : the solution
+    cost : at the solution
+    iterations : attempted steps
+    linearise, linear : seconds per attempt for residuals with derivatives and J'J, and for the
         linear system
     first : seconds before the first step: setup and symbolic analysis
     """

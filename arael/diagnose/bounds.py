@@ -19,7 +19,8 @@ def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[
 
     Parameters
     ----------
-    problem : at its current values diagonal : (size,) of J'J
+    problem : at its current values
+    diagonal : (size,) of J'J
 
     Returns
     -------

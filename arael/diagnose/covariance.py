@@ -43,10 +43,11 @@ class Covariance:
 
     Attributes
     ----------
-    names : (n,) names of the scalars units : (n,) unit of each, as the model declares it (``m``,
-    ``rad``), "" without one; of a transform the translation has the declared unit, the rotation is
-    in radians on_bound : parameters excluded because they are on an active bound, by name, each
-    with the bound in words
+    names : (n,) names of the scalars
+    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
+        transform the translation has the declared unit, the rotation is in radians
+    on_bound : parameters excluded because they are on an active bound, by name, each with the bound
+        in words
 
     Raises
     ------

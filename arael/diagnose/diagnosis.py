@@ -37,7 +37,9 @@ class Finding:
 
     Attributes
     ----------
-    topic : its subject message : the finding, with names advice : what to do about it
+    topic : its subject
+    message : the finding, with names
+    advice : what to do about it
     """
 
     topic: Topic
@@ -54,13 +56,18 @@ class Diagnosis:
 
     Attributes
     ----------
-    model : its name cost : sum of squared residuals table : the cost by constraint parameters,
-    residuals : their numbers findings : suspicious findings, most severe first worst : instances of
-    the largest cost: (instance, cost) gradient : largest entry of ``2 J'r`` by magnitude, with the
-    name of its parameter decrement : decrease of the cost that the linear model predicts for a full
-    Gauss-Newton step, or NaN eigenvalues : smallest non-zero and largest eigenvalue of J'J with its
-    diagonal scaled to 1 sensitivity : smallest and largest length of a Jacobian column, with their
-    parameters free : the free directions; None if the derivatives are not finite
+    model : its name
+    cost : sum of squared residuals
+    table : the cost by constraint
+    parameters, residuals : their numbers
+    findings : suspicious findings, most severe first
+    worst : instances of the largest cost: (instance, cost)
+    gradient : largest entry of ``2 J'r`` by magnitude, with the name of its parameter
+    decrement : decrease of the cost that the linear model predicts for a full Gauss-Newton step, or
+        NaN
+    eigenvalues : smallest non-zero and largest eigenvalue of J'J with its diagonal scaled to 1
+    sensitivity : smallest and largest length of a Jacobian column, with their parameters
+    free : the free directions; None if the derivatives are not finite
     """
 
     model: str

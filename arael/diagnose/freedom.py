@@ -24,8 +24,9 @@ class FreeDirection:
 
     Attributes
     ----------
-    words : description vector : (n,) entry of each free scalar; a gauge is in the units of the
-    model (all positions by 1 m, all rotated by 1 rad), another direction has the largest entry 1
+    words : description
+    vector : (n,) entry of each free scalar; a gauge is in the units of the model (all positions by
+        1 m, all rotated by 1 rad), another direction has the largest entry 1
     gauge : ``"translation"``, ``"rotation"``, ``"scale"``, or "" for other directions
     """
 
@@ -42,8 +43,8 @@ class FreeDirections(list[FreeDirection]):
 
     Attributes
     ----------
-    parameters : number of free scalars rank : of the Jacobian, `parameters` less the free
-    directions
+    parameters : number of free scalars
+    rank : of the Jacobian, `parameters` less the free directions
     """
 
     def __init__(self, equations: NormalEquations, basis: Floats | None = None) -> None:

@@ -32,7 +32,8 @@ class Gauge:
 
     Attributes
     ----------
-    words : description with the moving positions weights : (f,) coefficients of the free directions
+    words : description with the moving positions
+    weights : (f,) coefficients of the free directions
     """
 
     kind: Literal["translation", "rotation", "scale"]

@@ -28,10 +28,13 @@ class GradientCheck:
 
     Attributes
     ----------
-    label : of the constraint instances : number of instances compared difference : the relative
-    difference that exceeds its bound most bound : its error bound, from rounding and curvature
-    worst : name of its instance, and its row residual : number of its residual derivative, measured
-    : the value of the Jacobian and the central difference
+    label : of the constraint
+    instances : number of instances compared
+    difference : the relative difference that exceeds its bound most
+    bound : its error bound, from rounding and curvature
+    worst : name of its instance, and its row
+    residual : number of its residual
+    derivative, measured : the value of the Jacobian and the central difference
     """
 
     label: str
@@ -64,8 +67,8 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
 
     Parameters
     ----------
-    problem : in f64, or in f32 with larger rounding bounds directions : number of random
-    directions; each changes every free parameter
+    problem : in f64, or in f32 with larger rounding bounds
+    directions : number of random directions; each changes every free parameter
 
     Returns
     -------

@@ -31,14 +31,15 @@ class NormalEquations:
 
     Parameters
     ----------
-    problem : at its current values hold_bounds : whether parameters on an active bound are fixed,
-    as in the solver
+    problem : at its current values
+    hold_bounds : whether parameters on an active bound are fixed, as in the solver
 
     Attributes
     ----------
-    on_bound : names of the scalars on an active bound, each with the bound in words names : (n,) of
-    the free scalars free : (n,) their numbers in the system scale : (size,) the unit of each scalar
-    of the system, 1 if no residual depends on it
+    on_bound : names of the scalars on an active bound, each with the bound in words
+    names : (n,) of the free scalars
+    free : (n,) their numbers in the system
+    scale : (size,) the unit of each scalar of the system, 1 if no residual depends on it
 
     Raises
     ------
@@ -157,8 +158,8 @@ class NormalEquations:
 
         Returns
         -------
-        values : ascending; at least the smallest one that is not free, if there is any free : (n,
-        f) orthonormal eigenvectors of those within `tolerance`, over the free scalars
+        values : ascending; at least the smallest one that is not free, if there is any
+        free : (n, f) orthonormal eigenvectors of those within `tolerance`, over the free scalars
         """
         values, vectors = self._spectrum
         return values, vectors[:, : int(np.count_nonzero(values <= self.tolerance))]

@@ -25,8 +25,9 @@ class Sigmas:
 
     Attributes
     ----------
-    values : of the scalars that the residuals determine on_bound : scalars on an active bound, with
-    the bound in words notes : reasons for missing values, in words
+    values : of the scalars that the residuals determine
+    on_bound : scalars on an active bound, with the bound in words
+    notes : reasons for missing values, in words
     """
 
     values: dict[str, float] = field(default_factory=dict)

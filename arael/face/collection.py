@@ -112,9 +112,9 @@ class Collection(Fields):
 
         Parameters
         ----------
-        n : number of rows, if there is no array parent : for a nested collection the owners of the
-        new rows: `Refs` or dense rows (n,) **values : arrays (n, ...) or one value for all, by
-        field name or dotted path; structs also
+        n : number of rows, if there is no array
+        parent : for a nested collection the owners of the new rows: `Refs` or dense rows (n,)
+        **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
             as dicts of arrays; the presence of an optional struct as an array or list of bools
             under its name
 

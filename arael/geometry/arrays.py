@@ -15,7 +15,8 @@ def as_array(values: ArrayLike, tail: tuple[int, ...], what: str) -> Array:
 
     Parameters
     ----------
-    tail : the last dimensions what : name of the argument, for the message
+    tail : the last dimensions
+    what : name of the argument, for the message
 
     Raises
     ------

@@ -52,11 +52,12 @@ def read(
 
     Parameters
     ----------
-    model : a model instance or its store; unchanged after an error path : the file; gzipped content
-    is decompressed format : one of `FORMATS`; by default from the file's extension, else from its
-    content collection : for CSV, the collection that the rows belong to (only its rows are
-    replaced); by default the one with the name of the file, or the model's only one limit : the
-    most bytes to read, after decompression
+    model : a model instance or its store; unchanged after an error
+    path : the file; gzipped content is decompressed
+    format : one of `FORMATS`; by default from the file's extension, else from its content
+    collection : for CSV, the collection that the rows belong to (only its rows are replaced); by
+        default the one with the name of the file, or the model's only one
+    limit : the most bytes to read, after decompression
 
     Raises
     ------
@@ -115,9 +116,11 @@ def write(
 
     Parameters
     ----------
-    model : a model instance or its store path : the file; ``.gz`` at the end compresses format :
-    one of `FORMATS`; by default from the file's extension collection : for CSV, the collection to
-    write; by default the one with the name of the file, or the model's only one
+    model : a model instance or its store
+    path : the file; ``.gz`` at the end compresses
+    format : one of `FORMATS`; by default from the file's extension
+    collection : for CSV, the collection to write; by default the one with the name of the file, or
+        the model's only one
 
     Raises
     ------

@@ -26,8 +26,10 @@ class View:
 
     Attributes
     ----------
-    true_poses, start_poses, poses : (n, 3) true_landmarks : (m, 3) landmarks : (m, 3), or None if
-    they were known covariances : (m, 3, 3) of the landmarks, NaN where unknown; None without any
+    true_poses, start_poses, poses : (n, 3)
+    true_landmarks : (m, 3)
+    landmarks : (m, 3), or None if they were known
+    covariances : (m, 3, 3) of the landmarks, NaN where unknown; None without any
     title : of the figure
     """
 

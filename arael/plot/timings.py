@@ -21,7 +21,8 @@ def growth_figure(
 
     Parameters
     ----------
-    lines : name, sizes and seconds of each sizes : axis label of the size
+    lines : name, sizes and seconds of each
+    sizes : axis label of the size
     """
     figure, (axes,) = new_figure(6.4, 4.2)
     for color, (name, size, seconds) in zip(COLORS, lines, strict=False):

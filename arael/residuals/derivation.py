@@ -32,8 +32,10 @@ class Derived:
 
     Attributes
     ----------
-    kernel : its group, with entities numbered as in `entities` entities : (table, prefix) of each
-    entity that it reads states : these entities program : program of the expression machine
+    kernel : its group, with entities numbered as in `entities`
+    entities : (table, prefix) of each entity that it reads
+    states : these entities
+    program : program of the expression machine
     compiled : the kernel used in its place, after `compile`
     """
 
@@ -68,10 +70,11 @@ def derive(
 
     Parameters
     ----------
-    around : its scope owners : expressions with parameters, those of the residual itself included
-    declared : functions and constants that it may use natives : names of native functions, in the
-    order in which the runtime numbers them constant_too : whether it may have no parameter, as for
-    a value that is only read
+    around : its scope
+    owners : expressions with parameters, those of the residual itself included
+    declared : functions and constants that it may use
+    natives : names of native functions, in the order in which the runtime numbers them
+    constant_too : whether it may have no parameter, as for a value that is only read
 
     Raises
     ------

@@ -31,7 +31,9 @@ class Expression:
 
     Attributes
     ----------
-    label : its name parameters : its own parameters entities : rows of the model that it names
+    label : its name
+    parameters : its own parameters
+    entities : rows of the model that it names
     """
 
     _name_rule = staticmethod(label_problem)

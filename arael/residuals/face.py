@@ -29,15 +29,15 @@ def runtime_residual(
         Names are those given here, parameters and expressions of other runtime residuals of the
         model, and fields of the model's root (``poses[3].pos.x``).
     label : its name in cost tables, Jacobians and messages
-    parameters : its own parameters, by name: a start value, a list for a vector, or a
-        dict of ``value`` and any of ``low``, ``high``, ``fixed``
+    parameters : its own parameters, by name: a start value, a list for a vector, or a dict of
+        ``value`` and any of ``low``, ``high``, ``fixed``
     data : columns by name: one number, an array (n,) or (n, k). The residual is evaluated once for
         each of the n rows.
     entities : rows of the model by name: the result of ``append``, ``model.poses[3]``, or many rows
-        (``model.poses``), one for each row of the residual loss : robust loss of the residuals of a
-    row together, as after `loss` in a model file: ``"cauchy(2)"``, ``"geman_mcclure(2)"``,
-    ``"huber(2)"``,
-        ``"tukey(4)"``, or ``"|s| 2 * (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
+        (``model.poses``), one for each row of the residual
+    loss : robust loss of the residuals of a row together, as after `loss` in a model file:
+        ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``, ``"tukey(4)"``, or ``"|s| 2 *
+        (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
     when : a condition over data, as after `when` in a model file (``"p.gps"``, ``"weight > 0"``);
         the residual is evaluated for the rows where it is true
 

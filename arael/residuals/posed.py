@@ -37,9 +37,10 @@ class Posed:
     Attributes
     ----------
     layout : the model's layout with the tables, entities and groups of the residuals appended
-    tables : path -> table programs : per group, the program of the expression machine, or a
-    separate kernel; None for groups in the kernels of the model rows_version : counts changes of
-    the number of rows
+    tables : path -> table
+    programs : per group, the program of the expression machine, or a separate kernel; None for
+        groups in the kernels of the model
+    rows_version : counts changes of the number of rows
     """
 
     def __init__(

@@ -61,8 +61,8 @@ class Schema:
 
     Attributes
     ----------
-    columns : fields with values; `optionals` : optional fields and structs states : state of each
-    entity of the layout
+    columns : fields with values; `optionals` : optional fields and structs
+    states : state of each entity of the layout
     """
 
     layout: Layout

@@ -46,9 +46,12 @@ class GroupInterpreter:
 
     Parameters
     ----------
-    group : the constraint tangents : (uses) scalars solved for in each used entity instances : its
-    data placement : scatter offsets of its contributions dtype : precision of the root natives :
-    native functions of the model
+    group : the constraint
+    tangents : (uses) scalars solved for in each used entity
+    instances : its data
+    placement : scatter offsets of its contributions
+    dtype : precision of the root
+    natives : native functions of the model
     """
 
     def __init__(
@@ -189,8 +192,10 @@ def refresh(entity: Entity, state: Array, step: Array, moved: Array) -> None:
 
     Parameters
     ----------
-    entity : entity of the rows state : (rows, state) before; only the stored scalars are read step
-    : (rows, tangent), zero for fixed scalars moved : (rows, state) output; may be `state`
+    entity : entity of the rows
+    state : (rows, state) before; only the stored scalars are read
+    step : (rows, tangent), zero for fixed scalars
+    moved : (rows, state) output; may be `state`
     """
     inputs = [*state[:, : entity.stored].T.copy(), *step.T]
     values = evaluate(entity.refresh, inputs, state.dtype)

@@ -24,7 +24,7 @@ typedef void (*PoolTask)(void *job, ptrdiff_t item);
 #include <time.h>
 #include <unistd.h>
 
-#define POOL_WATCH 50e-6        /* seconds that a thread looks before it sleeps */
+#define POOL_WATCH 50e-6        /* seconds that a thread spins before it sleeps */
 #define POOL_STACK (8 << 20)    /* kernels keep arrays of lanes on the stack */
 
 static struct {
@@ -117,7 +117,7 @@ static void pool_forked(void) {
     pool.helpers = pool.looking = pool.asleep = 0;
 }
 
-/* Have `count` helpers, or as many as the system gives; the lock is held. */
+/* Start helpers up to `count`, or as many as the system allows; the lock is held. */
 static void pool_hire(int count) {
     pthread_attr_t how;
     pthread_t helper;
@@ -126,7 +126,7 @@ static void pool_hire(int count) {
     if (pool.helpers >= count || pthread_attr_init(&how)) return;
     pthread_attr_setdetachstate(&how, PTHREAD_CREATE_DETACHED);
     pthread_attr_setstacksize(&how, POOL_STACK);
-    /* Signals are for Python's threads. */
+    /* Signals are handled by Python's threads only. */
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
     while (pool.helpers < count && pthread_create(&helper, &how, pool_helper, NULL) == 0)
@@ -165,7 +165,7 @@ static void pool_close(void) {
     pthread_mutex_unlock(&pool.lock);
 }
 
-/* Do task(job, i) for all items i, on up to `threads` threads; returns when all are done. */
+/* Run task(job, i) for all items i, on up to `threads` threads; returns when all are done. */
 static void pool_share(int threads, ptrdiff_t items, PoolTask task, void *job) {
     ptrdiff_t item;
     int helpers;

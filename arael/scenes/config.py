@@ -13,14 +13,17 @@ class SceneConfig:
 
     Attributes
     ----------
-    poses : number of poses, at least 2 landmarks : number of landmarks generated (unobserved ones
-    are dropped); None: four per pose trajectory : shape of the path seed : seed of NumPy's PCG64;
-    scenes are reproducible wrong_fraction : share of detections associated with a wrong landmark
-    wrong_scale : factor of the pixel error of such a detection pixel_noise : pixel error of the
-    other detections, uniform in plus and minus this [px] odometry_noise : add noise to the
-    odometry; else it is exact start_pos : standard deviation per axis of the poses' initial
-    positions [m] start_ea : the same of their roll, pitch and yaw [rad] start_landmark : the same
-    of the landmarks' x, y and z [m]
+    poses : number of poses, at least 2
+    landmarks : number of landmarks generated (unobserved ones are dropped); None: four per pose
+    trajectory : shape of the path
+    seed : seed of NumPy's PCG64; scenes are reproducible
+    wrong_fraction : share of detections associated with a wrong landmark
+    wrong_scale : factor of the pixel error of such a detection
+    pixel_noise : pixel error of the other detections, uniform in plus and minus this [px]
+    odometry_noise : add noise to the odometry; else it is exact
+    start_pos : standard deviation per axis of the poses' initial positions [m]
+    start_ea : the same of their roll, pitch and yaw [rad]
+    start_landmark : the same of the landmarks' x, y and z [m]
     """
 
     poses: int = 60

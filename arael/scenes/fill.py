@@ -16,8 +16,9 @@ def fill(instance: Any, layout: Layout, columns: Mapping[str, NDArray[np.generic
 
     Parameters
     ----------
-    instance : an instance of the model of `layout` columns : arrays by path; ``<path>.offsets``
-    gives the rows of a nested list for each row of its parent
+    instance : an instance of the model of `layout`
+    columns : arrays by path; ``<path>.offsets`` gives the rows of a nested list for each row of its
+        parent
     """
     collections: dict[str, Any] = {"": instance}
     for table in layout.tables:

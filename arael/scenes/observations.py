@@ -24,9 +24,11 @@ class Observations:
 
     Attributes
     ----------
-    landmark, pose, camera : (k,) indices pixel : (k, 2) position in the image [px], noise included
-    mf2r : (k, 3, 3) feature frame to body, column 0 along the ray camera_pos : (k, 3) camera in the
-    body frame [m] isigma : (k, 2) 1 / angular size of the pixel, across and up in its frame [1/rad]
+    landmark, pose, camera : (k,) indices
+    pixel : (k, 2) position in the image [px], noise included
+    mf2r : (k, 3, 3) feature frame to body, column 0 along the ray
+    camera_pos : (k, 3) camera in the body frame [m]
+    isigma : (k, 2) 1 / angular size of the pixel, across and up in its frame [1/rad]
     wrong : (k,) whether the association is wrong
     """
 

@@ -78,10 +78,12 @@ class PlaneScene:
 
     Attributes
     ----------
-    pos, ea : (n, 3) true poses [m, rad] normals, offsets : (m, 3) and (m,) true planes ``n.x + c =
-    0`` seen_pose, seen_plane : (k,) pose and plane of each observation seen_normal, seen_distance :
-    (k, 3) and (k,) the measurements, in the body frame delta_pos, delta_ea : (n - 1, 3) measured
-    motion from pose to pose start_pos, start_ea, start_normals, start_offsets : initial values
+    pos, ea : (n, 3) true poses [m, rad]
+    normals, offsets : (m, 3) and (m,) true planes ``n.x + c = 0``
+    seen_pose, seen_plane : (k,) pose and plane of each observation
+    seen_normal, seen_distance : (k, 3) and (k,) the measurements, in the body frame
+    delta_pos, delta_ea : (n - 1, 3) measured motion from pose to pose
+    start_pos, start_ea, start_normals, start_offsets : initial values
     """
 
     config: PlaneConfig

@@ -29,9 +29,12 @@ class Scene:
 
     Attributes
     ----------
-    config : its options pos, ea : (n, 3) true positions [m] and roll, pitch, yaw [rad] landmarks :
-    (m, 3) true landmark positions [m] anchors : (m,) the pose around which each landmark was placed
-    sensors, observations : measurements start_pos, start_ea, start_landmarks : initial values
+    config : its options
+    pos, ea : (n, 3) true positions [m] and roll, pitch, yaw [rad]
+    landmarks : (m, 3) true landmark positions [m]
+    anchors : (m,) the pose around which each landmark was placed
+    sensors, observations : measurements
+    start_pos, start_ea, start_landmarks : initial values
     """
 
     config: SceneConfig

@@ -35,8 +35,9 @@ class Start:
 
     Attributes
     ----------
-    chosen : ``file`` (the given values), ``tree`` or ``chordal`` costs : cost of the model at each
-    computed start, by name seconds : total time
+    chosen : ``file`` (the given values), ``tree`` or ``chordal``
+    costs : cost of the model at each computed start, by name
+    seconds : total time
     """
 
     chosen: str

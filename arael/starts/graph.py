@@ -60,8 +60,9 @@ class Anchors:
 
     Attributes
     ----------
-    pose : (k,) row of the measured pose measured : the measured values position_weight,
-    rotation_weight : (k,) inverse standard deviations, [1/m] and [1/rad]
+    pose : (k,) row of the measured pose
+    measured : the measured values
+    position_weight, rotation_weight : (k,) inverse standard deviations, [1/m] and [1/rad]
     """
 
     pose: Ints
@@ -82,10 +83,13 @@ class PoseGraph:
 
     Attributes
     ----------
-    poses : current values a, b : (m,) rows of the two poses of each edge measured : pose of `b` in
-    the frame of `a` information : (m, k, k), inverse covariance of position and rotation vector (k
-    = 3 or 6) fixed_position, fixed_rotation : (n,) masks of fixed parts anchors : absolute
-    measurements component : (n,) connected component of each pose, named by its first pose
+    poses : current values
+    a, b : (m,) rows of the two poses of each edge
+    measured : pose of `b` in the frame of `a`
+    information : (m, k, k), inverse covariance of position and rotation vector (k = 3 or 6)
+    fixed_position, fixed_rotation : (n,) masks of fixed parts
+    anchors : absolute measurements
+    component : (n,) connected component of each pose, named by its first pose
     """
 
     poses: Poses

@@ -50,9 +50,11 @@ class Relaxation:
 
         Parameters
         ----------
-        blocks : (m, d, d) of each edge: of `a` with `a`, of `a` with `b`, of `b` with `b` own :
-        (count, d, d) additional diagonal blocks right : (count, d, k) right-hand sides held :
-        (count,) fixed poses at : (count, d, k) values of fixed poses
+        blocks : (m, d, d) of each edge: of `a` with `a`, of `a` with `b`, of `b` with `b`
+        own : (count, d, d) additional diagonal blocks
+        right : (count, d, k) right-hand sides
+        held : (count,) fixed poses
+        at : (count, d, k) values of fixed poses
 
         Returns
         -------

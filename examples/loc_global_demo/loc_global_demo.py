@@ -84,9 +84,9 @@ class Run:
 
     Attributes
     ----------
-    start, centred : positions (n, 3) before, and with the transform applied [m] shift, turn : the
-    transform: translation (3,) [m], rotation matrix (3, 3) centre, sweep : results of the two
-    solves
+    start, centred : positions (n, 3) before, and with the transform applied [m]
+    shift, turn : the transform: translation (3,) [m], rotation matrix (3, 3)
+    centre, sweep : results of the two solves
     """
 
     scene: Scene

@@ -98,7 +98,8 @@ def analyse(
     ordering : str
         One of `ORDERINGS`, or ``"auto"``.
     known : Analysis, optional
-        A symbolic factor in a given order, which only nested dissection may replace. price : float
+        A symbolic factor in a given order, which only nested dissection may replace.
+    price : float
         Milliseconds of another solver for the same system.
     """
     start, neighbours = adjacency(pattern)

@@ -46,7 +46,7 @@ cdef class ConjugateSolver(LinearSolver):
     formed : bool
     parts : sequence of (Products, LinearSolver)
         Preconditioners: part of the reduced system and a solver for it. The first positive definite
-    one is used; the last must be block diagonal, so that its failure is that of the system.
+        one is used; the last must be block diagonal, so that its failure is that of the system.
     tolerance, floor : float
         Bounds of the forcing term, relative to the right-hand side in the preconditioner's norm.
     iterations : int

@@ -30,7 +30,7 @@ cdef class Elimination:
     cdef void* _output
     cdef readonly bint single           # f32 if true, else f64
     cdef public int threads
-    cdef Py_ssize_t _parts, _sweeps     # parts of the entities; parts of sweeps, with an output each
+    cdef Py_ssize_t _parts, _sweeps     # parts of the entities; of sweeps, with an output each
     cdef bint _together                 # whether a sweep can be combined with the elimination
     cdef const long long* _part_ends    # [parts + 1] entities
     cdef const long long* _sweep_ends

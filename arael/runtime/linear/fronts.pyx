@@ -20,18 +20,21 @@ cdef class Fronts:
         First column, in the order of elimination.
     triangle, panel : (ns,) int64
         Offsets of the (k, k) triangle and the (r, k) panel in the storage of the factor. Below the
-    panel is a row for the right-hand side. storage : int
+        panel is a row for the right-hand side.
+    storage : int
         Scalars of the factor's storage.
     alone, together : Stacks
         Sequence of the fronts and offsets of their (r, r) update matrices, for one thread and for
-    several. bundle : (ns,) int64
+        several.
+    bundle : (ns,) int64
         Bundle of subtrees that a front belongs to, -1 for the fronts above all of them.
     bundles : int
     child_start, children : int64
         Children of front s: ``children[child_start[s]:child_start[s + 1]]``.
     run_start, run_inside : int64
         Runs of front s: ``run_start[s]:run_start[s + 1]``; those before ``run_inside[s]`` are added
-    to columns of the parent, the others to its update matrix. runs : (m, 3) int32
+        to columns of the parent, the others to its update matrix.
+    runs : (m, 3) int32
         Rows of a front that are consecutive also in its parent: first row, count, first row
         in the parent.
     strip_start : (ns + 1,) int64

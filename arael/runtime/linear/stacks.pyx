@@ -22,8 +22,11 @@ cdef class Stacks:
         Bundle b is ``sequence[ends[b]:ends[b + 1]]``, the fronts above are the last.
     update : (ns,) int64
         Offset of the front's update matrix: in the workspace of the thread of the bundle, or, if
-    its parent is not in the bundle, in the shared workspace. shared : (ns,) bool
-        Whether it is the shared one. room, shared_room : int Scalars of both workspaces.
+        its parent is not in the bundle, in the shared workspace.
+    shared : (ns,) bool
+        Whether it is the shared one.
+    room, shared_room : int
+        Scalars of both workspaces.
     """
 
     cdef readonly object sequence, ends, update, shared, bundles, room, shared_room

@@ -36,7 +36,8 @@ class Columns:
 
     Attributes
     ----------
-    fields : the tree of fields data, optionals : columns with values, and presence masks, by path
+    fields : the tree of fields
+    data, optionals : columns with values, and presence masks, by path
     missing : fields of the root without default that are not set yet (other tables: empty)
     optimize_new : the `optimize` flags of rows added later, by their paths
     """

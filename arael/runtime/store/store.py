@@ -21,11 +21,14 @@ class Store:
 
     Attributes
     ----------
-    layout : the compiled model tables : path -> `Table` kernels : compiled kernels of the model, or
-    None bindings : bindings of its native functions, by name residuals : the runtime residuals of
-    this instance, or None structure_version : changes whenever that of any table does use : the
-    thread that solves this instance; its lock protects changes of rows and the preparation of
-    problems
+    layout : the compiled model
+    tables : path -> `Table`
+    kernels : compiled kernels of the model, or None
+    bindings : bindings of its native functions, by name
+    residuals : the runtime residuals of this instance, or None
+    structure_version : changes whenever that of any table does
+    use : the thread that solves this instance; its lock protects changes of rows and the
+        preparation of problems
     """
 
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:

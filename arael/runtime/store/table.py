@@ -34,7 +34,8 @@ class Table(Columns):
 
     Attributes
     ----------
-    store : the instance that this table belongs to layout : its layout by the compiler
+    store : the instance that this table belongs to
+    layout : its layout by the compiler
     structure_version : changes whenever rows are added or removed, or refs are set
     """
 
