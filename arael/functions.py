@@ -24,24 +24,23 @@ __all__ = ["Function", "Functions"]
 
 
 class Function:
-    """A function that a model declares, with the derivatives that the solver uses.
+    """A function declared in a model, with the derivatives that the solver uses.
 
     Attributes
     ----------
     name : as the model declares it
     params : names of its parameters
     native : whether its value comes from native code (``extern fn``)
-    bound : whether it can be evaluated: a formula always, native code once the caller gave it
-    formula : as the model writes it; "" of a native function
-    derivs : derivatives as the model writes them; empty where the formula is differentiated
+    bound : whether it can be evaluated: always for a formula; for native code after it was bound
+    formula : source text of the formula; "" for a native function
+    derivs : source text of the derivatives; empty if the formula is differentiated
     doc : the comment above it in the model
 
     Notes
     -----
-    Numbers and arrays are taken for scalars: arrays are broadcast against each other, and a
-    function whose value is a vector adds axes at the end. With an expression, a vector or a matrix
-    of `arael.sym` among the arguments the value is symbolic too. A function that takes vectors can
-    be called in that way only.
+    Numbers and arrays are scalar arguments: arrays are broadcast, and a function whose value is a
+    vector appends axes. With an expression, a vector or a matrix of `arael.sym` among the arguments
+    the value is symbolic too. A function of vectors can only be called with expressions.
     """
 
     def __init__(self, declared: layouts.Function, family: Functions) -> None:
@@ -60,15 +59,15 @@ class Function:
         return not self.native or self.name in self._family.bindings
 
     def __call__(self, *args: Any) -> Any:
-        """Value for these arguments: a float where all are numbers, an array, or symbolic.
+        """Value for these arguments: a float if all are numbers, else an array, or symbolic.
 
         Raises
         ------
         TypeError
             For another number of arguments.
         AraelError
-            E0820: nothing is bound to native code that it calls; E0302: it takes vectors, and
-            numbers were given.
+            E0820: a native function that it calls is not bound; E0302: it takes vectors, but
+            numbers were passed.
         """
         if self._is_symbolic(args):
             return self._family.bag[self.name](*args)
@@ -76,9 +75,9 @@ class Function:
         return value
 
     def partials(self, *args: Any) -> tuple[Any, ...]:
-        """Partial derivatives for these arguments, one per parameter, shaped as the value is.
+        """Partial derivatives for these arguments, one per parameter, with the shape of the value.
 
-        Those that the model prescribes with `derivs`, where it does.
+        If the model has `derivs`, these are used.
         """
         if self._is_symbolic(args):
             from arael.sym import symbols
@@ -93,7 +92,9 @@ class Function:
     def _is_symbolic(self, args: tuple[Any, ...]) -> bool:
         if len(args) != len(self.params):
             raise TypeError(f"{self!r} takes {len(self.params)} arguments, found {len(args)}")
-        room = sys.modules.get("arael.sym.value")  # whoever has a value of it has imported it
+        room = sys.modules.get(
+            "arael.sym.value"
+        )  # a value of that type exists only if the module is imported
         return room is not None and any(isinstance(a, room.Value) for a in args)
 
     def _values(
@@ -133,7 +134,7 @@ class Functions(Mapping[str, Function]):
     Parameters
     ----------
     layout : the compiled model
-    bindings : what the caller bound to its native functions
+    bindings : functions bound by the caller to its native functions
     """
 
     def __init__(self, layout: Layout, bindings: Mapping[str, Binding]) -> None:
@@ -157,9 +158,9 @@ class Functions(Mapping[str, Function]):
 
     @cached_property
     def bag(self) -> FunctionBag:
-        """The functions as `sym.parse` takes them: ``sym.parse("sigmoid(t)", M.functions.bag)``.
+        """The functions in the form of `sym.parse`: ``sym.parse("sigmoid(t)", M.functions.bag)``.
 
-        Native functions that nothing is bound to can be differentiated, but have no value (E0820).
+        Unbound native functions can be differentiated, but have no value (E0820).
         """
         from arael.diagnostics.records import Source
         from arael.sym import FunctionBag
@@ -176,5 +177,5 @@ class Functions(Mapping[str, Function]):
         return value
 
     def unbound(self, name: str) -> Diagnostic:
-        """Tell that nothing is bound to a native function."""
+        """Raise the error for an unbound native function."""
         return unbound(next(f for f in self.layout.functions if f.name == name), self.layout)

@@ -1,15 +1,15 @@
-"""What arael says of its work: the logger ``arael`` of Python's `logging`, silent until asked.
+"""Log messages: the logger ``arael`` of Python's `logging`, silent by default.
 
-| logger | level | says |
+| logger | level | message |
 |---|---|---|
-| ``arael.solve`` | debug | every attempt at a step, the lines of the verbose trace |
-| ``arael.solve`` | info | every pass: how it ended, cost, iterations, time, linear solver |
+| ``arael.solve`` | debug | every attempted step, the lines of the verbose trace |
+| ``arael.solve`` | info | every pass: status, cost, iterations, time, linear solver |
 | ``arael.solve`` | warning | a pass that ended without converging |
-| ``arael.compile`` | info | a model that had to be compiled, and how long that took |
-| ``arael.compile`` | debug | where a model was found that had been compiled before |
+| ``arael.compile`` | info | a model was compiled, with the time it took |
+| ``arael.compile`` | debug | a compiled model was found, with its place |
 
-Nothing is printed unless somebody listens. Who configures `logging` hears arael as every other
-library; `log_to` serves those who do not want to.
+Nothing is printed without a handler. A program that configures `logging` receives these messages
+like those of any other library; `log_to` is for programs that do not.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 Sink = Callable[[str], object]
 
 LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40}
-"""Levels by name, with the numbers that `logging` gives them."""
+"""Levels by name, with the numbers of `logging`."""
 
 
 def logger(name: str, level: int) -> logging.Logger | None:
-    """The logger ``arael.<name>`` if somebody hears it at `level`, else None.
+    """The logger ``arael.<name>`` if it has a handler for `level`, else None.
 
-    Where nobody has imported `logging`, nobody listens, and it stays unimported: that takes as long
-    as a small solve.
+    If `logging` is not imported there is no handler, and it is not imported here, which would take
+    as long as a small solve.
     """
     loaded = sys.modules.get("logging")
     if loaded is None:
@@ -44,7 +44,7 @@ def logger(name: str, level: int) -> logging.Logger | None:
 
 
 def log(name: str, level: str, message: str) -> None:
-    """Say `message` on the logger ``arael.<name>``, if somebody listens."""
+    """Log `message` to the logger ``arael.<name>``, if it has a handler."""
     number = LEVELS[level]
     found = logger(name, number)
     if found is not None:
@@ -52,7 +52,7 @@ def log(name: str, level: str, message: str) -> None:
 
 
 class LogSink:
-    """A listener that `log_to` has put in place; `close`, or the end of a ``with``, removes it."""
+    """A handler installed by `log_to`; `close`, or the end of a ``with``, removes it."""
 
     def __init__(self, handler: logging.Handler) -> None:
         self._handler = handler

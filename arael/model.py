@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Compiled(Protocol):
-    """What a model instance needs of a compiled model."""
+    """The parts of a compiled model that a model instance uses."""
 
     @property
     def layout(self) -> Layout:
@@ -54,11 +54,11 @@ class Model(Fields):
     Raises
     ------
     AraelError
-        E0701-E0710 for values that do not fit what the model declares.
+        E0701-E0710 for values that do not fit the declarations of the model.
 
     Notes
     -----
-    A field named like a method here is reached as ``model["name"]``. Fields of the root without a
+    A field with the name of a method is accessed as ``model["name"]``. Fields of the root without a
     default may be set at any time before solving.
     """
 
@@ -93,13 +93,13 @@ class Model(Fields):
         return super()._get(member)
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
-        """Replace the data by that of a file (see `arael.io.read`); earlier refs are stale then."""
+        """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""
         from arael import io
 
         io.read(self, path, format)
 
     def write(self, path: str | os.PathLike[str], format: str | None = None) -> None:
-        """Write the data to a file, whole or not at all (see `arael.io.write`)."""
+        """Write the data to a file atomically (see `arael.io.write`)."""
         from arael import io
 
         io.write(self, path, format)
@@ -124,72 +124,71 @@ class Model(Fields):
         passes: str | Pass | LayoutPass | Iterable[str | Pass | LayoutPass] | None = None,
         **settings: Any,
     ) -> Result:
-        """Minimise the cost and take the solution over; see `arael.solving.solve`."""
+        """Minimise the cost and store the solution; see `arael.solving.solve`."""
         return solving.solve(self, config, solver, passes, **settings)
 
     def serialize(self) -> NDArray[np.float64]:
-        """Values of all parameters that are solved for, as one vector of stored scalars.
+        """Values of all free parameters, as one vector of stored scalars.
 
-        In the order of `Result.x`, f64: a quaternion has four of them though three are solved for.
-        What is fixed or not to be optimised is left out, unless it is an entity in part.
+        In the order of `Result.x`, f64: a quaternion has four of them, though its tangent has
+        three. Fixed and frozen parameters are omitted, unless only a part of an entity is fixed.
         """
         return self._problem().x
 
     def deserialize(self, x: Any) -> None:
-        """Put a vector of `serialize`, or `Result.x`, back into the parameters.
+        """Set the parameters from a vector of `serialize`, or `Result.x`.
 
         Raises
         ------
         AraelError
-            E0704 it has another length; E0705 not finite; E0721 not a rotation. The model is as
-            it was then.
+            E0704 wrong length; E0705 not finite; E0721 not a rotation. The model is then unchanged.
         """
         self._problem().put(x)
 
     @property
     def session(self) -> Session:
-        """What the last solve left for the next; ``release()`` lets go of it."""
+        """Data reused by the next solve; ``release()`` frees it."""
         return self._session
 
     def cost(self) -> float:
-        """Sum of squared residuals at the present values."""
+        """Sum of squared residuals at the current values."""
         return self._problem().cost()
 
     def cost_table(self) -> CostTable:
-        """Cost of each constraint by label, 0 where none acts."""
+        """Cost of each constraint by label, 0 without active instances."""
         from arael.diagnose.cost_table import cost_table
 
         return cost_table(self._problem())
 
     def gradient(self) -> NDArray[np.float64]:
-        """Gradient 2 J'r at the present values, one entry per scalar that moves."""
+        """Gradient 2 J'r at the current values, one entry per free tangent scalar."""
         return self._problem().gradient()
 
     def hessian(self) -> NDArray[np.float64]:
-        """Gauss-Newton Hessian 2 J'J at the present values, dense, over the scalars that move."""
+        """Dense Gauss-Newton Hessian 2 J'J at the current values, over free tangent scalars."""
         return self._problem().hessian()
 
     def hessian_block(self, a: Any, b: Any = None) -> NDArray[np.float64]:
-        """Blocks of ``hessian()``, f64, as they stand there: the sum over all constraints.
+        """Blocks of ``hessian()``, f64: sums over all constraints.
 
         Parameters
         ----------
         a : a row (``path.poses[3]``, or the model itself for the root's parameters), or the path of
             a named block (``"poses.hb_pose"``)
-        b : another row, to couple with; left out, `a` itself. Of a named block: the number of the
-            row that holds it, or left out, all rows.
+        b : the second row; by default `a` itself. For a named block: the number of the row that has
+            it, by default all rows.
 
         Returns
         -------
-        (k, l), the tangent scalars of `a` by those of `b` in order of declaration, zeros where they
-        do not move; (n, k, l) of a named block of all n rows. Blocks that the model names are read
-        as fields too: ``path.poses[3].hb_pose``, ``path.poses.hb_pose``, and ``path.hbt`` for
-        triplets, a SciPy COO array of the pairs that go there.
+        (k, l), the tangent scalars of `a` by those of `b` in order of declaration, zeros for fixed
+        ones; (n, k, l) for a named block of all n rows. Named blocks can also be read as fields:
+        ``path.poses[3].hb_pose``, ``path.poses.hb_pose``, and ``path.hbt`` for triplets, a SciPy
+        COO array of the pairs assigned to it.
 
         Raises
         ------
         AraelError
-            E0701 there is no such block; E1009 a row has no parameters.
+            E0701 no such block; E1009 a row has no parameters.
         """
         from arael.face.blocks import block_at, block_between
 
@@ -201,7 +200,7 @@ class Model(Fields):
         return found
 
     def jacobian(self) -> Jacobian:
-        """Jacobian at the present values, by rows."""
+        """Jacobian at the current values, by rows."""
         from arael.diagnose.jacobian import jacobian
 
         return jacobian(self._problem())
@@ -219,30 +218,30 @@ class Model(Fields):
         return covariance(self._problem())
 
     def free_directions(self) -> FreeDirections:
-        """What can change without any residual noticing, in words; empty if nothing can."""
+        """Directions that change no residual, in words; empty if there are none."""
         from arael.diagnose.freedom import FreeDirections
         from arael.diagnose.normal import NormalEquations
 
         return FreeDirections(NormalEquations(self._problem()))
 
     def check_gradients(self) -> list[GradientCheck]:
-        """Derivatives against central differences at the present values, by constraint."""
+        """Compare derivatives with central differences at the current values, by constraint."""
         from arael.diagnose.gradients import check_gradients
 
         return check_gradients(self._problem())
 
     def diagnose(self) -> Diagnosis:
-        """Everything that tells why a solve does not converge or where its result is poor.
+        """Report why a solve does not converge or where its result is poor.
 
-        Looks at the present values: before a solve at its start, after it at its end. Print it, or
-        go through its `findings`.
+        Evaluated at the current values: the start before a solve, the solution after it. Print it,
+        or iterate over its `findings`.
         """
         from arael.diagnose.diagnosis import diagnose
 
         return diagnose(self._problem())
 
     def parameter_names(self) -> list[str]:
-        """Name of every scalar that moves (``poses[3].ea.z``), in order of the system."""
+        """Name of every free tangent scalar (``poses[3].ea.z``), in the order of the system."""
         return self._problem().parameter_names()
 
     def _problem(self) -> Problem:

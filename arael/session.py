@@ -1,4 +1,4 @@
-"""What a model instance keeps from one solve to the next."""
+"""Reuse of structure, buffers and linear solver between solves of a model instance."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from arael.runtime.problem import Problem
 
 @dataclass
 class Counts:
-    """What was done anew since the model was made; a warm solve adds nothing but to `solves`.
+    """Counts of the work done for a model instance; a warm solve increments `solves` only.
 
     Attributes
     ----------
-    solves : passes run
-    problems : times that the structure was looked at: active instances, blocks, places
-    analyses : orderings and symbolic factors of the linear solver
-    gathered : constraints whose data was brought into the order that kernels read
+    solves : passes that were run
+    problems : computations of the structure: active instances, block pattern, scatter offsets
+    analyses : orderings and symbolic factorisations of the linear solver
+    gathered : constraints whose data was copied into lane order for the kernels
     """
 
     solves: int = 0
@@ -37,9 +37,9 @@ class Counts:
 class Session:
     """Structure, data in lane order, buffers and linear solver of the last solve of a model.
 
-    The next solve takes over what still holds. Values, data and flags are looked at each time, so
-    nothing has to be announced; rows added, removed or referred to otherwise make a new structure,
-    and that a new analysis only if the pattern of coupled blocks is another.
+    The next solve reuses the parts that are still valid. Values, data and flags are compared each
+    time, so no notification is needed. Added or removed rows and changed refs invalidate the
+    structure; a new structure needs a new symbolic analysis only if the block pattern differs.
     """
 
     counts: Counts = field(default_factory=Counts)
@@ -59,7 +59,7 @@ class Session:
     def held(self) -> Iterator[Session]:
         """Yield the session, or a temporary one if a solve in it called this solve (an observer).
 
-        Other threads do not come this far: `Use.solving` refuses them.
+        Other threads do not reach this point: `Use.solving` raises for them.
         """
         if not self._lock.acquire(blocking=False):
             yield Session()
@@ -73,11 +73,11 @@ class Session:
             self._lock.release()
 
     def release(self) -> None:
-        """Let go of everything; the next solve starts from the model's data alone."""
+        """Free all memory; the next solve starts from the model's data alone."""
         self._problem = self._linear = self._asked = self._choice = None
 
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
-        """The problem at hand, with the values and data of now; None if the structure changed."""
+        """The cached problem with current values and data; None if the structure changed."""
         found = self._problem
         if found is None or found.store is not store or not found.refresh(frozen):
             return None
@@ -85,7 +85,7 @@ class Session:
         return found
 
     def keep(self, problem: Problem) -> Problem:
-        """Take a new problem in place of the one at hand."""
+        """Replace the cached problem."""
         self._problem = problem
         self.counts.problems += 1
         self.counts.gathered += problem.gathered
@@ -94,7 +94,7 @@ class Session:
     def linear(
         self, problem: Problem, name: str, options: Mapping[str, Any]
     ) -> tuple[LinearSolver, float]:
-        """A linear solver for the problem, the one at hand if it serves, and its seconds."""
+        """A linear solver for the problem, the cached one if it fits, and the seconds spent."""
         self.counts.solves += 1
         starts = problem.structure.system.starts
         known = self._linear
@@ -108,7 +108,7 @@ class Session:
         ):
             known.restart()
             return known, 0.0
-        self._linear = None  # not two factors at a time
+        self._linear = None  # free the old factor before allocating a new one
         began = perf_counter()
         found = None
         pattern = problem.structure.pattern
@@ -134,7 +134,7 @@ def same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
 
 
 def session_of(model: Any) -> Session:
-    """The session of a model instance; made when first asked for."""
+    """The session of a model instance; created on first use."""
     found = getattr(model, "_session", None)
     if not isinstance(found, Session):
         found = Session()

@@ -1,4 +1,5 @@
-"""Layouts written by hand, as the compiler would write them, for tests of the data rooms alone."""
+"""Layouts written by hand, as the compiler would write them, for tests of the data packages
+alone."""
 # ruff: noqa: E501 - a case, or a column, is one line
 
 from __future__ import annotations

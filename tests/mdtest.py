@@ -1,4 +1,4 @@
-"""Tests of messages as Markdown: prose, a model, and what arael says of it.
+"""Tests of messages as Markdown: prose, a model, and its expected messages.
 
 A case is an ```` ```arael ```` block followed by a ```` ```text ```` block, under a heading that
 names it. The text block holds the rendered diagnostics, and is empty where there are none. Files
@@ -64,7 +64,7 @@ def find_cases(folder: Path) -> list[Case]:
 
 
 def check_case(case: Case, run: Run, update: bool = False, name: str = "model.arael") -> None:
-    """Compare what `run` says of the case's model with what the file says it says."""
+    """Compare the output of `run` for the case's model with the expected output in the file."""
     actual = run(name, case.model)
     actual = actual if not actual or actual.endswith("\n") else actual + "\n"
     if update and actual != case.expected:

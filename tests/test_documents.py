@@ -1,4 +1,4 @@
-"""Code in documents runs, and prints what the documents say it prints."""
+"""Code in documents runs and prints the documented output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""arael is silent, unless somebody listens."""
+"""arael logs nothing without a handler."""
 
 from __future__ import annotations
 

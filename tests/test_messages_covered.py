@@ -10,12 +10,12 @@ import pytest
 from arael.diagnostics.explain import codes, explain
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("syntax", "check")
+PACKAGES = ("syntax", "check")
 RAISED = sorted(
     {
         code
-        for room in ROOMS
-        for path in (ROOT / "arael" / room).rglob("*.py")
+        for package in PACKAGES
+        for path in (ROOT / "arael" / package).rglob("*.py")
         for code in re.findall(r'"([EW]\d{4})"', path.read_text(encoding="utf-8"))
     }
 )

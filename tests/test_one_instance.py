@@ -94,7 +94,7 @@ def test_a_change_during_a_solve_of_another_thread_is_refused_by_name(line: Any,
     found = caught.value.diagnostics[0]
     assert found.code == "E1040"
     assert found.message.endswith(f"cannot {what}: thread `solver` is solving `Line`")
-    assert "model instance of its own" in found.help[0]
+    assert "a separate model instance" in found.help[0]
     assert state(line) == before
     assert statuses == ["converged"]
     CHANGES[what](line)

@@ -240,7 +240,7 @@ def test_a_chained_ref_without_its_owner_is_refused(chain: Any, rows: int) -> No
     for row in model.poses:
         row.spots.append(u=1)
     for given in ({"spot": 0}, {"pose": None, "spot": 0}):
-        with pytest.raises(AraelError, match="the ref on the way is null"):
+        with pytest.raises(AraelError, match="the ref on the path is null"):
             model.sights.append(y=0, **given)
     model.sights.append(y=0)
     assert model.sights[0].spot is None

@@ -1,4 +1,4 @@
-"""Which rows have an optional struct, told to `extend` as a list of bools."""
+"""Presence of an optional struct, passed to `extend` as a list of bools."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -95,7 +95,7 @@ def test_new_rows_may_name_each_other_where_they_have_a_link(rig: Any) -> None:
         name=["3", "4", "5"],
         f=0.0,
         link=[True, False, True],
-        **{"link.to": ["4", "nobody", "left"]},
+        **{"link.to": ["4", "missing", "left"]},
     )
     assert rig.cameras.link.present.tolist() == [False, False, False, True, False, True]
     assert rig.cameras[3].link.to.row == 4
@@ -174,7 +174,7 @@ def test_a_key_of_two_rows_is_refused(rig: Any) -> None:
     with pytest.raises(AraelError) as error:
         rig.views.extend(camera=["right", "left", "left"], spot="a")
     (found,) = error.value.diagnostics
-    assert (found.code, found.message) == ("E0718", 'the key "left" names two rows')
+    assert (found.code, found.message) == ("E0718", 'two rows have the key "left"')
     assert found.origin == "cameras[3].name"
     assert len(rig.views) == 1
 

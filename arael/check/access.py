@@ -1,4 +1,4 @@
-"""Names, ``a.b`` and ``a[i]``: reaching a value."""
+"""Types names, ``a.b`` and ``a[i]``."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def name(t: Typist, node: tree.Name) -> Binding:
 
 
 def _ambiguous(t: Typist, node: tree.Name, found: Sequence[Candidate]) -> Broken:
-    """Report a name that fits twice, once for the declarations that collide."""
+    """Report an ambiguous name, once for each set of colliding declarations."""
     message = f"`{node.id}` means two things here"
     labels = [Label(c.span, c.what) for c in found if c.span is not None]
     if t.report.reported("E0202", message, labels):
@@ -88,7 +88,7 @@ def _unknown(t: Typist, node: tree.Name) -> Broken:
     help_ = t.scope.advice(node.id)
     stored = node.id.removesuffix("_value")
     if stored != node.id and t.scope.candidates(stored):
-        help_ = [f"write `{stored}.value` for what the parameter held when the solve began"]
+        help_ = [f"write `{stored}.value` for the parameter's value at the start of the solve"]
     if not help_:
         near = nearest(node.id, [*t.scope.names(), *CONSTANTS, *IDENTITIES])
         help_ = [f"did you mean `{near}`?"] if near else []
@@ -152,7 +152,7 @@ def _of_collection(t: Typist, node: tree.Attribute, collection: Collection) -> B
         "E0304",
         node.obj.span,
         f"`{node.obj.span.text}` is a collection",
-        label=f"of which {held}?",
+        label=f"which {held}?",
         help=[
             f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where "
             "it runs for each"
@@ -210,9 +210,9 @@ _ANGLES = {"x": "roll", "y": "pitch", "z": "yaw", "roll": "roll", "pitch": "pitc
 
 
 def _of_rotation(t: Typist, node: tree.Attribute, value: Typed) -> Broken:
-    """Refuse a part of a rotation: it would be one of its quaternion, where `euler` has an angle.
+    """Report a part of a rotation: it would be one of its quaternion, where `euler` has an angle.
 
-    A model changed from ``euler`` to ``rotation`` would go on with other numbers.
+    A model changed from ``euler`` to ``rotation`` would silently read other numbers.
     """
     whole = node.obj.span.text
     angle = _ANGLES.get(node.name)
@@ -259,7 +259,7 @@ def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
         "only a parameter has a stored value",
         label="not the value of a parameter",
         labels=t.origin(value),
-        notes=["`x.value` is what the parameter `x` held when the solve began"],
+        notes=["`x.value` is the value of the parameter `x` at the start of the solve"],
     )
 
 
@@ -308,7 +308,7 @@ def index(t: Typist, node: tree.Index) -> Binding:
 
 
 def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None:
-    """An index that is known when the model is compiled; None after a complaint."""
+    """A constant index; None after an error."""
     value = t.number(node)
     if isinstance(value, Broken):
         return None
@@ -316,7 +316,7 @@ def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None
         t.fail(
             "E0305",
             node.span,
-            "an index is a whole number known in advance",
+            "an index is a constant whole number",
             label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
         )
         return None

@@ -1,6 +1,6 @@
 """Numbers of constant expressions: defaults, bounds, settings of passes.
 
-Scalars, and vectors and matrices element by element, by the functions of the symbolic room,
+Scalars, and vectors and matrices element by element, by the functions of `arael.symbolic`,
 evaluated as the NumPy interpreter does; products and norms are in constant_vectors.py.
 """
 
@@ -39,7 +39,7 @@ BUILD: dict[str, Build] = {
 
 
 class NotConstant(Exception):
-    """An expression has no constant value; `node` is to blame, `reason` says why."""
+    """An expression has no constant value, because of `node`, for `reason`."""
 
     def __init__(self, node: Typed, reason: str) -> None:
         super().__init__(reason)
@@ -50,12 +50,12 @@ class NotConstant(Exception):
 def evaluate(expression: Typed, data: Callable[[Typed], Values | None] = lambda _: None) -> Values:
     """Values of a constant expression, flat (matrices row by row).
 
-    `data` may give values to what is read; by default nothing has one.
+    `data` gives values to the fields that are read; by default reads have no value.
 
     Raises
     ------
     NotConstant
-        Where the expression has no finite value, or uses an operation that constants do not have.
+        If the expression has no finite value, or uses an operation that constants do not support.
     """
     known: dict[int, Values] = {}
     for node in postorder([expression]):

@@ -1,4 +1,4 @@
-"""What a name or an expression can stand for while it is being checked."""
+"""Bindings: what a name or an expression refers to during checking."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from arael.runtime.layout import Step
 class Entity:
     """A struct at a place, in the row reached from the constraint's own by `steps`.
 
-    `holder` is the entity that owns the row, where a ref tells us (``feature`` in
-    ``pose.info.features`` belongs to ``pose.info``). `needs` are the optional refs on the way: the
-    entity that has each, and its column. Where one of them is null there is no such row.
+    `holder` is the entity that owns the row, if a ref determines it (``feature`` in
+    ``pose.info.features`` belongs to ``pose.info``). `needs` are the optional refs on the path: the
+    entity that has each, and its column. If one of them is null the row does not exist.
     """
 
     steps: tuple[Step, ...]
@@ -32,7 +32,7 @@ class Entity:
 
 @dataclass(frozen=True)
 class Collection:
-    """A collection, named where a value was perhaps meant; `owner` holds it."""
+    """A collection, possibly where a value is expected; `owner` contains it."""
 
     owner: Entity
     site: TableSite
@@ -40,7 +40,7 @@ class Collection:
 
 @dataclass(frozen=True)
 class OptionalValue:
-    """An optional scalar, vector or matrix: a presence test or a value, as its use decides."""
+    """An optional scalar, vector or matrix: a presence test or a value, depending on its use."""
 
     entity: Entity
     field: FieldDecl
@@ -49,7 +49,7 @@ class OptionalValue:
 
 @dataclass(frozen=True)
 class Broken:
-    """Something that was complained about already; silences what follows from it."""
+    """Stands for something with a reported error; suppresses consequential errors."""
 
 
 BROKEN = Broken()
@@ -58,7 +58,7 @@ Binding = Typed | Entity | Collection | OptionalValue | Broken
 
 
 def describe(binding: Binding) -> str:
-    """What a binding is, as a message says it."""
+    """Description of a binding for messages."""
     if isinstance(binding, Typed):
         return str(binding.type)
     if isinstance(binding, Entity):

@@ -1,14 +1,15 @@
 """Rule: a block that a model names is a block that its Hessian has.
 
-The blocks are worked out from what constraints couple, so nothing needs naming. What is named can
-be asked for in `into` and read from Python.
+The blocks follow from the pairs that constraints couple, so names are optional. A named block can
+be listed in `into` and read from Python.
 
-Allowed: ``hb: block Pose`` in Pose; ``hb: block (PointLandmark, Pose)`` where each is reached in
-one way (this struct, what holds it, the root, a ref, a struct held by value); ``hb: block (Pose,
-Pose)`` with two refs to Pose; ``hb_ab: block (a, b)`` with refs; ``hbt: triplets`` on the root.
+Allowed: ``hb: block Pose`` in Pose; ``hb: block (PointLandmark, Pose)`` where each has a unique
+path (this struct, the struct that contains it, the root, a ref, a struct held by value); ``hb:
+block (Pose, Pose)`` with two refs to Pose; ``hb_ab: block (a, b)`` with refs; ``hbt: triplets`` on
+the root.
 
-Not allowed: a block of a struct without parameters, of three things, of another struct than its
-own, of a struct reached in several ways; two blocks of one pair; `triplets` off the root;
+Not allowed: a block of a struct without parameters, of three items, of another struct than its
+own, of a struct with several paths; two blocks of one pair; `triplets` off the root;
 ``skip_self_block`` beside a self block.
 """
 
@@ -31,8 +32,8 @@ from arael.syntax import tree
 class NamedBlock:
     """A block as named at a place.
 
-    `ends` are the entities whose parameters give its rows and columns, seen from the row that
-    holds the block: one of a self block, two of a cross block, none of triplets.
+    `ends` are the entities whose parameters give its rows and columns, relative to the row that
+    declares the block: one for a self block, two for a cross block, none for triplets.
     """
 
     field: FieldDecl
@@ -41,7 +42,7 @@ class NamedBlock:
 
 
 def check_blocks(struct: StructDecl, declarations: Declarations, report: Reporter) -> None:
-    """Check the blocks that a struct names, as far as that can be done without its places."""
+    """Check the blocks that a struct names, as far as possible without its places."""
     for field in struct.fields.values():
         if field.kind == "triplets" and struct.node.kind != "root":
             report.error(
@@ -83,14 +84,14 @@ def _exists(
             "E0410",
             entity.span,
             f"`{entity.id}` is neither a struct nor a ref of {struct.name}",
-            label="a block of what?",
+            label="not a struct or ref",
             help=did_you_mean(entity.id, [*declarations.structs, *refs]),
         )
     elif target.component:
         report.error(
             "E0410",
             entity.span,
-            f"the component {target.name} has no block of its own",
+            f"the component {target.name} has no block",
             label="its parameters belong to the struct that has it",
             help=["name the struct that has the component"],
         )
@@ -134,7 +135,7 @@ def _skip(struct: StructDecl, report: Reporter) -> None:
 
 
 def named_blocks(place: Place, paths: Paths, report: Reporter) -> dict[str, NamedBlock]:
-    """The blocks that the struct at a place names, those in error left out."""
+    """The blocks that the struct at a place names, without those in error."""
     found: dict[str, NamedBlock] = {}
     taken: dict[frozenset[tuple[object, str]], FieldDecl] = {}
     for field in place.struct.fields.values():
@@ -154,7 +155,7 @@ def named_blocks(place: Place, paths: Paths, report: Reporter) -> dict[str, Name
                 f"`{field.name}` is the block that `{taken[key].name}` names",
                 label="named again here",
                 labels=[Label(taken[key].span, "first named here")],
-                help=["the Hessian has one block for each pair: remove one of the two names"],
+                help=["the Hessian has one block for each pair: remove one of the names"],
             )
             continue
         taken[key] = field
@@ -170,7 +171,7 @@ def _block(
     for name in names:
         target = declarations.structs.get(_struct_of(place.struct, name))
         if target is None or target.component or not target.has_params:
-            return None  # complained about already
+            return None  # already reported
     if len(names) == 1:
         if names[0] == place.struct.name:
             return NamedBlock(field, "self", (Entity((), place),))
@@ -201,13 +202,13 @@ def _block(
 
 
 def _struct_of(struct: StructDecl, name: str) -> str:
-    """Name of the struct that a name in a block means: itself, or that of a field."""
+    """Name of the struct that a name in a block refers to: itself, or that of a field."""
     field = struct.fields.get(name)
     return field.struct if field is not None and field.kind in ("ref", "struct") else name
 
 
 def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
-    """What a name in a block may mean: a field, or every way to a struct of that name."""
+    """Candidates for a name in a block: a field, or every path to a struct of that name."""
     home = Entity((), place)
     field = place.struct.fields.get(name)
     fields = [f for f in place.struct.fields.values() if f.kind in ("ref", "struct")]
@@ -280,9 +281,9 @@ def _unclear(
         "E0430",
         ident.span,
         f"{place.struct.name} does not reach a {ident.id}",
-        label="coupled by which constraint?",
-        notes=[f"a block of {place.struct.name} couples itself, what it holds by value, what "
-               f"holds it, the root, and what its refs point to; {known}"],
+        label="not coupled here",
+        notes=[f"a block of {place.struct.name} couples itself, structs it holds by value, what "
+               f"contains it, the root, and the targets of its refs; {known}"],
         help=[f"declare the block where the constraint is that couples the two, or add "
               f"`x: ref {ident.id} in ...`"],
     )  # fmt: skip

@@ -36,7 +36,7 @@ class Bodies:
         self.full = False
 
     def constraint(self, place: Place, node: tree.Constraint) -> ConstraintSite | None:
-        """A constraint at one place of its struct; None after a complaint."""
+        """A constraint at one place of its struct; None after an error."""
         home = Entity((), place)
         struct = place.struct
         return self._site(
@@ -142,7 +142,7 @@ class Bodies:
         return t
 
     def _facts(self, home: Entity) -> frozenset[Fact]:
-        """Optionals that are there because this row is: those around it, and around its owners."""
+        """Optionals that are present because this row exists: those around it and its owners."""
         facts: set[Fact] = set()
         here: Entity | None = home
         while here is not None:
@@ -151,7 +151,7 @@ class Bodies:
         return frozenset(facts)
 
     def _guard(self, t: Typist, home: Entity, node: tree.Expr | None) -> Typed | None:
-        """The guard as written, joined to the presence of the optional structs around."""
+        """The guard as written, joined with the presence of the enclosing optional structs."""
         guard: Typed | None = None
         span = node.span if node is not None else home.place.struct.node.name.span
         if home.place.optionals:
@@ -187,7 +187,7 @@ class Bodies:
 
 
 def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:
-    """A name for each `fit`: its collection, numbered where that is not enough."""
+    """A name for each `fit`: its collection, numbered if that is ambiguous."""
     names = []
     numbers: dict[str, int] = {}
     for fit in fits:
@@ -201,7 +201,7 @@ def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:
 
 
 def _index_column(place: Place, node: tree.Constraint) -> str:
-    """The field that receives the constraint's row: its first is for the first, and so on."""
+    """The field that receives the row of constraint number n: the n-th such field."""
     fields = (f for f in place.struct.fields.values() if f.kind == "constraint_index")
     for field, constraint in zip(fields, place.struct.constraints, strict=False):
         if constraint is node:

@@ -1,7 +1,7 @@
-"""The built-in functions: what each takes and what it gives.
+"""The built-in functions: arguments and result types.
 
-A signature looks at argument types and answers with the type of the result, or None where they do
-not fit; `takes` says in words what would.
+A signature maps argument types to the type of the result, or to None if they do not fit; `takes`
+describes valid arguments in words.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MAT4 = MatrixType(4, 4)
 VEC3 = VectorType(3)
 TWISTS: dict[ValueType, ValueType] = {VectorType(6): TRANSFORM, VectorType(7): SIMILARITY}
 
-# Functions of one scalar; on a vector they work element by element.
+# Functions of one scalar; elementwise on vectors.
 ELEMENTWISE = frozenset(
     {
         "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log2",
@@ -58,8 +58,8 @@ def is_number(type_: ValueType) -> bool:
 class Signature:
     """A built-in function.
 
-    `result` gives the type of the result, or the name under which the operation goes from here on
-    with that type, or None if the arguments do not fit.
+    `result` is the type of the result, or the name of the operation in typed expressions with that
+    type, or None if the arguments do not fit.
     """
 
     least: int

@@ -1,4 +1,4 @@
-"""Rule: a call names a function that exists and gives it the arguments it takes.
+"""Rule: a call names an existing function and passes matching arguments.
 
 Allowed: ``atan2(y, x)``, ``M.transpose()`` and ``transpose(M)``, functions of the
 model in any order.
@@ -65,7 +65,7 @@ def _unknown(t: Typist, node: tree.Call, func: tree.Name) -> Broken:
 
 
 def _arguments(t: Typist, nodes: tuple[tree.Expr, ...]) -> list[Typed] | None:
-    """Values of arguments; None if one of them was complained about."""
+    """Values of arguments; None if one of them is in error."""
     found: list[Typed] = []
     broken = False
     for node in nodes:
@@ -126,7 +126,7 @@ def _builtin(
 
 
 def _method_help(t: Typist, func: tree.Attribute, near: str) -> list[str]:
-    """What to write for a method that is none."""
+    """Help for an unknown method."""
     foreign = method_advice(func.name)
     if foreign:
         return foreign
@@ -171,7 +171,7 @@ def _row(t: Typist, node: tree.Call, func: tree.Attribute, value: Typed) -> Bind
         return t.fail(
             "E0302",
             func.obj.span,
-            f"`{func.name}` is of a matrix, found {value.type}",
+            f"`{func.name}` takes a matrix, found {value.type}",
             labels=t.origin(value),
         )
     matrix = value.type
@@ -185,7 +185,7 @@ def _row(t: Typist, node: tree.Call, func: tree.Attribute, value: Typed) -> Bind
 
 
 def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
-    """A call of a function of the model: its formula written out, with its own derivatives."""
+    """A call of a function of the model: its formula inlined, with its own derivatives."""
     name = function.name.id
     args: list[Typed] = []
     for arg in node.args:
@@ -214,7 +214,7 @@ def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
                 f"`{name}` takes scalars, found {value.type}",
                 label=f"this is {value.type}",
                 labels=[
-                    Label(function.name.span, "a function with derivatives of its own"),
+                    Label(function.name.span, "a function with `derivs`"),
                     *t.origin(value),
                 ],
                 help=["call it for each component"],
@@ -227,7 +227,7 @@ def _user(t: Typist, node: tree.Call, function: tree.Function) -> Binding:
 
 
 def _expanded(t: Typist, node: tree.Call, function: tree.Function, args: list[Typed]) -> Binding:
-    """The formula of a function for these arguments; the same for the same ones."""
+    """The formula of a function for these arguments; cached by arguments."""
     name = function.name.id
     assert function.body is not None
     key = (name, tuple(id(a) for a in args))

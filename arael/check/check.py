@@ -1,4 +1,4 @@
-"""From the tree of a model to its typed schema: the list of rules, in order."""
+"""From the syntax tree of a model to its typed schema: the rules, in order."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ from arael.syntax import tree
 def check(
     file: tree.File, *, load: Load | None = None, root: str | None = None, findings: Findings
 ) -> TypedModel:
-    """Resolve every name, work out every shape, and lay out the tables of a model.
+    """Resolve every name, infer every shape, and lay out the tables of a model.
 
     Parameters
     ----------
     file : the model as parsed
-    load : gives the file that an ``import`` names; without it imports are an error
-    root : name of the root to compile where the model has several
-    findings : takes errors and warnings
+    load : returns the file that an ``import`` names; without it imports are an error
+    root : name of the root to compile if the model has several
+    findings : collects errors and warnings
 
     Raises
     ------
     AraelError
-        With every error found. Warnings stay in `findings`.
+        With all errors. Warnings are in `findings`.
     """
     report = Reporter(findings)
     declarations = gather(file, load, report)
@@ -101,7 +101,7 @@ def check(
 
 
 def declare(declarations: Declarations, constants: Constants, report: Reporter) -> None:
-    """Work out the members of all structs."""
+    """Resolve the members of all structs."""
     fields = Fields(declarations, constants, report)
     for struct in declarations.structs.values():
         sort_members(struct, report)

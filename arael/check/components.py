@@ -1,11 +1,11 @@
-"""Rule: a component is made of parameters, of numbers that it carries along, and of formulas.
+"""Rule: a component consists of parameters, of stored numbers, and of formulas.
 
 Allowed: parameters of every type; other components; numbers, vectors, matrices and quaternions as
-carried data; ``symbolic`` and ``compute`` formulas over all of these.
+stored data; ``symbolic`` and ``compute`` formulas over all of these.
 
 Not allowed: texts, whole numbers, optionals, structs, collections and refs; a component without a
-parameter; formulas that need each other in a circle; native functions and ``.value`` in what is
-worked out with each step.
+parameter; formulas with circular dependencies; native functions and ``.value`` in formulas that are
+evaluated with each step.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from arael.syntax import tree
 
 
 def check_members(declarations: Declarations, report: Reporter) -> None:
-    """Check what the components of a model are made of."""
+    """Check the members of the components of a model."""
     for struct in declarations.structs.values():
         if not struct.component:
             continue
@@ -41,8 +41,8 @@ def check_members(declarations: Declarations, report: Reporter) -> None:
                 "E0441",
                 struct.node.name.span,
                 f"component `{struct.name}` has no parameter",
-                label="nothing is solved for",
-                help=["declare what a step moves: `param d: vec3`; or make it a `struct`"],
+                label="no parameter here",
+                help=["declare the step variables: `param d: vec3`; or make it a `struct`"],
             )
 
 
@@ -59,16 +59,16 @@ def _check_field(field: FieldDecl, report: Reporter) -> None:
         "E0440",
         field.span,
         f"a component cannot hold `{what}`",
-        label="neither moved by a step nor carried along",
+        label="neither a parameter nor stored numbers",
         help=[
-            "it holds parameters, and real numbers, vectors, matrices and quaternions",
+            "a component has parameters, and real numbers, vectors, matrices and quaternions",
             f"declare `{field.name}` in the struct that has the component",
         ],
     )
 
 
 class Components:
-    """Types the formulas of components, at each place where one is."""
+    """Types the formulas of components, at each of their places."""
 
     def __init__(self, paths: Paths, constants: Constants, report: Reporter) -> None:
         self.paths = paths
@@ -76,7 +76,7 @@ class Components:
         self.report = report
 
     def of(self, place: Place) -> tuple[ComponentSite, ...]:
-        """The components that the struct at `place` has, those within others first."""
+        """The components of the struct at `place`, nested ones first."""
         found: list[ComponentSite] = []
         for field in place.struct.fields.values():
             if field.component:
@@ -86,7 +86,7 @@ class Components:
         return tuple(found)
 
     def _site(self, place: Place) -> ComponentSite:
-        """Type everything, so that each mistake is reported although nobody reads it."""
+        """Type everything, so that mistakes in unused formulas are reported too."""
         home = Entity((), place)
         t = self._typist(home)
         symbolic: list[Definition] = []
@@ -125,22 +125,22 @@ class Components:
 
 
 def check_refreshed(t: Typist, value: Typed) -> None:
-    """Complain of what cannot be worked out with each step: it has a row's own state, no more."""
+    """Report operations that cannot be evaluated with each step, from the state of one row."""
     for node in postorder([value]):
         if isinstance(node, Read) and node.version == "stored":
             t.fail(
                 "E0308",
                 node.span,
-                "`.value` has no meaning where a step is taken over",
-                label="what the parameter held when the solve began",
-                notes=["`compute` and `update` see the present values of their own component"],
-                help=["carry a copy along as data of the component"],
+                "`.value` cannot be used here",
+                label="the value at the start of the solve",
+                notes=["`compute` and `update` read the current values of their own component"],
+                help=["store a copy as data of the component"],
             )
         elif isinstance(node, Invoke) and node.value is None:
             t.fail(
                 "E0445",
                 node.span,
                 f"the native function `{node.function}` is called outside a residual",
-                label="worked out with each step, where native code is not called",
+                label="evaluated with each step, where native code cannot be called",
                 help=["call it in a `symbolic` formula, or give it a formula: `fn f(x) = ...`"],
             )

@@ -1,4 +1,4 @@
-"""Vectors and matrices in constant expressions: what is not element by element."""
+"""Vectors and matrices in constant expressions: operations that are not elementwise."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
 
 
 def vector_value(name: str, types: Sequence[ValueType], args: Sequence[Values]) -> Values | None:
-    """Value of an operation on vectors and matrices, flat; None if there is no such here."""
+    """Value of an operation on vectors and matrices, flat; None for an unsupported operation."""
     operation = OPERATIONS.get(name)
     arrays = [_array(type_, values) for type_, values in zip(types, args, strict=True)]
     if operation is None or any(a is None for a in arrays):

@@ -1,4 +1,4 @@
-"""Rule: a constant is a number (or a list of numbers) that is known when the model is compiled.
+"""Rule: a constant is a number (or a list of numbers) with a value at compile time.
 
 Allowed: ``const DEG = pi / 180``, constants in any order, functions of the model with constant
 arguments.
@@ -33,7 +33,7 @@ class Constant:
 
 
 class Constants:
-    """The constants of a model, worked out when first asked for."""
+    """The constants of a model, evaluated on first use."""
 
     def __init__(self, declarations: Declarations, report: Reporter) -> None:
         self.declarations = declarations
@@ -42,7 +42,7 @@ class Constants:
         self.open: list[str] = []
 
     def check_all(self) -> None:
-        """Work out every constant, so that mistakes in unused ones are found too."""
+        """Evaluate every constant, so that mistakes in unused ones are found too."""
         for name, node in self.declarations.consts.items():
             self.named(name, node.name.span)
 
@@ -58,7 +58,7 @@ class Constants:
         return replace(found, span=use) if isinstance(found, Literal_) else found
 
     def evaluate(self, node: tree.Expr) -> Constant | None:
-        """The value of a constant expression; None after a complaint."""
+        """The value of a constant expression; None after an error."""
         typed, unit = self._typed(node)
         if isinstance(typed, Broken):
             return None
@@ -68,7 +68,7 @@ class Constants:
             self.report.error(
                 "E0309",
                 node.span,
-                "cannot work out this constant",
+                "cannot evaluate this constant",
                 label=f"`{wrong.node.span.text}` {wrong.reason}",
             )
             return None
@@ -95,6 +95,6 @@ class Constants:
             "E0213",
             use,
             f"constant depends on itself: {circle}",
-            label="needs its own value",
+            label="depends on its own value",
         )
         return BROKEN

@@ -1,9 +1,9 @@
-"""Rule: unfolding the model comes to an end.
+"""Rule: the nesting of structs is finite.
 
 Allowed: ``struct A { list of B }`` with ``struct B { ref A in ... }``.
 
 Not allowed: a struct that contains itself by value, directly or through others; a collection of a
-struct within that struct (a tree of unknown depth): a ref says what is meant.
+struct within that struct (a tree of unknown depth): use a ref.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ from arael.diagnostics.records import Label
 
 
 def check_containment(declarations: Declarations, report: Reporter) -> None:
-    """Report every circle of structs that hold each other."""
+    """Report every cycle of structs that contain each other."""
     holds: dict[str, list[FieldDecl]] = {
         name: [f for f in s.fields.values() if f.kind in ("struct", "collection")]
         for name, s in declarations.structs.items()
     }
     finished: set[str] = set()
     for start in holds:
-        # Depth first with a stack of its own; `trail` has the field taken out of each struct.
+        # Depth-first search with an explicit stack; `trail` has the field followed from each
+        # struct.
         trail: dict[str, FieldDecl | None] = {}
         waiting: list[tuple[str, FieldDecl | None, bool]] = [(start, None, False)]
         while waiting:
@@ -32,14 +33,14 @@ def check_containment(declarations: Declarations, report: Reporter) -> None:
                 assert by is not None
                 names = list(trail)
                 entered = [*trail.values(), by]
-                _complain(name, entered[names.index(name) + 1 :], report)
+                _report_cycle(name, entered[names.index(name) + 1 :], report)
             elif name not in finished:
                 trail[name] = by
                 waiting.append((name, by, True))
                 waiting.extend((f.struct, f, False) for f in reversed(holds[name]))
 
 
-def _complain(name: str, circle: list[FieldDecl | None], report: Reporter) -> None:
+def _report_cycle(name: str, circle: list[FieldDecl | None], report: Reporter) -> None:
     fields = [f for f in circle if f is not None]
     chain = " -> ".join([name, *(f.struct for f in fields)])
     labels = [Label(f.span, f"holds {f.struct}") for f in fields[1:6]]
@@ -52,16 +53,16 @@ def _complain(name: str, circle: list[FieldDecl | None], report: Reporter) -> No
             f"{what} contains itself: {chain}",
             label=f"holds {fields[0].struct} by value",
             labels=labels,
-            help=["take one of these parameters out"]
+            help=["remove one of these parameters"]
             if fields[0].component
-            else [f"hold a handle instead: `ref {fields[0].struct} in root...`"],
+            else [f"use a reference instead: `ref {fields[0].struct} in root...`"],
         )
         return
     report.error(
         "E0402",
         fields[0].span,
         f"collection within itself: {chain}",
-        label="would nest without end",
+        label="unbounded nesting",
         labels=labels,
         help=[f"keep all of {name} in one collection, and let each refer to its owner with `ref`"],
     )

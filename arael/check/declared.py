@@ -1,4 +1,4 @@
-"""What a model declares, gathered from its files: structs with their fields, consts, functions."""
+"""Declarations of a model from all its files: structs with their fields, consts, functions."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ FieldKind = Literal[
 
 @dataclass(eq=False)
 class FieldDecl:
-    """One field, understood as far as that can be done without knowing where its struct sits.
+    """One field, resolved as far as possible without the places of its struct.
 
     Attributes
     ----------
-    kind : what the field is; ``column`` for everything with a plain value, parameters included
+    kind : kind of field; ``column`` for every plain value, parameters included
     type : type as an expression reads it (``euler`` reads as ``vec3``); None unless a column
     text : the type as declared, for messages (``vec3 [m]``)
     shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
     struct : name of the struct held by value, collected or referred to
-    component : whether `struct` is a component, which moves with the entity that holds it
-    quantity : what is known of the unit of its values; `unit` is the text
+    component : whether `struct` is a component, which belongs to the entity that contains it
+    quantity : unit of its values, if known; `unit` is the text
     """
 
     name: str
@@ -53,7 +53,7 @@ class FieldDecl:
 
     @property
     def where(self) -> str:
-        """Place of the declaration, as messages write it."""
+        """Place of the declaration for messages."""
         return str(self.node.span)
 
 
@@ -73,7 +73,7 @@ class StructDecl:
 
     @property
     def component(self) -> bool:
-        """Whether this is a component: a parameter of the entity that holds it."""
+        """Whether this is a component: a parameter of the entity that contains it."""
         return self.node.kind == "component"
 
     @property
@@ -94,7 +94,7 @@ class Declarations:
     structs: dict[str, StructDecl] = field(default_factory=dict)
     consts: dict[str, tree.Const] = field(default_factory=dict)
     functions: dict[str, tree.Function] = field(default_factory=dict)
-    broken: set[str] = field(default_factory=set)  # names already complained about
+    broken: set[str] = field(default_factory=set)  # names with reported errors
 
     @property
     def roots(self) -> list[StructDecl]:

@@ -2,7 +2,7 @@
 
 Allowed: ``w: real = 1 / 3``, ``m: mat2 = [1, 0, 0, 1]``, ``param a: vec2 in 0 .. [1, 2]``.
 
-Not allowed: ``v: vec3 = 0`` (say `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower
+Not allowed: ``v: vec3 = 0`` (write `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower
 bound above the upper one.
 """
 
@@ -26,13 +26,13 @@ INT_LIMIT = 2**53  # whole numbers beyond are not exact as a double
 def default_of(
     field: FieldDecl, node: tree.Expr, constants: Constants, report: Reporter
 ) -> tuple[float, ...] | str | None:
-    """Flat values of a default; None after a complaint."""
+    """Flat values of a default; None after an error."""
     if field.optional:
         report.error(
             "E0310",
             node.span,
             "an optional field takes no default",
-            label="what is left out is absent",
+            label="an omitted value is absent",
             help=["drop the `?` or the default"],
         )
         return None
@@ -57,13 +57,13 @@ _UNIT = {
     "transform": slice(3, 7),
     "similarity": slice(3, 7),
 }
-_UNIT_TOLERANCE = 1e-3  # as of data
+_UNIT_TOLERANCE = 1e-3  # the tolerance for data
 
 
 def _is_valid(
     field: FieldDecl, values: tuple[float, ...], node: tree.Expr, report: Reporter
 ) -> bool:
-    """Whether a default is a rotation, direction or transform, where that is declared."""
+    """Whether the default of a rotation, direction or transform is a valid one."""
     name = field.text.split(" ")[0]
     part = values[_UNIT[name]] if name in _UNIT else (1.0,)
     norm = math.hypot(*part)
@@ -80,7 +80,7 @@ def _is_valid(
 def constant_for(
     field: FieldDecl, node: tree.Expr, constants: Constants, report: Reporter
 ) -> tuple[float, ...] | None:
-    """Flat values of a constant for the column `field`; None after a complaint."""
+    """Flat values of a constant for the column `field`; None after an error."""
     found = constants.evaluate(node)
     if found is None:
         return None
@@ -126,7 +126,7 @@ def constant_for(
 def bounds_of(
     field: FieldDecl, bounds: tree.Bounds, constants: Constants, report: Reporter
 ) -> Param | None:
-    """The parameter of `field` with its bounds; None after a complaint."""
+    """The parameter of `field` with its bounds; None after an error."""
     param = field.param
     if param is None or param.kind not in ("real", "vec"):
         report.error(
@@ -154,7 +154,7 @@ def bounds_of(
 
 
 def default_within(field: FieldDecl, param: Param, node: tree.Expr, report: Reporter) -> bool:
-    """Whether the default of `field` keeps the bounds of `param`; complains if not."""
+    """Whether the default of `field` is within the bounds of `param`; reports an error if not."""
     ends = zip(field.default or (), param.low, param.high, strict=False)
     for value, low, high in ends:
         assert isinstance(value, float | int)

@@ -1,4 +1,4 @@
-"""Expressions: operators, lists, conditionals; the table of what types which node."""
+"""Expressions: operators, lists, conditionals; the table of typing functions by node class."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _lambda(t: Typist, node: tree.Lambda) -> Binding:
         "E0304",
         node.span,
         "expected a value here",
-        label="`|s| ...` belongs behind `loss`",
+        label="`|s| ...` is written after `loss`",
     )
 
 
@@ -73,13 +73,13 @@ def _unary(t: Typist, node: tree.Unary) -> Binding:
             node.span,
             f"`-{value.type}` does not fit",
             label=f"this is {value.type}",
-            help=("write `T.inverse()` for the transform back",),
+            help=("write `T.inverse()` for the inverse transform",),
         )
     return t.apply(node, "neg", [value], widened(value.type))
 
 
 def _binary(t: Typist, node: tree.Binary) -> Binding:
-    """A chain ``a + b - c``; long chains lean to the left, so they are taken step by step."""
+    """A chain ``a + b - c``; long chains are left-deep trees, so they are handled in a loop."""
     if node.op in ("and", "or"):
         return _logic(t, node)
     chain = [node]
@@ -139,7 +139,7 @@ def _logic(t: Typist, node: tree.Binary) -> Binding:
 
 
 def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
-    """A boolean: a comparison, a flag, or an optional whose presence is asked for."""
+    """A boolean: a comparison, a flag, or the presence test of an optional."""
     found = t.visit(node)
     asked = t.presence_of(found, node.span)
     if asked is not None:
@@ -157,7 +157,7 @@ def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
         return t.fail(
             "E0502",
             node.span,
-            f"`{node.span.text}` is always there",
+            f"`{node.span.text}` is always present",
             label=f"this is {describe(found)}, not an optional",
             help=["only a field declared with `?` can be absent"],
         )
@@ -182,7 +182,7 @@ def _transpose(t: Typist, node: tree.Transpose) -> Binding:
         return t.apply(node, "transpose", [value], MatrixType(value.type.columns, value.type.rows))
     help_ = []
     if isinstance(value.type, VectorType):
-        help_ = ["write `dot(a, b)` for a' * b; `a * M` takes a vector as a row as it stands"]
+        help_ = ["write `dot(a, b)` for a' * b; `a * M` treats a vector as a row"]
     elif value.type == QUATERNION:
         help_ = ["write `q.conj()` for the inverse rotation"]
     return t.fail(
@@ -210,7 +210,7 @@ def _conditional(t: Typist, node: tree.Conditional) -> Binding:
         return t.fail(
             "E0306",
             node.span,
-            f"the two arms of `if` differ: {then.type} and {otherwise.type}",
+            f"the two branches of `if` differ: {then.type} and {otherwise.type}",
             labels=[
                 Label(then.span, f"this is {then.type}"),
                 Label(otherwise.span, f"this is {otherwise.type}"),

@@ -1,4 +1,4 @@
-"""Rule: a field has a type that exists and that its role allows.
+"""Rule: a field has an existing type that its role allows.
 
 Allowed: ``param`` of the parameter types; plain data of every value type, optional or with a
 default; structs by value; collections of structs; refs; ``skip`` of plain data and refs.
@@ -33,7 +33,7 @@ from arael.syntax.rust_names import type_advice
 
 
 class Fields:
-    """Works out the fields of structs."""
+    """Resolves the fields of structs."""
 
     def __init__(self, declarations: Declarations, constants: Constants, report: Reporter) -> None:
         self.declarations = declarations
@@ -41,7 +41,7 @@ class Fields:
         self.report = report
 
     def declare(self, node: tree.Field) -> FieldDecl | None:
-        """One field; None after a complaint."""
+        """One field; None after an error."""
         declared = self._typed(node)
         if declared is None:
             return None
@@ -78,9 +78,9 @@ class Fields:
                 type_.span,
                 f"`{node.role}` takes a value type, found `{text}`",
                 "not a value",
-                "leave `skip` out: what no constraint reads costs nothing in a solve"
+                "omit `skip`: data that no constraint reads costs nothing in a solve"
                 if node.role == "skip"
-                else "leave `param` out: the parameters of the rows are found",
+                else "omit `param`: the parameters of the rows are found",
             )
         if isinstance(type_, tree.NamedType):
             if node.role == "param":
@@ -93,8 +93,8 @@ class Fields:
                 return self._wrong(
                     type_.span,
                     "a parameter cannot be optional",
-                    "solved for, or absent?",
-                    "put the parameter into a struct of its own and make that optional",
+                    "a parameter always has a value",
+                    "put the parameter into a struct and make that optional",
                 )
             return self._named(node, type_.inner, text, optional=True)
         if isinstance(type_, tree.CollectionType):
@@ -127,7 +127,7 @@ class Fields:
                 return self._wrong(
                     node.type.span,
                     "a bool cannot be optional",
-                    "true, false or absent?",
+                    "three states",
                     "use an int, or a bool with a default",
                 )
             return FieldDecl(
@@ -155,7 +155,7 @@ class Fields:
                 type_.span,
                 "`skip` takes a value type",
                 f"{type_.name} is a struct",
-                "leave `skip` out: what no constraint reads costs nothing in a solve",
+                "omit `skip`: data that no constraint reads costs nothing in a solve",
             )
         return FieldDecl(name, node, "struct", text, struct=type_.name, optional=optional)
 
@@ -185,7 +185,7 @@ class Fields:
         if type_.name == "quat":
             help_ = "write `quaternion` for a parameter"
         elif held is not None:
-            help_ = f"leave `param` out: the parameters within {type_.name} are found"
+            help_ = f"omit `param`: the parameters within {type_.name} are found"
         return self._wrong(
             type_.span, f"`{type_.name}` cannot be a parameter", "not solvable", help_
         )
@@ -207,7 +207,7 @@ class Fields:
                 self._unknown(type_)
             return False
         if struct.node.kind == "root":
-            self._wrong(type_.span, f"`{name}` is a root", "a root is held by nothing")
+            self._wrong(type_.span, f"`{name}` is a root", "no field can contain a root")
             return False
         return True
 
@@ -249,13 +249,13 @@ class Fields:
         return None
 
     def _wrong(self, span: Span, message: str, label: str, help_: str = "") -> FieldDecl | None:
-        """Complain; the answer, nothing, is for the caller to hand on."""
+        """Report an error; returns None for the caller to return."""
         self.report.error("E0407", span, message, label=label, help=[help_] if help_ else [])
         return None
 
 
 def declare_fields(fields: Fields, struct: StructDecl) -> None:
-    """Work out all fields of a struct; duplicates and reserved names are found elsewhere."""
+    """Resolve all fields of a struct; duplicates and reserved names are found elsewhere."""
     for member in struct.node.members:
         if isinstance(member, tree.Field) and member.name.id not in struct.fields:
             declared = fields.declare(member)

@@ -1,7 +1,7 @@
-"""Rule: a function of the model can be written out where it is called.
+"""Rule: a function of the model can be inlined.
 
 Allowed: functions that call each other in any order; unused ones; `derivs` that call any function,
-the one they belong to included.
+including their own.
 
 Not allowed: a formula that calls itself, directly or through others; a name in it that is neither
 a parameter nor a constant; two parameters of one name; more or fewer `derivs` than parameters.
@@ -19,7 +19,7 @@ from arael.syntax import tree
 
 
 def check_functions(declarations: Declarations, report: Reporter) -> None:
-    """Check all functions; those in error are marked, so that calls of them stay silent."""
+    """Check all functions; those in error are marked, so that their calls are not reported."""
     visible = {*declarations.consts, *CONSTANTS, *IDENTITIES, *declarations.broken}
     callable_ = {*declarations.functions, *FUNCTIONS, *IDENTITIES, *declarations.broken}
     for name, function in declarations.functions.items():
@@ -97,7 +97,7 @@ def _names(
                 label=f"not a parameter of `{function.name.id}`",
                 help=[f"did you mean `{near}`?"]
                 if near
-                else ["a function sees its parameters and constants; pass it as an argument"],
+                else ["a function uses its parameters and constants only; pass it as an argument"],
             )
     return good
 
@@ -108,7 +108,7 @@ def _recursion(declarations: Declarations, report: Reporter) -> None:
     }
     finished: set[str] = set()
     for start in calls:
-        # Depth first with a stack of its own: chains of functions may be long.
+        # Depth-first search with an explicit stack: chains of functions may be long.
         trail: dict[str, None] = {}
         waiting: list[tuple[str, bool]] = [(start, False)]
         while waiting:
@@ -119,7 +119,7 @@ def _recursion(declarations: Declarations, report: Reporter) -> None:
                 on_trail = list(trail)
                 circle = on_trail[on_trail.index(name) :]
                 declarations.broken.update(circle)
-                _complain(circle, calls, declarations, report)
+                _report_cycle(circle, calls, declarations, report)
             elif name not in finished:
                 trail[name] = None
                 waiting.append((name, True))
@@ -136,7 +136,7 @@ def _calls(function: tree.Function, declarations: Declarations) -> dict[str, tre
     return found
 
 
-def _complain(
+def _report_cycle(
     circle: list[str],
     calls: dict[str, dict[str, tree.Call]],
     declarations: Declarations,
@@ -149,10 +149,10 @@ def _complain(
         "E0605",
         declarations.functions[circle[0]].name.span,
         f"function calls itself: {chain}",
-        label="cannot be written out as a formula",
+        label="cannot be inlined",
         labels=[
             Label(calls[a][b].span, f"`{a}` calls `{b}` here")
             for a, b in zip(shown, following, strict=False)
         ],
-        help=["formulas have no loops; give the function as a closed formula"],
+        help=["recursion is not possible; write the function as a closed formula"],
     )

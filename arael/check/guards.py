@@ -1,11 +1,11 @@
-"""Rule: an optional is read only where it is known to be there.
+"""Rule: an optional is read only where its presence is proved.
 
 Allowed: ``when info.gps``; ``info.gps and info.gps.quality > 2``; ``if gps then gps.x else 0``; the
 constraints of the optional struct itself.
 
-Not allowed: reading ``info.gps.pos`` where nothing has asked for ``info.gps``; reading through an
-optional ref where only an ``if`` has asked for it. An instance has either all rows that its
-constraint reads or it does not act, so ``when`` must ask.
+Not allowed: reading ``info.gps.pos`` without a test of ``info.gps``; reading through an optional
+ref that only an ``if`` tests. An instance is active only if all rows that its constraint reads
+exist, so the test must be in ``when``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from arael.check.typed import Apply, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.runtime.layout import Step
 
-# "The optional at this path, in the row at the end of these steps, is there."
+# "The optional at this path, in the row at the end of these steps, is present."
 Fact = tuple[tuple[Step, ...], str]
 
 _NONE: frozenset[Fact] = frozenset()
@@ -25,7 +25,7 @@ _NONE: frozenset[Fact] = frozenset()
 def facts_of(
     condition: Typed, steps: Callable[[int], tuple[Step, ...]]
 ) -> tuple[frozenset[Fact], frozenset[Fact]]:
-    """What is known where `condition` holds, and where it does not."""
+    """The optionals proved present if `condition` holds, and if it does not."""
     known: dict[int, tuple[frozenset[Fact], frozenset[Fact]]] = {}
     for node in postorder([condition]):
         known[id(node)] = (_NONE, _NONE)
@@ -45,7 +45,7 @@ def facts_of(
 
 
 def conjuncts(guard: Typed | None) -> list[Typed]:
-    """The parts of a guard that all must hold: it falls apart at its outermost ``and``."""
+    """The operands of the outermost ``and`` chain of a guard, which must all hold."""
     waiting, found = [guard] if guard is not None else [], []
     while waiting:
         part = waiting.pop()

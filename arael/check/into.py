@@ -1,14 +1,14 @@
-"""Rule: the blocks behind `into` are those that the constraint contributes to.
+"""Rule: the blocks listed in `into` are those that the constraint contributes to.
 
-Every two entities whose parameters a residual reads together are coupled, and need the cross block
-that names them, or `triplets` of the root. What a constraint adds to the diagonal goes to the self
-blocks by itself; naming them says whose parameters it reads.
+Each pair of entities whose parameters a residual reads together is coupled, and needs a named cross
+block or `triplets` of the root. Contributions to the diagonal need not be listed; a self block in
+the list states whose parameters the constraint reads.
 
 Allowed: ``into hb`` for one entity or one pair; ``into [hb_ab, hb_ac, hb_bc]`` for three;
 ``into pose.hb_pose`` through a ref; ``into [hb_pose, root.hbt]`` where root parameters are read.
 
-Not allowed: a pair left out; a block of something whose parameters are not read; a block twice;
-a cross block of another row; triplets where nothing is left for them.
+Not allowed: a pair left out; a block of an entity whose parameters are not read; a block twice; a
+cross block of another row; triplets if every pair has a block.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from arael.diagnostics.records import Label
 from arael.runtime.layout import Step
 from arael.syntax import tree
 
-# An entity seen from the constraint's row: the way to its row, and its prefix there.
+# An entity relative to the constraint's row: the path to its row, and its prefix there.
 Key = tuple[tuple[Step, ...], str]
 Pair = frozenset[Key]
 Blocks = dict[int, dict[str, NamedBlock]]
@@ -36,7 +36,7 @@ Blocks = dict[int, dict[str, NamedBlock]]
 
 @dataclass
 class Into:
-    """What the blocks of one constraint cover: pairs with cross blocks, and the name of triplets.
+    """The pairs that the blocks of one constraint cover, and the name of triplets.
 
     `selves` are the entities whose self blocks are named.
     """
@@ -49,7 +49,7 @@ class Into:
 
 
 class IntoRule:
-    """Checks the `into` clauses of a model; `blocks` are those of each place, by its identity."""
+    """Checks the `into` clauses of a model; `blocks` maps the identity of a place to its blocks."""
 
     def __init__(self, sites: Sites, paths: Paths, blocks: Blocks, report: Reporter) -> None:
         self.sites = sites
@@ -60,7 +60,7 @@ class IntoRule:
     def check(
         self, place: Place, node: tree.Constraint, site: ConstraintSite | None
     ) -> ConstraintSite | None:
-        """The constraint with what its blocks cover, if it says so; errors are reported."""
+        """The constraint with the pairs that its blocks cover, if it has `into`; reports errors."""
         if not node.into:
             return site
         into = Into()
@@ -72,7 +72,7 @@ class IntoRule:
                     f"`{path}` is named twice",
                     "again here",
                     [Label(seen[str(path)].span, "first named here")],
-                    ["once is enough: a constraint adds to a block as often as it has residuals"],
+                    ["name it once"],
                 )
                 into.good = False
             else:
@@ -83,7 +83,7 @@ class IntoRule:
             site = _covered(site, into)
         return site
 
-    # --- what is named ------------------------------------------------------------------------
+    # --- named blocks -------------------------------------------------------------------------
 
     def _entry(self, home: Entity, path: tree.Path, into: Into) -> None:
         *before, last = path.parts
@@ -146,7 +146,7 @@ class IntoRule:
             last.span,
             f"{struct.name} has no block `{last.id}`",
             label="unknown block",
-            help=help_ or ["leave `into` out: blocks are found without it"],
+            help=help_ or ["omit `into`: blocks are inferred without it"],
         )
 
     def _remote_cross(
@@ -157,15 +157,15 @@ class IntoRule:
             "E0432",
             path.span,
             f"`{path}` is a cross block of another row",
-            label=f"couples what that {struct} couples",
+            label=f"belongs to that {struct}",
             labels=[Label(named.field.span, "declared here")],
             help=[
-                "declare a block of the pair beside this constraint, or send the pair to "
-                "`triplets` of the root; through a ref only self blocks are reached"
+                "declare a block of the pair next to this constraint, or use "
+                "`triplets` of the root; only self blocks can be named through a ref"
             ],
         )
 
-    # --- whether it fits ----------------------------------------------------------------------
+    # --- validation ---------------------------------------------------------------------------
 
     def _fit(self, place: Place, node: tree.Constraint, site: ConstraintSite, into: Into) -> None:
         read: dict[Key, Place] = {}
@@ -179,8 +179,8 @@ class IntoRule:
             read.update(here)
             coupled.update({frozenset(pair): pair for pair in combinations(here, 2)})
 
-        spoken = {key: _spoken(key, entity) for key, entity in read.items()}
-        reads = "it reads parameters of " + _listed([f"{spoken[key]}" for key in read])
+        entity_names = {key: _entity_name(key, entity) for key, entity in read.items()}
+        reads = "it reads parameters of " + _listed([f"{entity_names[key]}" for key in read])
         for key, path in into.selves:
             if key not in read:
                 self._wrong(
@@ -204,14 +204,14 @@ class IntoRule:
             if not left and into.where is not None:
                 self._wrong(
                     into.where,
-                    f"there is nothing for `{into.where}`",
-                    "every pair has a block of its own" if coupled else "no two are coupled",
+                    f"`{into.where}` receives no pair",
+                    "every pair has a block" if coupled else "no two are coupled",
                     notes=[reads],
                     help=[f"remove `{into.where}`"],
                 )
             return
         for a, b in left:
-            self._missing(place, node, (a, read[a]), (b, read[b]), spoken)
+            self._missing(place, node, (a, read[a]), (b, read[b]), entity_names)
 
     def _missing(
         self,
@@ -219,7 +219,7 @@ class IntoRule:
         node: tree.Constraint,
         a: tuple[Key, Place],
         b: tuple[Key, Place],
-        spoken: dict[Key, str],
+        entity_names: dict[Key, str],
     ) -> None:
         last = node.into[-1]
         root = self.sites.root.place.struct
@@ -236,19 +236,19 @@ class IntoRule:
         declare = "" if triplets else f"declare `hbt: triplets` in {root.name} and "
         shown = ", ".join([*given, f"root.{triplets or 'hbt'}"])
         helps.append(f"{declare}write `into [{shown}]`")
-        helps.append("or leave `into` out: blocks are found without it")
+        helps.append("or omit `into`: blocks are inferred without it")
         self.report.error(
             "E0431",
             last.span,
-            f"the constraint couples {spoken[a[0]]} and {spoken[b[0]]}, but `into` has no block of "
-            "the two",
-            label="one is missing",
+            f"the constraint couples {entity_names[a[0]]} and {entity_names[b[0]]}, but `into` "
+            "has no block of the two",
+            label="a block is missing",
             labels=[Label(node.name.span, "this constraint")],
             help=helps,
         )
 
     def _instead(self, place: Place, read: dict[Key, Place], otherwise: str) -> str:
-        """Advice where a cross block is named by a constraint on one entity."""
+        """Help for a cross block named by a constraint on one entity."""
         if len(read) != 1:
             return otherwise
         ((steps, _), entity) = next(iter(read.items()))
@@ -259,7 +259,7 @@ class IntoRule:
         return f"write `into {f'{way}.' if way else ''}{own[0]}`"
 
     def _entity(self, site: ConstraintSite, read: Read) -> Place:
-        """The place whose parameter is read: the innermost that the column lies in."""
+        """The place whose parameter is read: the innermost one that contains the column."""
         table = self.sites.tables[site.slots[read.slot].table]
         around = [
             p for p in table.places() if read.column.startswith(p.prefix) and not p.struct.component
@@ -290,8 +290,8 @@ def _covered(site: ConstraintSite, into: Into) -> ConstraintSite:
     return replace(site, triplets=into.triplets, crossed=tuple(into.crossed))
 
 
-def _spoken(key: Key, place: Place) -> str:
-    """An entity in the model's words: `pose`, the parent, the root."""
+def _entity_name(key: Key, place: Place) -> str:
+    """An entity by its name in the model: `pose`, the parent, the root."""
     steps, _ = key
     inner = place.prefix.removesuffix(".")
     if not steps:
@@ -303,7 +303,7 @@ def _spoken(key: Key, place: Place) -> str:
 
 
 def _in_block(key: Key, place: Place) -> str:
-    """How `block (...)` names an entity; "" where it cannot."""
+    """The name of an entity in `block (...)`; "" if it has none."""
     steps, _ = key
     if len(steps) == 1 and steps[0].kind == "ref" and not place.prefix:
         return steps[0].ref if "." not in steps[0].ref else ""

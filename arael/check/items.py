@@ -1,10 +1,8 @@
-"""Rule: every item of a model has a name of its own.
+"""Rule: every item of a model has a unique name.
 
-Allowed: items in any order, over several files; a file imported along two ways (its items
-count once).
+Allowed: items in any order, over several files; a file imported twice (its items count once).
 
-Not allowed: two items of one name; the name of something built in; files that import each other
-in a circle.
+Not allowed: two items of one name; the name of something built in; circular imports.
 """
 
 from __future__ import annotations
@@ -51,7 +49,7 @@ class Gathering:
                 "E0907",
                 item.span,
                 "this text cannot import other files",
-                label=f"asks for {item.path.value!r}",
+                label=f"imports {item.path.value!r}",
                 help=["save the model as a file and load it by its path"],
             )
             return
@@ -61,8 +59,8 @@ class Gathering:
             self.report.error(
                 "E0212",
                 item.span,
-                f"import goes in a circle: {' -> '.join([*circle, file.source.name])}",
-                label="this import closes the circle",
+                f"circular import: {' -> '.join([*circle, file.source.name])}",
+                label="this import closes the cycle",
                 help=["move what both files need into a third one"],
             )
         elif file.source.name not in self.done:
@@ -107,7 +105,7 @@ def gather(file: tree.File, load: Load | None, report: Reporter) -> Declarations
 def choose_root(
     file: tree.File, declarations: Declarations, wanted: str | None, report: Reporter
 ) -> StructDecl | None:
-    """The root to compile: the only one, or the one asked for."""
+    """The root to compile: the only one, or the requested one."""
     roots = {r.name: r for r in declarations.roots}
     start = Span(file.source, 0, 0)
     if wanted is not None and wanted in roots:
@@ -117,7 +115,7 @@ def choose_root(
             "E0211",
             start,
             "the model has no root",
-            notes=["the root is the struct that holds everything else, one per model"],
+            notes=["the root is the struct that contains all others, one per model"],
             help=["declare it as `root NAME { ... }` with a `list of` each struct"],
         )
         return None
@@ -138,7 +136,7 @@ def choose_root(
             next(iter(roots.values())).node.name.span,
             f"the model has several roots: {names}",
             labels=[Label(r.node.name.span, "another root") for r in list(roots.values())[1:]],
-            help=["say which one is meant"],
+            help=["give the name of one of them"],
         )
         return None
     return next(iter(roots.values()))

@@ -1,6 +1,6 @@
-"""Bounds that keep checking and everything after it finite, whatever the file says.
+"""Limits on the size of a model, so that checking and compiling any file takes bounded time.
 
-They are far above what a model for people needs; a file that meets one gets a diagnostic.
+They are far above the size of hand-written models; a file that exceeds one gets a diagnostic.
 """
 
 MAX_VECTOR = 1024  # scalars of one vector

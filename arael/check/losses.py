@@ -3,8 +3,8 @@
 Allowed: ``loss cauchy(c)``, ``geman_mcclure(c)``, ``huber(k)``, ``tukey(c)`` with a positive scale
 from data or constants; ``loss |s| expr`` over ``s``, data and constants.
 
-Not allowed: another name, no scale or two, a scale that is zero, negative or solved for; a loss of
-one's own that is not zero at zero, falls there, or is infinitely steep there.
+Not allowed: another name, no scale or two, a scale that is zero, negative or solved for; a
+user-defined loss that is not zero, decreases, or has infinite slope at zero.
 """
 
 from __future__ import annotations
@@ -27,36 +27,36 @@ from arael.syntax import tree
 
 LOSSES = ("cauchy", "geman_mcclure", "huber", "tukey")
 
-# Data that a loss of one's own reads stands at these values when its start is looked at.
+# Values for the data that a user-defined loss reads, when its behaviour at zero is checked.
 _SCALES = (0.7, 1.9, 3.1)
 _SMALL, _SMALLER = 1e-8, 1e-12
 
 
 @dataclass
 class LossScope:
-    """Inside ``|s| expr``: the argument, then what the constraint sees."""
+    """Inside ``|s| expr``: the argument, then the scope of the constraint."""
 
     around: Scope
     argument: SquaredNorm
     name: tree.Ident
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Everything that `name` may mean; the argument hides what bears its name outside."""
+        """All candidates for `name`; the argument shadows outer names."""
         if name == self.name.id:
             return [Candidate("the argument of the loss", self.name.span, lambda _: self.argument)]
         return self.around.candidates(name)
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
         return [self.name.id, *self.around.names()]
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`."""
+        """Help for the unknown name `name`."""
         return self.around.advice(name)
 
 
 def loss_of(t: Typist, node: tree.Expr) -> Loss | None:
-    """The loss behind `loss`; None after a complaint."""
+    """The loss of a constraint; None after an error."""
     found = _own(t, node) if isinstance(node, tree.Lambda) else _named(t, node)
     if found is None:
         return None
@@ -67,11 +67,11 @@ def loss_of(t: Typist, node: tree.Expr) -> Loss | None:
         "E0643",
         node.span,
         "loss reads a parameter",
-        label="would be made small together with the residual",
+        label="minimising would reduce it",
         labels=[Label(read[0].span, "solved for")],
         help=[
-            "take the scale from data: `loss cauchy(root.c)`, which a pass of `solve` may set; or "
-            "read `x.value`, which stays as it was when the solve began"
+            "take the scale from data: `loss cauchy(root.c)`, which a pass may set; or "
+            "read `x.value`, which is constant during a solve"
         ],
     )
     return None
@@ -79,7 +79,7 @@ def loss_of(t: Typist, node: tree.Expr) -> Loss | None:
 
 def _named(t: Typist, node: tree.Expr) -> Loss | None:
     if not isinstance(node, tree.Call):
-        return None  # the parser has complained
+        return None  # reported by the parser
     name = node.func.id if isinstance(node.func, tree.Name) else ""
     if name not in LOSSES:
         written = node.func.span.text
@@ -87,13 +87,13 @@ def _named(t: Typist, node: tree.Expr) -> Loss | None:
         if name in FUNCTIONS or name in t.declarations.functions:
             help_ = [f"apply it to the squared residual: `loss |s| {name}(...)`"]
             if name == "starship":
-                help_ = ["`starship` goes around the residual itself: `starship(r, gamma)`"]
+                help_ = ["`starship` is applied to the residual itself: `starship(r, gamma)`"]
         t.fail(
             "E0640",
             node.func.span,
             f"unknown loss `{written}`",
             label="not found",
-            notes=[f"there are {', '.join(LOSSES)}, and `|s| ...` for one of your own"],
+            notes=[f"there are {', '.join(LOSSES)}, and `|s| ...` for a user-defined one"],
             help=help_,
         )
         return None
@@ -104,7 +104,7 @@ def _named(t: Typist, node: tree.Expr) -> Loss | None:
             node.span,
             f"loss `{name}` takes one scale, found {found}",
             label="in this loss",
-            help=[f"write `{name}(2.0)`: residuals of more than about 2 sigma are then held back"],
+            help=[f"write `{name}(2.0)`: it limits the influence of residuals above about 2 sigma"],
         )
         return None
     scale = t.number(node.args[0])
@@ -129,7 +129,7 @@ def _named(t: Typist, node: tree.Expr) -> Loss | None:
             node.args[0].span,
             f"the scale of a loss is positive, found {value:g}",
             label="not positive",
-            help=["it is the size of a residual, in sigmas, from which on it is held back"],
+            help=["it is the size of a residual, in sigmas, above which its influence is limited"],
         )
         return None
     return Loss(name, scale, None, node.span, _text(node.span))
@@ -167,7 +167,7 @@ def _own(t: Typist, node: tree.Lambda) -> Loss | None:
             "E0644",
             node.body.span,
             f"the loss does not depend on `{name}`",
-            label="the same whatever the residual",
+            label="independent of the residual",
             labels=[Label(node.params[0].span, "the squared residual")],
         )
         return None
@@ -176,19 +176,19 @@ def _own(t: Typist, node: tree.Lambda) -> Loss | None:
 
 
 def _starts_well(t: Typist, loss: Loss, name: str) -> bool:
-    """Whether a loss of one's own is zero at zero and rises from there with a finite slope."""
+    """Whether a user-defined loss is zero at zero and increases there with a finite slope."""
     starts = [_start(loss, scale) for scale in _SCALES]
     if all(abs(start) > 1e-5 for start in starts):
         shown = f", found {starts[0]:g}" if len({*starts}) == 1 else ""
         what = f"the loss is not 0 at {name} = 0{shown}"
-        help_ = "subtract what it is there: a residual of zero costs nothing"
+        help_ = "subtract its value at 0: a residual of zero has no cost"
     elif all((_at(loss, _SMALL, scale) or 0.0) < 0 for scale in _SCALES):
-        what = f"the loss falls from {name} = 0 on"
-        help_ = "change its sign: a loss grows with the squared residual"
+        what = f"the loss decreases at {name} = 0"
+        help_ = "change its sign: a loss increases with the squared residual"
     elif all(_steep(loss, scale) for scale in _SCALES):
-        what = f"the loss is infinitely steep at {name} = 0"
+        what = f"the loss has infinite slope at {name} = 0"
         help_ = (
-            f"round it off: `2 * (sqrt({name} + 1) - 1)` in place of `sqrt({name})`, or use "
+            f"smooth it: `2 * (sqrt({name} + 1) - 1)` in place of `sqrt({name})`, or use "
             "`huber`, which is linear for large residuals and quadratic for small ones"
         )
     else:
@@ -206,13 +206,13 @@ def _steep(loss: Loss, scale: float) -> bool:
 
 
 def _start(loss: Loss, scale: float) -> float:
-    """The loss at zero, or where that is 0 / 0, close to it."""
+    """The loss at zero, or close to it if that is 0 / 0."""
     start = _at(loss, 0.0, scale)
     return (_at(loss, _SMALLER, scale) or 0.0) if start is None else start
 
 
 def _at(loss: Loss, s: float, scale: float) -> float | None:
-    """The loss at `s`, all data being `scale`; None where that has no finite value."""
+    """The loss at `s` with all data equal to `scale`; None if that is not finite."""
 
     def given(node: Typed) -> Values | None:
         if node is loss.argument:

@@ -1,4 +1,4 @@
-"""Rule: what a model asks to marginalize are collections whose elements have parameters."""
+"""Rule: `marginalize` names collections whose elements have parameters."""
 
 from __future__ import annotations
 

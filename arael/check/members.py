@@ -1,9 +1,9 @@
-"""Rule: the members of a struct have names of their own.
+"""Rule: the members of a struct have unique names.
 
 Allowed: a field and a constraint of the same name; one `key`, one `solve`.
 
-Not allowed: two fields, or two constraints, of one name; a `key` that is not a string field. (What
-may stand in a struct and what in a root is syntax.)
+Not allowed: two fields, or two constraints, of one name; a `key` that is not a string field. (The
+grammar decides which members a struct and a root may have.)
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from arael.syntax import tree
 
 
 def sort_members(struct: StructDecl, report: Reporter) -> None:
-    """Put the members of `struct` into their lists and check their names."""
+    """Sort the members of `struct` by kind and check their names."""
     fields: dict[str, Span] = {}
     constraints: dict[str, Span] = {}
     for member in struct.node.members:
@@ -48,7 +48,7 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
 
 
 def check_keys(struct: StructDecl, report: Reporter) -> None:
-    """Find the key of `struct`, once its fields are known."""
+    """Find the key of `struct`, after its fields are resolved."""
     given: tree.Key | None = None
     for member in struct.node.members:
         if not isinstance(member, tree.Key):

@@ -2,7 +2,7 @@
 
 Allowed: ``mat3 * vec3``, ``2 * quat``, ``vec3 .* vec3``.
 
-Not allowed: ``mat3 * vec2``, ``vec3 * vec3`` (`dot` or ``.*`` say what is meant), ``1 + vec2``.
+Not allowed: ``mat3 * vec2``, ``vec3 * vec3`` (ambiguous: use `dot` or ``.*``), ``1 + vec2``.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _elementwise(operator: str, a: ValueType, b: ValueType) -> ValueType | None:
 
 
 def advice(operator: str, a: ValueType, b: ValueType) -> list[str]:
-    """What to write instead of an operation that does not fit."""
+    """Help for an operation whose operands do not fit."""
     if isinstance(a, TransformType) or isinstance(b, TransformType):
         return _transform_advice(operator, a, b)
     vectors = isinstance(a, VectorType) and isinstance(b, VectorType)
@@ -109,5 +109,5 @@ def _transform_advice(operator: str, a: ValueType, b: ValueType) -> list[str]:
     if operator == "*" and isinstance(a, TransformType) and isinstance(b, TransformType):
         return ["a transform becomes a similarity by `similarity(T.translation, T.rotation, 1)`"]
     if operator == "*" and isinstance(b, TransformType):
-        return ["the transform stands on the left: `T * x`"]
+        return ["write the transform on the left: `T * x`"]
     return ["a transform multiplies a vec3 or a transform: `T * x`, `A.inverse() * B`"]

@@ -1,10 +1,10 @@
-"""Rule: a pass sets what exists: data of the root, or a setting of the solver.
+"""Rule: a pass sets data of the root or settings of the solver.
 
 Allowed: ``pass fine { scale = 1.0  rel_precision = 1e-6  freeze poses.ea  free landmarks }``;
-``freeze Pose.ea`` and ``freeze Pose``, wherever that struct sits.
+``freeze Pose.ea`` and ``freeze Pose``, at every place of that struct.
 
-Not allowed: a misspelt name, a setting of the wrong kind, freezing what is not a parameter,
-freezing what it freed before.
+Not allowed: a misspelt name, a setting of the wrong kind, freezing a field that is not a parameter,
+freezing a parameter that the pass freed before.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ FROM_PYTHON = frozenset(one.name for one in fields(LmConfig)) - SETTINGS
 
 
 class Passes:
-    """Works out the solve schedule of the root."""
+    """Resolves the solve schedule of the root."""
 
     def __init__(self, sites: Sites, paths: Paths, constants: Constants, report: Reporter) -> None:
         self.sites = sites
@@ -103,10 +103,10 @@ class Passes:
     def _contradiction(
         self, path: tree.Path, found: list[tuple[str, Span]], freed: list[tuple[str, Span]]
     ) -> None:
-        """Report a path that is frozen though something of it was freed before.
+        """Report a path that is frozen after it, or a part of it, was freed.
 
-        What a pass freezes is frozen first and what it frees is freed then, so that `free` would
-        go over a `freeze` that is written after it.
+        All `freeze` of a pass are applied before all `free`, so that `free` would override a
+        `freeze` that is written after it.
         """
         for full, _ in found:
             for earlier, first in freed:
@@ -119,7 +119,7 @@ class Passes:
                         labels=[Label(first, "freed here")],
                         help=[
                             "remove one of the two, or free after freezing: "
-                            "`freeze poses  free poses.ea` holds all but `ea`"
+                            "`freeze poses  free poses.ea` fixes all but `ea`"
                         ],
                     )
                     return
@@ -166,7 +166,7 @@ class Passes:
             settings.append(PassSetting(place.column(field), values))
 
     def _root_field(self, path: tree.Path) -> tuple[Place, FieldDecl] | None:
-        """The field of the root, or of a struct it holds by value, that `path` names."""
+        """The field of the root, or of a struct held by value in it, that `path` names."""
         parts = [p.id for p in path.parts]
         if len(parts) > 1 and parts[0] in ("root", self.paths.root_name):
             parts = parts[1:]
@@ -216,7 +216,7 @@ class Passes:
         return setting
 
     def _parameters(self, path: tree.Path) -> list[str]:
-        """The paths of what is frozen or freed, checked; none after a complaint."""
+        """The checked paths of a `freeze` or `free`; empty after an error."""
         parts = path.parts
         struct = self.sites.declarations.structs.get(parts[0].id)
         if struct is not None and parts[0].id not in self.root.struct.fields:
@@ -226,7 +226,7 @@ class Passes:
         return self._at(self.root, parts)
 
     def _of_type(self, struct: StructDecl, path: tree.Path) -> list[str]:
-        """The same of a struct, wherever it sits: its parameters, or those that `path` names."""
+        """The same for a struct, at all its places: its parameters, or those that `path` names."""
         places = [p for p in self.sites.places() if p.struct is struct]
         found: list[str] = []
         if len(path.parts) > 1:
@@ -244,14 +244,14 @@ class Passes:
             self.report.error(
                 "E0411",
                 path.span,
-                f"`{path}` has no parameters" if places else f"nothing holds a `{path}`",
+                f"`{path}` has no parameters" if places else f"no struct or root contains `{path}`",
                 label="nothing to freeze or free",
                 labels=[Label(struct.node.name.span, "declared here")],
             )
         return found
 
     def _at(self, start: Place, parts: tuple[tree.Ident, ...]) -> list[str]:
-        """The path of what `parts` lead to from `start`, in a list; empty after a complaint."""
+        """The path of the target of `parts` from `start`, in a list; empty after an error."""
         *before, last = parts
         place = start
         text = _full(start, ".".join(p.id for p in parts))
@@ -286,7 +286,7 @@ class Passes:
         return []
 
     def _step(self, place: Place, part: tree.Ident) -> Place | None:
-        """One step of a path that may lead through collections, meaning all their elements."""
+        """One step of a path; through a collection it means all elements."""
         if part.id in place.values:
             return place.values[part.id]
         if part.id in place.collections:
@@ -295,7 +295,7 @@ class Passes:
         return None
 
     def _names(self, place: Place) -> list[str]:
-        """What a path may go on with; at its start also the name of a struct."""
+        """Possible continuations of a path; at its start also the names of structs."""
         structs = self.sites.declarations.structs if place is self.root else {}
         return [*place.struct.fields, *structs]
 

@@ -24,21 +24,21 @@ class Paths:
         self.sites = sites
         self.report = report
         self.open: list[tuple[Place, FieldDecl]] = []
-        self.taken = 0  # refs that the one being resolved has needed so far
+        self.taken = 0  # refs needed so far by the one being resolved
         self.bad: set[tuple[Place, str]] = set()
 
     @property
     def root_name(self) -> str:
-        """The root's name as bodies may write it."""
+        """The root's name as constraints write it."""
         return self.sites.root.place.struct.name.lower()
 
     def root(self, home: Entity) -> Entity:
-        """The root, seen from `home`."""
+        """The root, as reached from `home`."""
         at_root = not home.steps and home.place.table is self.sites.root
         return Entity(() if at_root else ROOT_STEPS, self.sites.root.place)
 
     def owner(self, entity: Entity) -> Entity | None:
-        """The entity that holds this one; None for the root."""
+        """The entity that contains this one; None for the root."""
         place = entity.place
         if place.owner is None:
             return None
@@ -61,7 +61,7 @@ class Paths:
         return Entity(steps, collection.site.place, collection.owner, needs)
 
     def target(self, place: Place, field: FieldDecl) -> Target | None:
-        """Where the ref `field` of a row at `place` points; None if that is in error."""
+        """The target of the ref `field` of a row at `place`; None after an error."""
         collection = self.resolve(Entity((), place), field)
         if isinstance(collection, Broken):
             return None
@@ -71,7 +71,7 @@ class Paths:
         return Target(collection.site.path, field.struct, base, str(field.node.type.path))
 
     def resolve(self, entity: Entity, field: FieldDecl) -> Collection | Broken:
-        """The collection that the ref `field` of `entity` counts in."""
+        """The target collection of the ref `field` of `entity`."""
         key = (entity.place, field.name)
         if key in self.bad:
             return BROKEN
@@ -98,7 +98,7 @@ class Paths:
                 "E0403",
                 path.span,
                 f"`{path}` is not a collection",
-                label=f"this is one {found.place.struct.name}, nothing to point into",
+                label=f"this is a single {found.place.struct.name}",
                 help=["a ref points into a `list of`, `deque of` or `arena of`"],
             )
             return BROKEN
@@ -120,11 +120,10 @@ class Paths:
     def walk(
         self, home: Entity, path: tree.Path, *, own: bool, through: bool = False
     ) -> Entity | Collection | Broken:
-        """Where `path` leads from `home`.
+        """The target of `path` from `home`.
 
-        `own` lets it start at a field of `home`; a path that may start at ``root``, ``parent`` or
-        the root's own name always can. `through` lets it lead on through a collection, meaning
-        every element.
+        With `own` it may start at a field of `home`; it may always start at ``root``, ``parent`` or
+        the root's name. With `through` it may pass through a collection, meaning every element.
         """
         here: Entity | Collection = home
         for i, part in enumerate(path.parts):
@@ -207,7 +206,7 @@ class Paths:
                 "E0405",
                 part.span,
                 f"{here.place.struct.name} has no parent",
-                label="the root is held by nothing",
+                label="the root has no owner",
             )
             return BROKEN
         return owner
@@ -219,7 +218,7 @@ class Paths:
             "E0403",
             path.parts[i].span,
             f"`{before}` is a collection; `{path.parts[i].id}` belongs to one of its elements",
-            label="of which element?",
+            label="element not specified",
             help=[f"add `x: ref {name} in {before}` and write `x.{path.parts[i].id}`"],
         )
         return BROKEN
@@ -230,7 +229,7 @@ class Paths:
                 "E0406",
                 self.open[0][1].span,
                 f"ref is resolved through more than {MAX_REFS} others",
-                label="the way is too long",
+                label="the chain is too long",
                 help=["start the path at `root` or `parent`"],
             )
             return
@@ -241,6 +240,6 @@ class Paths:
             "E0406",
             field.span,
             f"refs are resolved through each other: {circle}",
-            label="to find its collection, this ref needs itself",
+            label="resolving this ref requires itself",
             help=["start one of the paths at `root` or `parent`"],
         )

@@ -1,4 +1,4 @@
-"""Where structs sit: the tables of a model, and the structs held by value within their rows."""
+"""Places of structs: the tables of a model, and the structs held by value within their rows."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Place:
 
     Attributes
     ----------
-    owner : the place of the struct that holds this one, by value or in a collection
-    optionals : paths within the row of the optional structs around this place, itself included
+    owner : the place of the struct that contains this one, by value or in a collection
+    optionals : paths within the row of the enclosing optional structs, including this one
     values : structs held by value, by field name
-    collections : collections held, by field name
+    collections : collections, by field name
     """
 
     table: TableSite
@@ -48,7 +48,7 @@ class TableSite:
     place: Place = field(init=False)
 
     def places(self) -> Iterator[Place]:
-        """The row's own struct, then all that it holds by value, in order of declaration."""
+        """The row's own struct, then the structs held by value in it, in order of declaration."""
         waiting = [self.place]
         while waiting:
             place = waiting.pop()
@@ -57,7 +57,7 @@ class TableSite:
 
 
 def stored_fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:
-    """What an entity stores: its own parameters, and all that its components have."""
+    """Columns of an entity: its own parameters, and all columns of its components."""
     for declared in place.struct.fields.values():
         if declared.component:
             yield from stored_fields(place.values[declared.name])
@@ -66,7 +66,7 @@ def stored_fields(place: Place) -> Iterator[tuple[Place, FieldDecl]]:
 
 
 class Sites:
-    """All tables of a model, owners before what they own."""
+    """All tables of a model, owners before owned."""
 
     def __init__(self, declarations: Declarations, root: StructDecl, report: Reporter) -> None:
         self.declarations = declarations
@@ -97,7 +97,7 @@ class Sites:
             yield from table.places()
 
     def _lay(self, table: TableSite, struct: StructDecl, owner: Place | None) -> None:
-        """Lay out one row of a table: its struct and what that holds by value."""
+        """Lay out one row of a table: its struct and the structs held by value in it."""
         table.place = Place(table, struct, "", owner)
         waiting = [table.place]
         while waiting and not self.full:
@@ -128,7 +128,7 @@ class Sites:
             f"the model unfolds into {what}",
             label="the limit is reached here",
             notes=[
-                "a struct held by value at many places, which itself is held at many places, "
+                "a struct held by value at many places, whose owner is held at many places, "
                 "multiplies"
             ],
             help=["keep the shared struct in one collection and refer to it with `ref`"],

@@ -1,4 +1,4 @@
-"""Reading a field: a column through a slot, where it is known to be there."""
+"""Reading a field: a column through a slot, if its presence is proved."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
-    """What the field `name` of `entity` stands for."""
+    """The binding of the field `name` of `entity`."""
     if name in entity.place.struct.formulas:
         return bind_formula(t, entity, name, span)
     field = entity.place.struct.fields[name]
@@ -43,7 +43,7 @@ def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
 
 def _unreadable(field: FieldDecl) -> str:
     if field.node.role == "skip":
-        return "`skip` fields are carried along, never read"
+        return "`skip` fields are stored but never read"
     return f"this is `{field.text}`"
 
 
@@ -59,7 +59,7 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
     assert field.type is not None
     version, kind = ("trial", field.param.kind) if field.param else ("data", "")
     if entity.place.struct.component:
-        version = "trial"  # what a component carries moves with it
+        version = "trial"  # stored data of a component changes with its updates
     node = Read(
         type=field.type,
         span=span,
@@ -74,7 +74,7 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
 
 
 def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
-    """A ``symbolic`` field written out, or the kept value of a ``compute`` field."""
+    """The formula of a ``symbolic`` field, or the stored value of a ``compute`` field."""
     place = entity.place
     if isinstance(row_is_there(t, entity, span), Broken):
         return BROKEN
@@ -98,7 +98,7 @@ def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Br
 
 
 def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
-    """The formula of a component, typed once per body and row; `span` is where it is needed."""
+    """The formula of a component, typed once per body and row; `span` is the place of its use."""
     place = entity.place
     node = place.struct.formulas[name]
     key = (entity.steps, place.prefix + name)
@@ -114,10 +114,10 @@ def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Brok
     return t.fail(
         "E0442",
         node.name.span,
-        f"`{name}` of the component {place.struct.name} needs itself",
-        label="goes in a circle",
-        labels=[Label(span, "needed again here")],
-        help=["let each formula be made of parameters, carried data and formulas before it"],
+        f"`{name}` of the component {place.struct.name} depends on itself",
+        label="circular definition",
+        labels=[Label(span, "used again here")],
+        help=["use parameters, stored data and formulas that do not depend on this one"],
     )
 
 
@@ -127,7 +127,7 @@ def scope_within(t: Typist, entity: Entity) -> ComponentScope:
 
 
 def row_is_there(t: Typist, entity: Entity, span: Span) -> Broken | None:
-    """Complain if the row of `entity` is reached through a ref that may be null here."""
+    """Report an error if the row of `entity` is reached through a ref that may be null here."""
     for source, column in entity.needs:
         if (source.steps, column) not in t.facts:
             declared = field_at(source, column)
@@ -141,12 +141,12 @@ def field_at(entity: Entity, column: str) -> FieldDecl:
 
 
 def ref_text(entity: Entity, column: str) -> str:
-    """The way to a ref as a body may write it: ``parent.prev``."""
+    """The path to a ref as a constraint writes it: ``parent.prev``."""
     return ".".join([*(s.ref or s.kind for s in entity.steps), column])
 
 
 def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
-    """Complain about reading what may not be there, and say how to ask for it."""
+    """Report a read of an optional that may be absent, with the test to add."""
     table = entity.place.table
     written = span.text
     name = optional.rsplit(".", 1)[-1]
@@ -176,13 +176,13 @@ def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: E
         help=[
             f"add `when {guard}` to the constraint"
             if field.kind == "ref"
-            else f"add `when {guard}` to the constraint, or ask with `if {guard} then ... else ...`"
+            else f"add `when {guard}` to the constraint, or write `if {guard} then ... else ...`"
         ],
     )
 
 
 def presence(t: Typist, entity: Entity, optionals: tuple[str, ...], span: Span) -> Binding:
-    """Whether the row of `entity` is there, and all of `optionals` in it."""
+    """Whether the row of `entity` and all of `optionals` in it are proved present."""
     tests = [(t.slots.of(source), column) for source, column in entity.needs]
     tests += [(t.slots.of(entity), column) for column in optionals]
     result: Typed | None = None

@@ -1,4 +1,4 @@
-"""How the rules of this room speak: one place that makes diagnostics, and bounds their number."""
+"""Collects the diagnostics of the rules and limits their number."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ MAX_WARNINGS = 50
 class Reporter:
     """Adds diagnostics to the findings of a run.
 
-    After `MAX_ERRORS` errors the run is stopped, so that a hostile or hopeless file costs bounded
-    time and its reader bounded patience.
+    After `MAX_ERRORS` errors the run is stopped, so that checking a malicious or badly broken file
+    takes bounded time.
     """
 
     def __init__(self, findings: Findings) -> None:
@@ -59,7 +59,7 @@ class Reporter:
         notes: Sequence[str] = (),
         help: Sequence[str] = (),
     ) -> None:
-        """Report a warning at `span`; the last one that fits says that there are more."""
+        """Report a warning at `span`; the last one within the limit notes that more were found."""
         count = len(self.findings.warnings)
         if count >= MAX_WARNINGS:
             return
@@ -79,7 +79,7 @@ class Reporter:
         )
 
     def in_order(self) -> None:
-        """Put the findings into the order of their places, file by file."""
+        """Sort the findings by place, file by file."""
         files = {
             d.span.source.name: i for i, d in reversed(list(enumerate(self.findings))) if d.span
         }
@@ -88,7 +88,7 @@ class Reporter:
         )
 
     def _add(self, diagnostic: Diagnostic) -> None:
-        """Keep one diagnostic per place and code: a body is typed at every place of its struct."""
+        """Keep one diagnostic per place and code: constraints are typed at every place."""
         said = ((d.code, d.span, d.message) for d in self.findings.items)
         if (diagnostic.code, diagnostic.span, diagnostic.message) not in said:
             self.findings.add(diagnostic)

@@ -1,4 +1,4 @@
-"""Rule: a residual is made of numbers to be squared, and says something about a parameter.
+"""Rule: a residual consists of scalars and vectors and depends on a parameter.
 
 Allowed: a scalar, a vector, a list of both.
 
@@ -31,7 +31,7 @@ from arael.syntax import tree
 
 
 def residual_of(t: Typist, node: tree.Expr) -> list[Typed] | None:
-    """The parts of a residual, in order; None after a complaint."""
+    """The parts of a residual, in order; None after an error."""
     parts = node.items if isinstance(node, tree.ListExpr) else (node,)
     if not parts:
         t.fail(
@@ -59,13 +59,13 @@ def residual_of(t: Typist, node: tree.Expr) -> list[Typed] | None:
 def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
     help_ = []
     if isinstance(value.type, MatrixType):
-        help_ = ["pick what should vanish: `rotation_vector(M)`, `M.col(i)`, `M[i, j]`"]
+        help_ = ["use a vector or an element of it: `rotation_vector(M)`, `M.col(i)`, `M[i, j]`"]
     elif value.type == QUATERNION:
         help_ = ["write `2 * q.vec` for a small rotation, or `q.log()`"]
     elif isinstance(value.type, TransformType):
         help_ = ["write `T.log()` for its twist, or a part of it: `T.translation`"]
     elif value.type == BOOL:
-        help_ = ["a condition belongs behind `when`, or into `if ... then ... else`"]
+        help_ = ["write a condition after `when` or in `if ... then ... else`"]
     t.fail(
         "E0602",
         node.span,
@@ -79,8 +79,9 @@ def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
 def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
     """Whether the guard proves every row that is reached through an optional ref.
 
-    `values` are what an instance evaluates. The part of the guard that reads parameters is one of
-    them; the part over data alone chooses the instances, and is what proves.
+    `values` are the expressions that an instance evaluates. The part of the guard that reads
+    parameters is one of them; the part over data alone selects the instances, and only that part is
+    a proof.
     """
     parts = conjuncts(guard)
     known = set(t.facts)
@@ -96,12 +97,12 @@ def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
                 t.fail(
                     "E0503",
                     node.span,
-                    f"the row that `{way}` leads to may be absent here",
-                    label=f"`{way}` is not asked for by `when`",
+                    f"the row that `{way}` points to may be absent here",
+                    label=f"`when` does not test `{way}`",
                     labels=[Label(field_at(source, column).span, "declared optional here")],
                     notes=[
-                        "an instance of a constraint has all rows that it reads, or does "
-                        "not act; `if` cannot choose between them"
+                        "an instance of a constraint is active only if all rows that it "
+                        "reads exist; `if` cannot select rows"
                     ],
                     help=[f"write two constraints, `when {way}` and `when not {way}`"],
                 )
@@ -112,7 +113,7 @@ def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
 def check_parameters(
     t: Typist, node: tree.Constraint | tree.Fit, residual: Sequence[Typed]
 ) -> bool:
-    """Whether a residual reads a parameter, as far as the model's parameters could be read."""
+    """Whether a residual reads a parameter, as far as the reads could be resolved."""
     if t.declarations.broken:
         return True
     reads = [n for n in postorder(residual) if isinstance(n, Read)]
@@ -121,9 +122,9 @@ def check_parameters(
     still = [
         Label(
             n.span,
-            "the stored value does not move"
+            "the stored value is constant"
             if n.version == "stored"
-            else "follows the steps, without a derivative",
+            else "a `compute` field has no derivative",
         )
         for n in reads
         if n.version != "data"
@@ -135,6 +136,6 @@ def check_parameters(
         "the constraint has no parameter",
         label="its residual cannot change",
         labels=still[:3],
-        help=["declare what is to be solved for as `param`"],
+        help=["declare an unknown as `param`"],
     )
     return False

@@ -1,11 +1,11 @@
-"""Rule: a function with derivatives of its own takes scalars and gives one, and so do they.
+"""Rule: a function with `derivs`, and each derivative, maps scalars to a scalar.
 
 Allowed: ``fn f(x) derivs [2 * x] = x * x``, ``extern fn f(x, y) derivs [g(x), f(x, y)]``.
 
 Not allowed: a vector, a truth value or a matrix as the formula or as one of the derivatives.
 
-Functions without `derivs` may take what their formulas can do with; those that can do with scalars
-are typed here too, so that Python can call them. The others are kept as text.
+Functions without `derivs` may take any types that their formulas accept; those that accept scalars
+are typed here too, so that Python can call them. The others are stored as text.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from arael.syntax import tree
 
 
 def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunction, ...]:
-    """Every function of the model; without a body those that do not work on scalars."""
+    """Every function of the model; those that do not accept scalars without a body."""
     found = []
     operations = expansion = 0
     for name, function in constants.declarations.functions.items():
@@ -43,7 +43,7 @@ def type_functions(constants: Constants, report: Reporter) -> tuple[TypedFunctio
         except AraelError:
             if prescribed:
                 raise
-            operations += MAX_OPERATIONS  # it was refused for its size
+            operations += MAX_OPERATIONS  # over the size limit
             found.append(_as_text(function))
             continue
         operations += t.operations
@@ -89,7 +89,7 @@ def _typed(
 
 
 def _as_text(function: tree.Function) -> TypedFunction:
-    """A function without what its formulas mean."""
+    """A function without typed formulas."""
     return TypedFunction(
         name=function.name.id,
         params=tuple(p.id for p in function.params),
@@ -114,14 +114,14 @@ def _scalar(
     t.fail(
         "E0671",
         node.span,
-        f"{what} of `{function.name.id}` is no scalar, found {value.type}",
+        f"{what} of `{function.name.id}` is not a scalar, found {value.type}",
         label=f"this is {value.type}",
-        labels=[Label(function.name.span, "a function with derivatives of its own")],
-        help=["one function per component, or leave `derivs` out"],
+        labels=[Label(function.name.span, "a function with `derivs`")],
+        help=["write one function per component, or omit `derivs`"],
     )
     return None
 
 
 def source_text(node: tree.Expr) -> str:
-    """What was written, on one line and without comments."""
+    """The source text, on one line and without comments."""
     return " ".join(re.sub(r"#[^\n]*", " ", node.span.text).split())

@@ -1,4 +1,4 @@
-"""What names mean inside a constraint, a function or a constant, in the language's order."""
+"""Name resolution inside a constraint, a function or a constant, in the language's order."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from arael.diagnostics.records import Span
 
 @dataclass(frozen=True)
 class Candidate:
-    """One thing that a name may mean; `bind` makes the binding for a use at a span.
+    """One candidate for a name; `bind` creates the binding for a use at a span.
 
-    `longer` is another way to write it that means nothing else, "" if there is none.
+    `longer` is an unambiguous form of it, "" if there is none.
     """
 
     what: str
@@ -27,16 +27,16 @@ class Candidate:
 
 
 class Scope(Protocol):
-    """Where names are looked up."""
+    """A set of names that can be looked up."""
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Everything that `name` may mean, first in order first."""
+        """All candidates for `name`, in order of precedence."""
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`, better than a suggestion."""
+        """Specific help for the unknown name `name`, instead of a spelling suggestion."""
 
 
 FieldBinder = Callable[[Entity, str, Span], Binding]
@@ -53,7 +53,7 @@ class ConstantScope:
     inside: str = "a constant"
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Everything that `name` may mean, first in order first."""
+        """All candidates for `name`, in order of precedence."""
         found = []
         if name in self.locals:
             binding, span = self.locals[name]
@@ -63,22 +63,24 @@ class ConstantScope:
         return found
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
         return [*self.locals, *self.declarations.consts]
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`."""
+        """Help for the unknown name `name`."""
         if self.inside == "a constant":
-            return ["a constant is made of numbers, other constants and functions"]
-        return [f"{self.inside} sees its parameters and constants; pass `{name}` as an argument"]
+            return ["a constant may use numbers, other constants and functions"]
+        return [
+            f"{self.inside} uses its parameters and constants only; pass `{name}` as an argument"
+        ]
 
 
 @dataclass
 class BodyScope:
     """Inside a constraint.
 
-    `own` is the entity whose fields are named bare: the constraint's struct, or the root in a
-    `fit`. `home` is the entity of the row that the constraint runs over.
+    `own` is the entity whose fields are written without a prefix: the constraint's struct, or the
+    root in a `fit`. `home` is the entity of the constraint's row.
     """
 
     declarations: Declarations
@@ -90,7 +92,7 @@ class BodyScope:
     lets: dict[str, tuple[Binding, Span]] = field(default_factory=dict)
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Everything that `name` may mean, first in order first."""
+        """All candidates for `name`, in order of precedence."""
         found = []
         if name in self.lets:
             binding, span = self.lets[name]
@@ -138,7 +140,7 @@ class BodyScope:
                 yield f"the root {root.place.struct.name}", root, "root"
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
         return [
             *self.lets,
             *self.own.place.struct.fields,
@@ -151,9 +153,9 @@ class BodyScope:
         ]
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`."""
+        """Help for the unknown name `name`."""
         if name == "parent":
-            return ["the root is held by nothing"]
+            return ["the root has no owner"]
         if name in self.paths.root(self.home).place.struct.fields:
             return [f"the root has a `{name}`: write `root.{name}`"]
         owner = self.paths.owner(self.own)
@@ -172,7 +174,7 @@ class ComponentScope:
     constant: ConstantBinder
 
     def candidates(self, name: str) -> list[Candidate]:
-        """Everything that `name` may mean, first in order first."""
+        """All candidates for `name`, in order of precedence."""
         struct = self.own.place.struct
         found = []
         member = struct.formulas.get(name)
@@ -187,14 +189,14 @@ class ComponentScope:
         return found
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
         struct = self.own.place.struct
         return [*struct.fields, *struct.formulas, *self.declarations.consts]
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`."""
+        """Help for the unknown name `name`."""
         if name in ("root", "parent", "self"):
-            return ["a component sees its own members and constants; carry what it needs as data"]
+            return ["a component uses its own members and constants only; store other values in it"]
         return []
 
 

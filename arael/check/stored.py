@@ -1,4 +1,4 @@
-"""``.value`` of a formula: what it was when the solve began."""
+"""``.value`` of a formula: its value at the start of the solve."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from arael.check.walk import operands, postorder
 
 
 def as_stored(t: Typist, value: Formula) -> Typed | Broken:
-    """`value` over the stored values of all that it reads.
+    """`value` with all reads replaced by stored values.
 
-    A ``compute`` field has none: what it was computed from is kept, it is not.
+    A ``compute`` field has none: its inputs are stored, its value is not.
     """
     done: dict[int, Typed] = {}
     for node in postorder([value]):
@@ -22,8 +22,8 @@ def as_stored(t: Typist, value: Formula) -> Typed | Broken:
                 "E0308",
                 node.span,
                 "a `compute` field has no stored value",
-                label="its stored value is asked for",
-                help=["write it as `symbolic`"],
+                label="its stored value is read",
+                help=["declare it as `symbolic`"],
             )
         if isinstance(node, Formula):
             done[id(node)] = done[id(node.of)]
@@ -39,7 +39,7 @@ def as_stored(t: Typist, value: Formula) -> Typed | Broken:
 
 
 def _copy(node: Typed, parts: list[Typed]) -> Typed:
-    """`node` over other operands."""
+    """`node` with other operands."""
     match node:
         case Read(version="trial"):
             return replace(node, version="stored")

@@ -1,4 +1,4 @@
-"""The nearest name, for the help lines of this room."""
+"""The nearest name, for help lines."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from arael.diagnostics.suggest import closest
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str:
-    """The candidate that `name` most likely misspells; "" if none is near."""
+    """The candidate closest to the misspelt `name`; "" if none is close."""
     found = closest(name, candidates)
     return found[0] if found else ""
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> list[str]:
-    """A help line with the nearest candidate; empty if none is near."""
+    """A help line with the closest candidate; empty if none is close."""
     near = nearest(name, candidates)
     return [f"did you mean `{near}`?"] if near else []

@@ -1,4 +1,4 @@
-"""The tables and columns that the runtime will know, from the places of a model."""
+"""The tables and columns of the runtime, from the places of a model."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check_refs(sites: Sites, paths: Paths) -> None:
 
 
 def _check_chain(place: Place, field: FieldDecl, paths: Paths) -> None:
-    """Refuse a ref that must be set but counts in a collection which may not be there."""
+    """Report a non-optional ref whose target collection may be absent."""
     if field.optional:
         return
     collection = paths.resolve(Entity((), place), field)
@@ -37,14 +37,14 @@ def _check_chain(place: Place, field: FieldDecl, paths: Paths) -> None:
         "E0415",
         field.span,
         f"`{field.name}` is resolved through `{ref_text(source, column)}`, which may be null",
-        label="has no collection to point into then",
+        label="then has no target collection",
         labels=[Label(through.span, f"declared `{through.text}` here")],
         help=[f"make it optional as well: `{field.name}: {field.text}?`"],
     )
 
 
 def build_tables(sites: Sites, paths: Paths) -> tuple[Table, ...]:
-    """All tables, the root first, owners before what they own."""
+    """All tables, the root first, owners before owned."""
     return tuple(_table(site, paths) for site in sites.tables.values())
 
 
@@ -93,7 +93,7 @@ def _table(site: TableSite, paths: Paths) -> Table:
 
 
 def _flatten(top: Place, paths: Paths, columns: list[Column], values: list[ByValue]) -> None:
-    """Columns of a place and of all it holds by value, in order of declaration."""
+    """Columns of a place and of the structs held by value in it, in order of declaration."""
     waiting: list[Iterator[tuple[Place, FieldDecl]]] = [_fields(top)]
     while waiting:
         following = next(waiting[-1], None)
@@ -181,7 +181,7 @@ def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths
 def build_blocks(
     sites: Sites, entities: Sequence[EntitySite], blocks: Mapping[int, Mapping[str, NamedBlock]]
 ) -> tuple[Block, ...]:
-    """The named blocks of all places, as the runtime finds them."""
+    """The named blocks of all places, in the form of the runtime."""
     number = {(e.table, e.prefix): i for i, e in enumerate(entities)}
     return tuple(
         Block(

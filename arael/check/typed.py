@@ -1,7 +1,8 @@
-"""What checking leaves: a model whose every name is resolved, every shape known, every type agreed.
+"""Typed schema, the result of checking: all names resolved, all shapes and types known.
 
-Expressions here are trees shared where a `let` is read twice. Constraint bodies are typed once per
-*site* (a place where their struct occurs), because `parent` and optional ancestors depend on it.
+Expressions are trees with shared nodes where a `let` is read twice. Constraint bodies are typed
+once per *site* (a place where their struct occurs), because `parent` and optional ancestors depend
+on it.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ SIMILARITY = TransformType(scaled=True)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Typed:
-    """Base of typed expressions. `eq=False`: identity counts, shared lets are shared nodes."""
+    """Base of typed expressions; `eq=False`, since shared lets are compared by identity."""
 
     type: ValueType
     span: Span = field(repr=False)
@@ -91,7 +92,7 @@ class Typed:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Literal_(Typed):
-    """A number; a bool is 0 or 1. The value of a constant keeps the unit that its formula has."""
+    """A number; a bool is 0 or 1. The value of a constant has the unit of its formula."""
 
     value: float
     unit: Quantity = NUMBER
@@ -101,11 +102,11 @@ class Literal_(Typed):
 class Read(Typed):
     """A column reached through a slot.
 
-    `version` is ``trial`` for a parameter under optimisation and for what a component carries,
-    ``computed`` for a ``compute`` field, ``stored`` for what a parameter held when the solve began
-    (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the
-    column (``euler``, ``rotation``, ...) or "" for data: an ``euler`` or ``angle`` reads as its
-    angles (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion, ``direction`` as a vec3,
+    `version` is ``trial`` for a parameter under optimisation and for stored data of a component,
+    ``computed`` for a ``compute`` field, ``stored`` for the value at the start of the solve
+    (``pos.value``), ``data`` for everything else. `parameter` is the param kind of the column
+    (``euler``, ``rotation``, ...) or "" for data: an ``euler`` or ``angle`` reads as its angles
+    (vec3 / real), ``rotation`` and ``quaternion`` as a quaternion, ``direction`` as a vec3,
     ``transform`` and ``similarity`` as transforms.
     """
 
@@ -117,7 +118,7 @@ class Read(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Present(Typed):
-    """Whether an optional is there (BOOL)."""
+    """Whether an optional is present (BOOL)."""
 
     slot: int
     column: str
@@ -193,14 +194,14 @@ class Apply(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SquaredNorm(Typed):
-    """The argument of a loss of one's own: the sum of the squared residuals of an instance."""
+    """The argument of a user-defined loss: the sum of the squared residuals of an instance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Loss:
-    """What robustifies a constraint as a block.
+    """Loss of a constraint, applied to all its residuals together.
 
-    `name` is one of `arael.check.losses.LOSSES`, or "" for a loss of the model's own. `value` is
+    `name` is one of `arael.check.losses.LOSSES`, or "" for a user-defined loss. `value` is
     then its expression over `argument`; else it is the scale, and `argument` is None. `text` is the
     loss as written.
     """
@@ -221,9 +222,9 @@ class Formal(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Invoke(Typed):
-    """A call of a function that has derivatives of its own: scalars to a scalar.
+    """A call of a function with `derivs`: scalars to a scalar.
 
-    `value` is its formula, written out for these arguments; None if native code has the value.
+    `value` is its formula, inlined for these arguments; None for native code.
     """
 
     function: str
@@ -233,7 +234,7 @@ class Invoke(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Formula(Typed):
-    """A ``symbolic`` field of a component, written out, of the row that a slot leads to.
+    """A ``symbolic`` field of a component, inlined, of the row that a slot refers to.
 
     The state of its entity may hold its value under the path `column`.
     """
@@ -248,7 +249,7 @@ class Formula(Typed):
 
 @dataclass(frozen=True)
 class Assignment:
-    """A step of an update: what the column holds from now on; a number fills a vector."""
+    """An assignment of an update: the new value of the column; a number fills a vector."""
 
     column: str
     value: Typed
@@ -266,9 +267,9 @@ class Definition:
 class ComponentSite:
     """A component at one place. Its expressions read the row of its entity, through slot 0.
 
-    `moved` are the parameters of it and of those within it: where a step moves one of them, the
-    `updates` are carried out one after the other. `symbolic` fields have derivatives, `computed`
-    ones (``compute``) are values kept with each row.
+    `moved` are the parameters of it and of nested components: if a step changes one of them, the
+    `updates` are applied in order. `symbolic` fields have derivatives, `computed` ones
+    (``compute``) are values stored with each row.
     """
 
     struct: str
@@ -283,8 +284,8 @@ class ComponentSite:
 class EntitySite:
     """A struct with parameters at one place.
 
-    Columns are the parameters of its own prefix, and all that its components store: columns of
-    theirs without `param` are carried along. Components within others come first.
+    Columns are the parameters of its own prefix, and all columns of its components: those without
+    `param` are stored data. Nested components come first.
     """
 
     struct: str
@@ -312,7 +313,7 @@ class ConstraintSite:
     residual: tuple[Typed, ...]  # scalars and vectors, to be flattened in order
     guard: Typed | None = None
     loss: Loss | None = None
-    triplets: str = ""  # field of the root that takes the pairs that `crossed` leaves over
+    triplets: str = ""  # field of the root that receives the pairs without a named block
     crossed: tuple[frozenset[tuple[tuple[Step, ...], str]], ...] = ()  # pairs with named blocks
     index_column: str = ""  # constraint_index column of the struct, if any
     doc: str = ""
@@ -342,7 +343,7 @@ class TypedFunction:
 
 @dataclass(frozen=True)
 class TypedModel:
-    """The typed schema of a model: tables and columns as the runtime knows them, typed bodies."""
+    """Typed schema of a model: tables and columns in the runtime's form, typed constraints."""
 
     name: str
     root: str

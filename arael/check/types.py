@@ -1,4 +1,4 @@
-"""Types by their names: what a field of each stores, and what a reading of it gives."""
+"""Types by their names: the stored value and the type of a read for each."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FIXED_TYPES: dict[str, ValueType] = {
     "quat": QUATERNION,
 }
 
-# What a reading of each parameter type that is not plain gives.
+# Type of a read of each parameter type that is not plain.
 PARAM_READINGS: dict[str, ValueType] = {
     "euler": VectorType(3),
     "rotation": QUATERNION,
@@ -57,7 +57,7 @@ PARAM_TYPES: dict[str, tuple[ValueType, Param]] = {
     name: (reading, _param(name)) for name, reading in PARAM_READINGS.items()
 }
 
-# Parameter types that data may have as well, as measurements of what is solved for.
+# Parameter types that are allowed for data as well, as measurements of parameters.
 DATA_TYPES = frozenset({"direction", "transform", "similarity"})
 
 TYPE_NAMES = frozenset({*FIXED_TYPES, *PARAM_TYPES, "vec", "mat", "constraint_index"})
@@ -65,13 +65,13 @@ TYPE_NAMES = frozenset({*FIXED_TYPES, *PARAM_TYPES, "vec", "mat", "constraint_in
 
 @dataclass(frozen=True)
 class BadSize:
-    """A vector or matrix type whose size cannot be; `reason` completes the message."""
+    """A vector or matrix type of invalid size; `reason` completes the message."""
 
     reason: str
 
 
 def sized(name: str) -> str:
-    """What ``vec4`` or ``mat34`` is written as: ``vec<4>``, ``mat<3,4>``; "" of other names."""
+    """The correct form of ``vec4`` or ``mat34``: ``vec<4>``, ``mat<3,4>``; "" for other names."""
     found = re.fullmatch(r"vec([1-9]\d*)|mat([1-9])(?:x?([1-9]))?", name)
     if found is None:
         return ""
@@ -80,7 +80,7 @@ def sized(name: str) -> str:
 
 
 def value_type(node: tree.NamedType) -> ValueType | BadSize | None:
-    """The value type that `node` names; None if it names none (a struct, say)."""
+    """The value type that `node` names; None if it is not one (for example a struct)."""
     if not node.dims:
         if node.name in DATA_TYPES:
             return PARAM_READINGS[node.name]
@@ -104,7 +104,7 @@ def value_type(node: tree.NamedType) -> ValueType | BadSize | None:
 
 
 def shape_of(type_: ValueType) -> tuple[int, ...]:
-    """Shape of a value as a column stores it."""
+    """Shape of a value in a column."""
     if isinstance(type_, VectorType):
         return (type_.n,)
     if isinstance(type_, MatrixType):

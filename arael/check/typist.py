@@ -1,4 +1,4 @@
-"""The state of typing one body, and the ways every rule speaks through."""
+"""Type-checking context of one constraint, and error helpers for all rules."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ Handler = Callable[["Typist", tree.Expr], Binding]
 
 @dataclass
 class Slots:
-    """The rows a constraint reads, by the way to them; the first is its own.
+    """The rows a constraint reads, by the path to them; the first is its own.
 
-    `needs` are the optional refs that lead to a row, by the number of its slot.
+    `needs` are the optional refs on the path to a row, by the number of its slot.
     """
 
     items: list[Slot]
     needs: dict[int, tuple[tuple[Entity, str], ...]] = field(default_factory=dict)
 
     def of(self, entity: Entity) -> int:
-        """Number of the slot that leads to the row of `entity`."""
+        """Number of the slot for the row of `entity`."""
         for i, slot in enumerate(self.items):
             if slot.steps == entity.steps:
                 return i
@@ -45,7 +45,7 @@ class Slots:
         return len(self.items) - 1
 
     def steps(self, number: int) -> tuple[Step, ...]:
-        """Return the way to the row of a slot."""
+        """Return the path to the row of a slot."""
         return self.items[number].steps
 
 
@@ -55,12 +55,12 @@ class Typist:
 
     Attributes
     ----------
-    facts : which optionals are known to be there, at this point of the body
+    facts : optionals proved present at this point of the constraint
     calls : functions being expanded, with the places of their calls
-    operations : scalar operations made so far
-    expansion : expressions made so far within calls of functions
-    origins : where a value that an expression reads was declared, by identity
-    units : what is known of the units of expressions
+    operations : scalar operations so far
+    expansion : expressions so far within calls of functions
+    origins : declaration of each value that an expression reads, by identity
+    units : units of expressions
     """
 
     declarations: Declarations
@@ -69,7 +69,7 @@ class Typist:
     scope: Scope
     constant: ConstantBinder
     slots: Slots
-    ways: Paths | None = None  # none where there are no entities: in constants
+    ways: Paths | None = None  # None in constants, which have no entities
     facts: frozenset[Fact] = frozenset()
     calls: list[tuple[str, Span]] = field(default_factory=list)
     operations: int = 0
@@ -79,22 +79,22 @@ class Typist:
     origins: dict[int, Label] = field(default_factory=dict)
     units: Units = field(default_factory=Units)
     expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
-    kept: list[Typed] = field(default_factory=list)  # alive as long as `expanded` knows their ids
+    kept: list[Typed] = field(default_factory=list)  # kept alive while `expanded` has their ids
     formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
         default_factory=dict
     )  # formulas of components by row and path; None while one is being typed
-    made: list[Typed] = field(default_factory=list)  # alive as long as their ids are known
+    made: list[Typed] = field(default_factory=list)  # kept alive while their ids are in use
 
     @property
     def paths(self) -> Paths:
-        """The ways between entities."""
+        """Resolves paths between entities."""
         assert self.ways is not None, "a constant has no entities"
         return self.ways
 
     # --- typing -------------------------------------------------------------------------------
 
     def visit(self, node: tree.Expr) -> Binding:
-        """What `node` stands for: a value, an entity, a collection."""
+        """The binding of `node`: a value, an entity, a collection."""
         if self.exhausted:
             return BROKEN
         if self.nesting >= MAX_NESTING:
@@ -117,7 +117,7 @@ class Typist:
         return self.as_value(self.visit(node), node.span)
 
     def as_value(self, binding: Binding, span: Span) -> Typed | Broken:
-        """`binding` as a value, with a complaint if it is none."""
+        """`binding` as a value; reports an error if it is not one."""
         if isinstance(binding, OptionalValue):
             return self.read_optional(binding, span)
         if isinstance(binding, Broken):
@@ -151,15 +151,15 @@ class Typist:
         return found
 
     def presence_of(self, binding: Binding, span: Span) -> Typed | Broken | None:
-        """Whether what `binding` stands for is there; None for the bindings of a model file."""
+        """Presence test of `binding`; None for the bindings of a model file."""
         return None
 
     def read_optional(self, optional: OptionalValue, span: Span) -> Typed | Broken:
-        """The value of an optional that is known to be there."""
+        """The value of an optional that is proved present."""
         return read_column(self, optional.entity, optional.field, span)
 
     def make(self, node: Typed, cost: int = 0) -> Typed | Broken:
-        """Count `node` against the bounds of a body; `cost` where it is not one per scalar."""
+        """Count `node` against the limits of a constraint; `cost` if it is not one per scalar."""
         self.made.append(node)
         self.operations += max(cost, size_of(node.type))
         self.expansion += bool(self.calls)
@@ -172,12 +172,10 @@ class Typist:
         self.exhausted = True
         if self.expansion > MAX_EXPANDED:
             what = f"more than {MAX_EXPANDED} operations come from calls of functions"
-            help_ = (
-                "functions are written out at each call: one that calls another twice doubles it"
-            )
+            help_ = "functions are inlined at each call: one that calls another twice doubles it"
         else:
             what = f"more than {MAX_OPERATIONS} scalar operations, functions expanded"
-            help_ = "split the constraint, or move work into the data"
+            help_ = "split the constraint, or precompute parts as data"
         return self.fail("E0606", span, "expression is too large", label=what, help=[help_])
 
     def apply(self, node: tree.Expr, name: str, args: Sequence[Typed], type_: object) -> Binding:
@@ -189,7 +187,7 @@ class Typist:
 
     @contextmanager
     def knowing(self, facts: frozenset[Fact]) -> Iterator[None]:
-        """Within: these optionals are there as well."""
+        """Context in which these optionals are present as well."""
         before = self.facts
         self.facts = before | facts
         try:
@@ -199,7 +197,7 @@ class Typist:
 
     @contextmanager
     def inside(self, name: str, call: Span, scope: Scope) -> Iterator[None]:
-        """Within: the body of function `name`, called at `call`."""
+        """Context of the body of function `name`, called at `call`."""
         before = self.scope
         self.scope = scope
         self.calls.append((name, call))
@@ -222,7 +220,7 @@ class Typist:
         notes: Sequence[str] = (),
         help: Sequence[str] = (),
     ) -> Broken:
-        """Report an error; says from which call it arose where that is inside a function."""
+        """Report an error; inside a function with a label at its call."""
         here = list(labels)
         if self.calls:
             name, call = self.calls[0]
@@ -231,7 +229,7 @@ class Typist:
         return BROKEN
 
     def origin(self, value: Typed) -> list[Label]:
-        """Where a value that is read as it stands was declared."""
+        """The declaration of a value that is read directly."""
         label = self.origins.get(id(value))
         return [label] if label else []
 

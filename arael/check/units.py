@@ -1,8 +1,8 @@
 """Units as a commutative group: products of named units with rational powers.
 
-Two units are equal where they are the same product of base units and numbers, whatever their names:
-``N`` equals ``kg*m/s^2``, ``mm`` does not equal ``m``. Names are kept, so that a message shows what
-was written. All functions are pure.
+Two units are equal if they are the same product of base units and numbers: ``N`` equals
+``kg*m/s^2``, ``mm`` does not equal ``m``. Names are stored, so that messages show the units as
+written. All functions are pure.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """The number among what this unit is made of: 0.001 for ``mm``, 1 for ``m``."""
+        """The numeric factor of this unit: 0.001 for ``mm``, 1 for ``m``."""
         primes = ((float(name), float(power)) for name, power in self.base if name.isdigit())
         return math.prod(math.pow(prime, power) for prime, power in primes)
 
@@ -98,8 +98,8 @@ DEG = Unit([("deg", Fraction(1))])
 def interchangeable(a: Unit, b: Unit) -> bool:
     """Whether values in `a` and `b` may be added.
 
-    They are equal; or they differ in powers of radians only and have another unit beside them, as
-    ``v = cross(omega, r)`` has: (rad/s) m is m/s there.
+    They are equal; or they differ in powers of radians only and contain another unit, as in ``v =
+    cross(omega, r)``, where (rad/s) m is m/s.
     """
     if a.base == b.base:
         return True

@@ -1,4 +1,4 @@
-"""Rule: a declared unit exists and goes with its type, and constants given for a field fit it.
+"""Rule: a declared unit exists and fits its type, and constants of a field have its unit.
 
 Allowed: ``pos: vec3 [m]``, ``param ea: euler [rad]``, ``s: real [m] = 1``.
 
@@ -24,7 +24,7 @@ from arael.syntax import tree
 if TYPE_CHECKING:
     from arael.check.report import Reporter
 
-# What a parameter type is in, and what else may be written behind it.
+# The unit of each parameter type, and the declarations allowed for it.
 _OF_PARAMS: dict[str, tuple[Unit, Sequence[Unit]]] = {
     "euler": (RAD, (RAD,)),
     "angle": (RAD, (RAD,)),
@@ -35,7 +35,7 @@ _OF_PARAMS: dict[str, tuple[Unit, Sequence[Unit]]] = {
 
 
 def declare_unit(field: FieldDecl, report: Reporter) -> None:
-    """Work out the unit of the values of `field`."""
+    """Resolve the unit of the values of `field`."""
     node = _unit_of(field.node.type)
     declared: Unit | None = None
     if node is not None:
@@ -84,16 +84,16 @@ def _bad(node: tree.Unit, wrong: BadUnit, report: Reporter) -> None:
         help=[
             *help_,
             "a unit is a product of m, kg, s, A, K, rad, deg, px, N, Hz ... such as `m/s^2` or "
-            "`1/rad`; leave it out where nothing should be checked",
+            "`1/rad`; omit it to disable the check",
         ],
     )
 
 
 def _wrong(field: FieldDecl, node: tree.Unit, message: str, report: Reporter) -> None:
-    help_ = "leave the unit out"
+    help_ = "omit the unit"
     if "rad" in message and "euler" in message + field.text:
-        help_ = "leave the unit out: Euler angles are radians; `deg2rad` converts data in degrees"
-    report.error("E0323", node.span, message, label="does not go with this type", help=[help_])
+        help_ = "omit the unit: Euler angles are radians; `deg2rad` converts data in degrees"
+    report.error("E0323", node.span, message, label="does not fit this type", help=[help_])
     field.quantity = UNKNOWN
 
 
@@ -110,7 +110,7 @@ def check_constant(field: FieldDecl, node: tree.Expr, quantity: Quantity, report
             f"`{field.name}` is in {clash.first}, found {clash.second}",
             label=f"this is in {clash.second}",
             labels=[Label(field.span, f"`{field.name}` is declared `{field.text}` here")],
-            help=["correct the unit, or the value; a bare number takes the unit of the field"],
+            help=["correct the unit, or the value; a literal number takes the unit of the field"],
         )
         return False
     return True

@@ -1,7 +1,7 @@
-"""What a model is told where its units do not fit: both places, and where each unit comes from.
+"""Messages for units that do not fit: both operands, and the origin of each unit.
 
-A complaint needs a unit that somebody wrote: a model without units is not held to the radians that
-its Euler angles and arctangents have.
+They require at least one declared unit: in a model without units, the radians of Euler angles and
+arctangents are not checked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MAX_SOURCES = 2
 MAX_WALK = 2000
 
-# Functions whose result has a unit of its own.
+# Functions whose result has a fixed unit.
 _GIVES = {
     **dict.fromkeys(("asin", "acos", "atan", "atan2", "safe_asin", "safe_acos", "safe_atan2"), RAD),
     **dict.fromkeys(("fast_atan", "fast_atan2", "deg2rad", "rad_diff", "rad_sum"), RAD),
@@ -42,7 +42,7 @@ def unit_text(unit: Unit) -> str:
 
 
 def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
-    """Complain of two units in one sum."""
+    """Report two different units in one sum."""
     parts = node.args if isinstance(node, Apply) else operands(node)
     if isinstance(node, Select):
         parts = (node.then, node.otherwise)
@@ -59,7 +59,7 @@ def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
 
 
 def report_misfit(t: Typist, node: Apply, misfit: Misfit) -> None:
-    """Complain of an argument in the wrong unit."""
+    """Report an argument in the wrong unit."""
     arg = node.args[misfit.index]
     if not written(t, arg):
         return
@@ -73,11 +73,11 @@ def report_misfit(t: Typist, node: Apply, misfit: Misfit) -> None:
         if misfit.index == 1:
             help_ = ["an exponent has no unit"]
     elif "angle" in misfit.wanted:
-        help_ = ["declare it in `[rad]`, or without a unit where it should not be checked"]
+        help_ = ["declare it in `[rad]`, or without a unit to disable the check"]
     if misfit.wanted == "an angle in degrees" and misfit.unit == RAD:
-        help_ = [f"`{text}` is in radians already: leave `deg2rad` out"]
+        help_ = [f"`{text}` is in radians already: omit `deg2rad`"]
     if misfit.wanted == "an angle in radians" and misfit.unit == DEG:
-        help_ = [f"`{text}` is in degrees already: leave `rad2deg` out"]
+        help_ = [f"`{text}` is in degrees already: omit `rad2deg`"]
     t.fail(
         "E0322",
         node.span,
@@ -96,19 +96,19 @@ def _shown_name(node: Apply) -> str:
 def _clash_message(node: Typed, first: Unit, second: Unit) -> str:
     a, b = unit_text(first), unit_text(second)
     if isinstance(node, Select):
-        return f"the two arms of `if` differ in their units: {a} and {b}"
+        return f"the two branches of `if` differ in their units: {a} and {b}"
     assert isinstance(node, Apply)
     verb = _SUMS.get(node.name)
     if verb is None:
         what = "this product" if node.name == "mul" else f"`{node.name}`"
-        return f"{what} puts {a} and {b} into one sum"
+        return f"{what} adds {a} and {b}"
     if verb == "subtract":
         a, b = b, a
     return f"cannot {verb} {a} {_WORDS[verb]} {b}"
 
 
 def _sides(t: Typist, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
-    """Each operand with its unit, then where that comes from."""
+    """Each operand with its unit, and the origin of the unit."""
     labels: list[Label] = []
     for part in parts[:3]:
         quantity = t.units.of(part)
@@ -135,11 +135,11 @@ def _listed(quantity: Quantity) -> str:
 
 def _advice(first: Unit, second: Unit) -> list[str]:
     if {first, second} == {RAD, DEG}:
-        return ["turn degrees into radians: `deg2rad(x)`"]
+        return ["convert degrees to radians: `deg2rad(x)`"]
     if first.dimensions() == second.dimensions():
         factor = f"k: real [{first / second}] = {(second / first).factor:.12g}"
         return [
-            "nothing is converted by itself: give the model one unit, or multiply what is in "
+            "there is no implicit conversion: use one unit, or multiply the value in "
             f"{second} by a field `{factor}`"
         ]
     return [
@@ -149,7 +149,7 @@ def _advice(first: Unit, second: Unit) -> list[str]:
 
 
 def sources(t: Typist, node: Typed) -> list[Label]:
-    """Where the unit of `node` was declared, or what made it."""
+    """The declaration or the function that the unit of `node` comes from."""
     found: list[Label] = []
     for here in _below(node, lambda n: isinstance(n, Apply) and n.name in _GIVES):
         label: Label | None = None
@@ -171,7 +171,7 @@ def sources(t: Typist, node: Typed) -> list[Label]:
 
 
 def written(t: Typist, node: Typed) -> bool:
-    """Whether a declared unit takes part in `node`."""
+    """Whether `node` contains a value with a declared unit."""
     fields = t.units.fields
     for here in _below(node, lambda n: False):
         declared = fields.get(id(here))
@@ -183,7 +183,7 @@ def written(t: Typist, node: Typed) -> bool:
 
 
 def _below(node: Typed, stop: object) -> list[Typed]:
-    """`node` and what it is made of, first operands first, down to where `stop` holds."""
+    """`node` and its operands in depth-first order, down to where `stop` holds."""
     found: list[Typed] = []
     seen: set[int] = set()
     waiting = [node]
@@ -199,7 +199,7 @@ def _below(node: Typed, stop: object) -> list[Typed]:
 
 
 def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
-    """Warn of each part of a residual that keeps a unit."""
+    """Warn of each part of a residual that has a unit."""
     for part in parts:
         quantity = t.units.of(part)
         kept: list[Unit] = []
@@ -218,10 +218,10 @@ def _warn(t: Typist, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
     t.report.warning(
         "W0301",
         span,
-        f"the residual keeps the unit{'s' if len(kept) > 1 else ''} {units}",
+        f"the residual has the unit{'s' if len(kept) > 1 else ''} {units}",
         label=f"in {units}",
         labels=[] if isinstance(part, Read) and not t.origins else sources(t, part),
-        notes=["a residual counts sigmas: it is divided by the standard deviation of its noise"],
+        notes=["a residual is dimensionless: divide it by the standard deviation of its noise"],
         help=[
             f"declare `isigma: real [{inverse}]` and write `{shown} * isigma`"
             if len(kept) == 1

@@ -15,7 +15,7 @@ _TOKEN = re.compile(r"[A-Za-z_]\w*|[0-9]+(?:\.[0-9]+)?|[*/^()-]")
 
 
 class BadUnit(Exception):
-    """A text that is no unit; `name` is the unknown unit, if it is one."""
+    """A text that is not a unit; `name` is the unknown name, if that is the reason."""
 
     def __init__(self, reason: str, name: str = "") -> None:
         super().__init__(reason)
@@ -25,7 +25,7 @@ class BadUnit(Exception):
 
 @lru_cache(maxsize=1024)
 def parse_unit(text: str) -> Unit:
-    """The unit that `text` means.
+    """Parse `text` as a unit.
 
     Raises
     ------

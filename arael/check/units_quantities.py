@@ -1,8 +1,8 @@
-"""What is known of the unit of a value.
+"""Units of values, known or unknown.
 
-A scalar has a unit, or none is known of it (data that declare none are not checked), or it is a
-bare number, which takes the unit that its neighbours in a sum have. A vector or matrix has one of
-these for all its elements, or, a vector, one for each.
+A scalar has a known unit, an unknown one (data declared without a unit is not checked), or is a
+literal number, which takes the unit of the other terms of a sum. A matrix has one of these for all
+elements, a vector one for all or one for each.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from arael.check.units import Unit, angle_power, interchangeable
 
 
 class Open(Enum):
-    """A scalar without a unit of its own."""
+    """A literal number, which adapts to any unit."""
 
     NUMBER = "a number"
     UNKNOWN = "not checked"
@@ -37,12 +37,12 @@ class Clash(Exception):
 
 
 def joined(a: Scalar, b: Scalar) -> Scalar:
-    """The unit of a sum of values in `a` and `b`; what is known wins over what is not.
+    """The unit of a sum of values in `a` and `b`; a known unit overrides an unknown one.
 
     Raises
     ------
     Clash
-        Where both are units and differ.
+        If both are units and differ.
     """
     if a is b:
         return a
@@ -61,7 +61,7 @@ def all_joined(quantity: Quantity) -> Scalar:
     Raises
     ------
     Clash
-        Where elements differ.
+        If elements differ.
     """
     if not isinstance(quantity, tuple):
         return quantity
@@ -91,5 +91,5 @@ def spread(quantity: Quantity, size: int) -> tuple[Scalar, ...]:
 
 
 def packed(items: tuple[Scalar, ...]) -> Quantity:
-    """One unit for all of `items` if that says the same."""
+    """One unit for all of `items` if they are equal."""
     return items[0] if items and all(i is items[0] or i == items[0] for i in items) else items

@@ -1,11 +1,11 @@
 """Rule: how each operation and function treats the units of its arguments.
 
 Allowed: sums and comparisons of one unit, any product, powers and roots of units, angles in `sin`,
-pure numbers in `exp`; bare numbers anywhere.
+pure numbers in `exp`; literal numbers anywhere.
 
 Not allowed: ``m + rad``, ``sin(m)``, ``exp(m)``, ``deg`` where radians are meant.
 
-Operations that are not listed here have a result of which nothing is known.
+The result of an operation that is not listed here has an unknown unit.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MAX_EXPONENT = 100
 
 
 class Misfit(Exception):
-    """Argument `index` is in `unit`, where `wanted` belongs: ``an angle``, ``a pure number``."""
+    """Argument `index` is in `unit` instead of `wanted`: ``an angle``, ``a pure number``."""
 
     def __init__(self, index: int, unit: Unit, wanted: str) -> None:
         super().__init__(f"{unit}, not {wanted}")
@@ -51,9 +51,9 @@ def result_of(node: Apply, args: Sequence[Quantity]) -> Quantity:
     Raises
     ------
     Clash
-        Where units meet in a sum that differ.
+        If the units of a sum differ.
     Misfit
-        Where an argument has another unit than the operation takes.
+        If an argument has another unit than the operation takes.
     """
     rule = RULES.get(node.name)
     return UNKNOWN if rule is None else rule(node, args)
@@ -130,7 +130,7 @@ def _need(x: Scalar, index: int, wanted: str, *allowed: Unit) -> None:
 
 
 def _from(wanted: str, allowed: tuple[Unit, ...], gives: Unit, fixed: bool = False) -> Rule:
-    """A function of values in `allowed`; a bare number stays one unless the result is `fixed`."""
+    """A function of values in `allowed`; literal numbers stay so unless the result is `fixed`."""
 
     def rule(node: Apply, args: Sequence[Quantity]) -> Quantity:
         bare = True

@@ -1,8 +1,8 @@
 """The units that a model may name, each as a product of base units and prime numbers.
 
 Factors such as 1000 or 60 are kept as powers of primes, so that units form a group in which every
-comparison is exact, roots included. `rad` and `deg` are both base units: nothing converts silently
-between them. What is counted (pixels, ticks) is a base unit too.
+comparison is exact, roots included. `rad` and `deg` are both base units: there is no implicit
+conversion. Counts (pixels, ticks) are base units too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ BASES = ("m", "kg", "s", "A", "K", "mol", "cd", "rad", "deg", "rev", "px", "tick
 # Prefixes as powers of ten.
 _PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 
-# Derived units: factor, and what they are made of.
+# Derived units: factor and definition.
 _DERIVED: dict[str, tuple[Fraction, dict[str, int]]] = {
     "g": (Fraction(1, 1000), {"kg": 1}),
     "t": (Fraction(1000), {"kg": 1}),

@@ -1,4 +1,4 @@
-"""Units of the expressions of one body, worked out as they are typed."""
+"""Units of the expressions of one body, inferred as they are typed."""
 
 from __future__ import annotations
 
@@ -39,28 +39,28 @@ if TYPE_CHECKING:
 
 @dataclass
 class Units:
-    """What is known of the unit of each expression, by identity.
+    """Unit of each expression, by identity.
 
-    Expressions are looked up by identity, so whoever holds this keeps them alive.
+    Expressions are looked up by identity, so the owner of this object must keep them alive.
     """
 
     fields: dict[int, FieldDecl] = field(default_factory=dict)
     known: dict[int, Quantity] = field(default_factory=dict)
 
     def read(self, node: Typed, field: FieldDecl | None) -> None:
-        """Note that `node` reads `field`; before the node is made."""
+        """Record that `node` reads `field`; called before the node is added."""
         if field is not None:
             self.fields[id(node)] = field
 
     def of(self, node: Typed) -> Quantity:
-        """The unit of an expression that was made before."""
+        """The unit of an expression that was added before."""
         found = self.known.get(id(node))
         if found is not None:
             return found
         return node.unit if isinstance(node, Literal_) else UNKNOWN
 
     def note(self, t: Typist, node: Typed) -> None:
-        """Work out the unit of `node`, whose operands are known; complain where they do not fit."""
+        """Infer the unit of `node` from its operands; report an error if they do not fit."""
         rule = _RULES.get(type(node))
         if rule is None:
             return

@@ -1,9 +1,9 @@
-"""Rule: an update sets what its component stores, one assignment after the other.
+"""Rule: an update assigns to stored values of its component, in order.
 
 Allowed: ``base = base * exp(d)``, ``d = 0`` (a number fills a vector or a matrix),
-``inner.d = 0`` of a component within; each sees what the assignments before it have set.
+``inner.d = 0`` of a nested component; each reads the results of the assignments before it.
 
-Not allowed: to set a formula, a whole component, a part of a vector, or what is not there; a value
+Not allowed: to set a formula, a whole component, a part of a vector, or an unknown member; a value
 of another shape or unit.
 """
 
@@ -58,9 +58,9 @@ class Updates:
                 f"`{step.target}` is {field.type}, and is set to {value.type}",
                 label=f"this is {value.type}",
                 labels=[Label(field.span, f"declared `{field.text}` here")],
-                help=[f"give it a {field.type}"]
+                help=[f"assign a {field.type}"]
                 if size_of(field.type) == 1
-                else [f"give it a {field.type}, or a number for all its elements"],
+                else [f"assign a {field.type}, or a number for all its elements"],
             )
             return None
         self._check_unit(step, field, value)
@@ -79,7 +79,7 @@ class Updates:
             t.fail(
                 "E0321",
                 step.value.span,
-                f"`{step.target}` is in {clash.first}, and is set to what is in {clash.second}",
+                f"`{step.target}` is in {clash.first}, and is set to a value in {clash.second}",
                 label=f"this is in {clash.second}",
                 labels=[Label(field.span, f"declared `{field.text}` here"), *sources(t, value)],
                 help=["correct the formula, or the declared unit"],
@@ -94,11 +94,11 @@ class Updates:
             elif field is not None and field.kind == "column" and not rest:
                 return place, field
             else:
-                self._complain(place, path, part, field)
+                self._invalid_target(place, path, part, field)
                 break
         return None
 
-    def _complain(
+    def _invalid_target(
         self, place: Place, path: tree.Path, part: tree.Ident, field: FieldDecl | None
     ) -> None:
         struct = place.struct
@@ -111,7 +111,7 @@ class Updates:
         if field is not None and field.component:
             label = f"this is the component {field.struct}"
             inner = place.values[part.id].struct.fields.values()
-            help_ = [f"set what it stores: `{path}.{next(iter(inner)).name} = ...`"]
+            help_ = [f"set its members: `{path}.{next(iter(inner)).name} = ...`"]
         elif field is not None:
             label = "it is set as a whole"
             help_ = [f"write `{part.id} = [...]`"]

@@ -1,4 +1,4 @@
-"""Warnings: what a model declares and nothing uses."""
+"""Warnings: unused declarations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arael.diagnostics.records import Label
 
 
 def warn_unused_structs(declarations: Declarations, report: Reporter) -> None:
-    """Warn of structs that no root holds, directly or through others."""
+    """Warn of structs that no root contains, directly or indirectly."""
     held = {r.name for r in declarations.roots}
     waiting = list(held)
     while waiting:
@@ -27,7 +27,7 @@ def warn_unused_structs(declarations: Declarations, report: Reporter) -> None:
                 "W0401",
                 struct.node.name.span,
                 f"{struct.node.kind} `{name}` is never used",
-                label="no root holds it",
+                label="no root contains it",
                 help=[
                     f"add `param x: {name}` to a struct or the root, or remove it"
                     if struct.component
@@ -54,7 +54,7 @@ def warn_unread_parameters(
                     field.span,
                     f"no constraint reads the parameter `{where}{place.column(field)}`",
                     label="nothing determines it",
-                    help=["add a constraint that depends on it, or drop `param`"],
+                    help=["add a constraint that depends on it, or remove `param`"],
                 )
 
 

@@ -1,4 +1,4 @@
-"""Walking expressions without recursion, however deep they are."""
+"""Traversal of expressions without recursion, for any depth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from arael.syntax import tree
 
 
 def operands(node: Typed) -> tuple[Typed, ...]:
-    """What a typed expression is computed from, in order."""
+    """The operands of a typed expression, in order."""
     if isinstance(node, Apply):
         return node.args
     if isinstance(node, Invoke):
@@ -24,7 +24,7 @@ def operands(node: Typed) -> tuple[Typed, ...]:
 
 
 def postorder(results: Iterable[Typed]) -> list[Typed]:
-    """Every node below `results` once, operands before what uses them."""
+    """Every node below `results` once, operands before their users."""
     order: list[Typed] = []
     seen: set[int] = set()
     for result in results:

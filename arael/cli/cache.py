@@ -42,14 +42,15 @@ def info(as_json: bool) -> None:
 def clear() -> None:
     """Remove every compiled model; they are compiled again when needed.
 
-    The folder is made private to the user. What another process is compiling is left alone.
+    The folder is made private to the user. Entries that another process is compiling are not
+    removed.
     """
     from arael.compiler import cache
 
     found = cache.clear()
     click.echo(f"removed {_count(found.count)}, {_size(found.size)}, from {cache.directory()}")
     if found.busy:
-        click.echo("left what another process is compiling")
+        click.echo("kept entries that another process is compiling")
     for path in found.refused:
         click.echo(f"could not remove {path}: it belongs to another user, or is read-only")
 

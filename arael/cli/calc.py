@@ -1,4 +1,4 @@
-"""`arael calc`: a calculator in the manner of bc, with derivatives."""
+"""`arael calc`: a calculator similar to bc, with derivatives."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ _HELP = """\
     show_default=True,
     help="Significant digits of numbers.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object a result.")
-@click.option("--interactive", is_flag=True, help="Go on asking after FORMULAS.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object per result.")
+@click.option("--interactive", is_flag=True, help="Open the prompt after FORMULAS.")
 def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: bool) -> int:
-    """Work out FORMULAS, or the lines of standard input, or ask for them on a terminal.
+    """Evaluate FORMULAS, or the lines of standard input, or open a prompt on a terminal.
 
     Formulas are those of models: `arael calc "diff(x^2, x)"`. `name = formula` and
     `f(x) = formula` define variables and functions; `;` separates statements, `#` begins a comment.
@@ -56,7 +56,7 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
     if formulas:
         session.run((f"formula {i}" if len(formulas) > 1 else "formula", text)
                     for i, text in enumerate(formulas, 1))  # fmt: skip
-    closed = sys.stdin is None  # as after `<&-`: nothing to read
+    closed = sys.stdin is None  # closed, as after `<&-`
     if not closed and (interactive or (not formulas and sys.stdin.isatty())):
         session.ask()
     elif not closed and not formulas:
@@ -75,7 +75,7 @@ def _lines() -> Iterator[tuple[str, str]]:
 
 
 class _Session:
-    """A calculator and how its answers are shown."""
+    """A calculator and the output of its results."""
 
     def __init__(self, calculator: Calculator, as_json: bool) -> None:
         self.calculator = calculator
@@ -83,16 +83,16 @@ class _Session:
         self.failed = False
 
     def run(self, lines: Iterable[tuple[str, str]]) -> None:
-        """Work out lines until one asks to quit."""
+        """Evaluate lines up to `quit`."""
         for name, line in lines:
             if not self.line(line, name):
                 break
 
     def ask(self) -> None:
-        """Ask for lines on the terminal until it ends."""
+        """Read lines from the terminal until its end."""
         from arael.cli.line_editing import line_editing
 
-        click.echo("arael calc: `help` says what there is, `quit` leaves", err=True)
+        click.echo("arael calc: `help` lists functions and commands, `quit` leaves", err=True)
         with line_editing(self.calculator.names):
             while True:
                 try:
@@ -108,12 +108,12 @@ class _Session:
         self.failed = False
 
     def line(self, line: str, name: str) -> bool:
-        """Work out one line and show what it gives; False if it asks to quit."""
+        """Evaluate one line and show its result; False for `quit`."""
         word = line.strip()
         if word in ("quit", "exit"):
             return False
         if word in ("help", "vars", "functions") and word not in self.calculator.variables:
-            click.echo(self._told(word).rstrip("\n"))
+            click.echo(self._info(word).rstrip("\n"))
             return True
         try:
             for answer in self.calculator.run(line, name):
@@ -121,13 +121,13 @@ class _Session:
                     self._show(answer.text)
         except AraelError as error:
             self.failed = True
-            self._complain(error.diagnostics)
+            self._show_errors(error.diagnostics)
         except KeyboardInterrupt:
             self.failed = True
             click.echo("interrupted", err=True)
         return True
 
-    def _told(self, word: str) -> str:
+    def _info(self, word: str) -> str:
         if word == "help":
             return _HELP
         if word == "functions":
@@ -140,7 +140,7 @@ class _Session:
     def _show(self, text: str) -> None:
         click.echo(json.dumps({"status": "ok", "result": text}) if self.as_json else text)
 
-    def _complain(self, diagnostics: tuple[Diagnostic, ...]) -> None:
+    def _show_errors(self, diagnostics: tuple[Diagnostic, ...]) -> None:
         if not self.as_json:
             sys.stdout.flush()
             print_text(diagnostics)

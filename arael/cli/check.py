@@ -1,4 +1,4 @@
-"""`arael check`: everything that can be found wrong without solving."""
+"""`arael check`: all checks that need no solve."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _instance(model: str, data: str) -> Any:
     import arael
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", arael.ModelWarning)  # they are printed without data too
+        warnings.simplefilter("ignore", arael.ModelWarning)  # warnings are printed without data too
         instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
     arael.read(instance, data)
     return instance
@@ -78,7 +78,7 @@ def _gradients(instance: Any) -> list[GradientCheck]:
     Raises
     ------
     AraelError
-        E0630 for every constraint whose derivatives are not what its residuals do.
+        E0630 for every constraint whose derivatives do not agree with its residuals.
     """
     from arael.diagnose.gradients import check_gradients
     from arael.solving import problem_of
@@ -90,7 +90,7 @@ def _gradients(instance: Any) -> list[GradientCheck]:
             f"derivatives of `{check.label}` do not agree with differences",
             origin=check.worst,
             notes=(
-                f"residual {check.residual}: the derivative says {check.derivative:.6g}, the "
+                f"residual {check.residual}: the derivative is {check.derivative:.6g}, the "
                 f"residual changes by {check.measured:.6g}, with a relative error below "
                 f"{check.bound:.1e}",
             ),

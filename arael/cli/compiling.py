@@ -21,7 +21,7 @@ class CompilingLine:
         self._reported = False
 
     def __call__(self, what: str, seconds: float | None, limit: float) -> None:
-        """Show what is done and how long it has taken; None: it has ended."""
+        """Show the current stage and its duration; None at the end."""
         if sys.stderr is None or sys.stderr.closed:
             return
         if seconds is None:

@@ -1,4 +1,4 @@
-"""What of a solution a CSV file, which holds one collection, would lose."""
+"""Detects solved values that a CSV file, which holds one collection, would lose."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ def lost_in_csv(layout: Layout, kept: str) -> list[str]:
 
 
 def check_csv_output(instance: Any, layout: Layout, output: str) -> str:
-    """Refuse to write a CSV file that leaves solved values out, unless it names its collection.
+    """Reject a CSV file that lacks solved values, unless it is named after a collection.
 
     Returns
     -------
-    A note on what the file does not hold; "" if that is nothing.
+    A note on the values that the file does not hold; "" if there are none.
 
     Raises
     ------
     AraelError
-        E0856 if values would be lost, E0713 if it is not clear which collection is meant.
+        E0856 if values would be lost, E0713 if the collection is ambiguous.
     """
     table = choose(instance._store, output, None)
     kept = table.layout.path
@@ -45,7 +45,7 @@ def check_csv_output(instance: Any, layout: Layout, output: str) -> str:
     what = "which are solved for" if solved else f"and nothing in `{kept}` is solved for"
     advice = ["write .json or .npz, which hold the whole model"]
     if solved:
-        advice.append(f"or name the file {kept}.csv, if `{kept}` alone is wanted")
+        advice.append(f"or name the file {kept}.csv to write `{kept}` alone")
     raise AraelError(
         Diagnostic(
             "E0856",

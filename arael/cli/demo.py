@@ -1,4 +1,4 @@
-"""`arael demo`: problems made, solved and judged against the truth."""
+"""`arael demo`: synthetic problems, solved and compared with the truth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from arael.cli.options import (
 
 @click.group("demo", short_help="Run a demonstration on synthetic data.")
 def command() -> None:
-    """Make a problem with known truth, solve it, and tell how far off the solution is."""
+    """Generate a problem with known truth, solve it, and report the error of the solution."""
 
 
 def scene_options(function: F) -> F:
@@ -110,7 +110,7 @@ def localization(**options: Any) -> int:
 @plot_option
 @json_option
 def linear(**options: Any) -> int:
-    """Line fit through points some of which are wrong: least squares beside the robust fit."""
+    """Line fit with outliers: least squares and a robust fit."""
     from arael.demo import linear as demo
 
     def run() -> Any:
@@ -135,7 +135,7 @@ def _how(options: dict[str, Any]) -> Any:
 
 
 def _present(demo: Any, run: Callable[[], Any], options: dict[str, Any]) -> int:
-    """Run a demo, print its report, draw its pictures."""
+    """Run a demo, print its report, draw its figures."""
     from arael.cli import summary
     from arael.cli.solve import require_writable
 

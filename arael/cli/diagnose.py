@@ -11,11 +11,11 @@ from arael.cli.exits import Exit
 from arael.cli.options import json_option, precision_option, solver_option
 
 
-@click.command("diagnose", short_help="Say why a problem does not converge.")
+@click.command("diagnose", short_help="Explain why a problem does not converge.")
 @click.argument("model")
 @click.argument("data")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
-@click.option("--solve", "solved", is_flag=True, help="Solve first, and look at the solution.")
+@click.option("--solve", "solved", is_flag=True, help="Solve first, and analyse the solution.")
 @solver_option
 @precision_option
 @json_option
@@ -28,11 +28,10 @@ def command(
     precision: str | None,
     as_json: bool,
 ) -> int:
-    """Look at MODEL with DATA: costs, bad numbers, free directions, scales, outliers.
+    """Analyse MODEL with DATA: costs, non-finite numbers, free directions, scales, outliers.
 
-    Everything is looked at where the data stands, without solving; or at the solution with
-    --solve. The exit code is 0 if nothing suspicious was found, 1 if something was, 2 if the input
-    is wrong.
+    The analysis is at the values in DATA, without solving, or at the solution with --solve. The
+    exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong input.
     """
     import arael
     from arael.cli.instances import apply_settings

@@ -16,7 +16,7 @@ from arael.cli.exits import Exit
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at: ``ok``, ``missing`` (something optional) or ``broken``."""
+    """Result of one check: ``ok``, ``missing`` (optional part) or ``broken``."""
 
     name: str
     state: str
@@ -43,7 +43,7 @@ _MARK = {"ok": "+", "missing": "-", "broken": "!"}
 
 
 def examine() -> list[Finding]:
-    """Look at everything arael stands on."""
+    """Check all dependencies of arael."""
     return [
         Finding("python", "ok", f"{platform.python_version()} at {sys.executable}"),
         *(_package(name) for name in ("arael", "numpy", "scipy", "cython", "setuptools")),
@@ -106,7 +106,7 @@ def _trouble_of_compiling() -> str:
 
     try:
         place = prepare("arael-kernels")  # where models are compiled
-    except AraelError:  # reported by itself
+    except AraelError:  # reported separately
         try:
             place = Path(tempfile.gettempdir())
         except OSError as unusable:
@@ -143,9 +143,9 @@ def _threads() -> Finding:
             "threads",
             "missing",
             "this platform has no POSIX threads",
-            "every solve runs on one thread, whatever `--threads` asks for",
+            "every solve runs on one thread, for any `--threads`",
         )
-    return Finding("threads", "ok", f"a pool of its own, {pool.threads_for(0)} for `--threads 0`")
+    return Finding("threads", "ok", f"own pool, {pool.threads_for(0)} for `--threads 0`")
 
 
 def _blas() -> Finding:
@@ -153,10 +153,10 @@ def _blas() -> Finding:
 
     from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
-    import_module("scipy.linalg.cython_blas")  # loads the BLAS that the solvers call
+    import_module("scipy.linalg.cython_blas")  # loads the BLAS of the solvers
     pools = [p for p in threadpool_info() if p.get("user_api") == "blas"]
     if not pools:
-        return Finding("BLAS", "ok", "none that tells of its threads")
+        return Finding("BLAS", "ok", "none that reports its threads")
     names = {f"{p['internal_api']} {p.get('version') or ''}".strip() for p in pools}
     threads = max(p["num_threads"] for p in pools)
     return Finding("BLAS", "ok", f"{', '.join(sorted(names))}, {threads} threads")
@@ -177,7 +177,7 @@ def _cache() -> Finding:
     entries = cache.entries()
     size = sum(bytes_ for _, _, bytes_ in entries) / 1e6
     if not is_own(path.resolve()):
-        advice = "others could write there, so it is not used: " + "; or ".join(open_advice(path))
+        advice = "other users can write there, it is not used: " + "; or ".join(open_advice(path))
         return Finding("cache", "broken", str(path), advice)
     return Finding("cache", "ok", f"{path}: {len(entries)} compiled models, {size:.1f} MB")
 

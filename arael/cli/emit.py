@@ -1,4 +1,4 @@
-"""`arael emit`: print what a stage of the compiler makes of a model."""
+"""`arael emit`: print the output of a compiler stage."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ STAGES = ("ast", "types", "ir", "pyx", "c")
 @click.command("emit", short_help="Print a stage of the compiler.")
 @click.argument("model")
 @click.option("--stage", type=click.Choice(STAGES), default="pyx", show_default=True)
-@click.option("--precision", type=click.Choice(["f32", "f64"]), help="Instead of the root's.")
+@click.option("--precision", type=click.Choice(["f32", "f64"]), help="Overrides that of the root.")
 def command(model: str, stage: str, precision: str | None) -> None:
-    """Print what the compiler makes of MODEL.
+    """Print the output of a compiler stage for MODEL.
 
     ast: the tree of the text; types: names and shapes resolved; ir: residuals and derivatives as
     straight-line programs; pyx: the Cython source; c: the C source.

@@ -1,4 +1,4 @@
-"""What the `arael` command's exit codes mean."""
+"""Exit codes of the `arael` command."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ class Exit(IntEnum):
     NOT_CONVERGED = 1
     """The solve ended without converging, or `fmt --check` found files to format."""
     BAD_INPUT = 2
-    """A model, a data file, an option or the environment is not as it must be."""
+    """A model, a data file, an option or the environment is invalid."""
     INTERNAL = 3
     """A defect in arael."""

@@ -8,7 +8,7 @@ import click
 @click.command("explain", short_help="Explain a diagnostic code.")
 @click.argument("code", required=False)
 def command(code: str | None) -> None:
-    """Explain the diagnostic CODE, such as E0203: what it means, and a wrong and a right example.
+    """Explain the diagnostic CODE, such as E0203, with a wrong and a right example.
 
     Without CODE, list every code with its title.
     """

@@ -1,4 +1,4 @@
-"""How failures reach the user: as text on stderr, or as one JSON object on stdout."""
+"""Output of failures: text on stderr, or one JSON object on stdout."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arael.cli.exits import Exit
 from arael.diagnostics.records import AraelError, Diagnostic
 
 WRONG_SETTINGS = {"E1010", "E1011", "E1012"}
-"""Codes that are about a solve's settings, not about what it found."""
+"""Codes about the settings of a solve, not its outcome."""
 
 
 def report(error: BaseException, as_json: bool) -> int:
-    """Tell the user about `error`; return the exit code it stands for."""
+    """Print `error`; return its exit code."""
     if isinstance(error, AraelError):
         show(error.diagnostics, as_json)
         unsolved = all(d.code.startswith("E10") for d in error.diagnostics) and not any(
@@ -79,7 +79,7 @@ def _usage(error: click.ClickException, as_json: bool) -> None:
     context = getattr(error, "ctx", None)
     click.echo(f"error: {_lowered(error.format_message())}", err=True)
     if context is not None:
-        click.echo(f"help: `{context.command_path} --help` lists what there is", err=True)
+        click.echo(f"help: `{context.command_path} --help` lists commands and options", err=True)
 
 
 def _lowered(message: str) -> str:

@@ -1,4 +1,4 @@
-"""`arael fit`: a formula and a table of points; no model file."""
+"""`arael fit`: a formula and a table of points, without a model file."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @click.command("fit", short_help="Fit a formula to the columns of a CSV file.")
 @click.argument("formula")
 @click.argument("data")
-@click.option("--y", "target", metavar="COLUMN", help="What FORMULA predicts.  [default: y]")
-@click.option("--start", multiple=True, metavar="NAME=VALUE", help="Where a parameter starts.")
+@click.option("--y", "target", metavar="COLUMN", help="Column that FORMULA predicts.  [default: y]")
+@click.option("--start", multiple=True, metavar="NAME=VALUE", help="Start value of a parameter.")
 @click.option(
     "--sigma", type=click.FloatRange(min=0, min_open=True), help="Standard deviation of the points."
 )
@@ -43,10 +43,10 @@ def command(
     """Fit FORMULA to the points in DATA, a CSV file.
 
     For example `arael fit "a * exp(-b * x) + c" points.csv`. Names in FORMULA that are columns of
-    DATA are data; all others are parameters, which start at 1 unless --start says otherwise. The
-    column that FORMULA predicts is `y`, that of --y, or that on the left of `v = FORMULA`. A
-    FORMULA that holds the column `y` itself, or `0 = FORMULA`, is a residual: it is made small.
-    Without --sigma the scatter of the points is taken for it.
+    DATA are data; all others are parameters, which start at 1 unless --start gives another value.
+    The column that FORMULA predicts is `y`, that of --y, or that on the left of `v = FORMULA`. A
+    FORMULA that contains the column `y`, or `0 = FORMULA`, is a residual to minimise. Without
+    --sigma the scatter of the points is used.
     """
     from arael.cli.fit_formula import read_formula
     from arael.io.csv_numbers import Points
@@ -83,7 +83,7 @@ def _starts(
         name, _, text = item.partition("=")
         if name not in starts:
             raise click.BadParameter(
-                f"'{name}' is no parameter of the formula; it has {', '.join(parameters)}",
+                f"'{name}' is not a parameter of the formula; it has {', '.join(parameters)}",
                 param_hint="'--start'",
             )
         try:
@@ -105,7 +105,7 @@ def _show(
 ) -> None:
     count, unknowns = len(residual.residuals), len(residual.parameters)
     rms = (result.end_cost / count) ** 0.5
-    # An estimate of one point's sigma: what is fitted takes up `unknowns` of the residuals.
+    # Estimate of one point's sigma, with `unknowns` degrees of freedom subtracted.
     spare = count - unknowns
     deviation = (result.end_cost / spare) ** 0.5 if spare > 0 else math.nan
     sigmas = model.covariance().sigma() * (deviation if scatter else 1.0)
@@ -136,7 +136,7 @@ def _show(
     if spare > 0:
         texts.append(f"residual standard deviation {deviation:.3g}{unit}")
     elif scatter:
-        texts.append("as many parameters as points: no scatter to take a sigma from")
+        texts.append("as many parameters as points: sigma cannot be estimated")
     click.echo(", ".join(texts))
     if predicts is None:
-        click.echo("the formula was made small as a residual: it predicts no column")
+        click.echo("the formula was minimised as a residual: it predicts no column")

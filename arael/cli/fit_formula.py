@@ -1,4 +1,4 @@
-"""What the formula of `arael fit` says: what is measured, what is fitted."""
+"""Interpretation of the formula of `arael fit`: columns and parameters."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class Formula:
 
     Attributes
     ----------
-    residual : the formula that is made small
-    predicts : name of the column that is predicted; None where the formula is the residual itself
+    residual : the formula to minimise
+    predicts : name of the predicted column; None if the formula is the residual itself
     columns : names of the columns that it reads
-    parameters : names of what is fitted
+    parameters : names of the parameters
     """
 
     residual: str
@@ -43,9 +43,9 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
 
     Parameters
     ----------
-    text : as given
-    target : the column that ``--y`` names
-    titles : columns of the file by the names that formulas have for them
+    text : the formula
+    target : the column given by ``--y``
+    titles : titles of the file's columns by their names in formulas
     data : the file's name, for messages
 
     Raises
@@ -53,7 +53,7 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
     AraelError
         With every mistake in the formula at its place in it.
     click.BadParameter
-        A column that there is not, a parameter that cancels out, a Python expression.
+        A missing column, a parameter that cancels out, a Python expression.
     """
     if module := _MODULE.search(text):
         name = _known_function(module[2])
@@ -81,8 +81,8 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
         residual = f"({formula}) - {measured}"
         if measured in names:
             raise click.BadParameter(
-                f"'{measured}' is what the formula predicts, and stands in it; "
-                f'a residual, which is made small, is written "0 = {formula.strip()}"',
+                f"'{measured}' is the column that the formula predicts, and also occurs in it; "
+                f'write a residual as "0 = {formula.strip()}"',
                 param_hint="'FORMULA'",
             )
     parameters = [name for name in names if name not in titles]
@@ -111,7 +111,7 @@ def _column(wanted: str, titles: Mapping[str, str]) -> str:
 
 
 def _known_function(name: str) -> str:
-    """What a function of NumPy or `math` is called here."""
+    """The arael name of a function of NumPy or `math`."""
     return {
         "arctan2": "atan2",
         "arctan": "atan",
@@ -129,15 +129,15 @@ def _known_function(name: str) -> str:
 def _refuse_what_cancels(
     formula: str, parsed: Expr, parameters: list[str], titles: Mapping[str, str]
 ) -> None:
-    """Refuse parameters that the formula does not depend on: ``0 * c``, ``c - c``, ``sign(c)``."""
+    """Reject parameters without influence on the formula: ``0 * c``, ``c - c``, ``sign(c)``."""
     written = dict.fromkeys(_NAME.findall(formula))
     gone = [name for name in written if name not in titles and _is_symbol(name)]
     gone = [name for name in gone if name not in parameters or _is_flat(parsed, name)]
     if gone:
         which = ", ".join(f"'{name}'" for name in gone)
         raise click.BadParameter(
-            f"the formula does not depend on {which}: its derivative is zero everywhere, so that "
-            "no point tells anything about it; leave it out",
+            f"the formula does not depend on {which}: its derivative is zero everywhere, so the "
+            "points do not determine it; remove it",
             param_hint="'FORMULA'",
         )
 

@@ -21,7 +21,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
     """Format model FILES in place; `-` formats standard input to standard output.
 
-    A folder stands for the .arael files in and under it.
+    For a folder, all .arael files in and below it are formatted.
     """
     problems: list[Diagnostic] = []
     changed = 0
@@ -81,7 +81,7 @@ def _print_diff(name: str, old: str, new: str) -> None:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Replace a file's text as a whole: whatever goes wrong, the old text is intact."""
+    """Replace a file atomically: after an error the old text is intact."""
     target = path.resolve()
     temporary = None
     try:

@@ -1,4 +1,4 @@
-"""A solve's result as one HTML page that needs nothing else."""
+"""The result of a solve as a self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def write_report(
     Raises
     ------
     AraelError
-        E0715 if the file cannot be written; what was there stays then.
+        E0715 if the file cannot be written; an old file is then unchanged.
     """
     text = "\n".join(_page(instance, layout, result, solution, model, data))
     write_whole(path, lambda file: file.write(text.encode()))
@@ -104,7 +104,7 @@ def _table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) ->
 
 
 def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[str, Figure]]:
-    """Give the figures of a solved model; none where matplotlib is not installed."""
+    """Return the figures of a solved model; none if matplotlib is not installed."""
     from importlib.util import find_spec
 
     if find_spec("matplotlib") is None:

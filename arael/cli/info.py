@@ -1,4 +1,4 @@
-"""`arael info`: what a model holds."""
+"""`arael info`: the content of a model."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import click
 from arael.runtime.layout import Column, Entity, Group, Layout, Pass, Table
 
 
-@click.command("info", short_help="Show what a model holds: structs, parameters, constraints.")
+@click.command("info", short_help="Show the content of a model: structs, parameters, constraints.")
 @click.argument("model")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, as_json: bool) -> None:
-    """Show what MODEL holds: structs, parameters, constraints with operation counts, passes."""
+    """Show the structs, parameters, constraints with operation counts, and passes of MODEL."""
     from arael.compiler.compilation import compile_text
     from arael.loading import find_model
     from arael.syntax.files import read_source
@@ -86,7 +86,7 @@ def _table(table: Table) -> dict[str, Any]:
 
 
 def describe(layout: Layout) -> Iterator[str]:
-    """Lines of text on what `layout` holds."""
+    """Lines of text that describe `layout`."""
     yield f"{layout.name}: root {layout.root}, {layout.precision}  ({layout.source})"
     yield from _doc(layout.doc, "  ")
     for table in layout.tables:
@@ -104,7 +104,7 @@ def describe(layout: Layout) -> Iterator[str]:
         yield from _group(group)
     if layout.functions:
         yield ""
-        yield "functions (extern: whoever loads the model binds native code to it)"
+        yield "functions (extern: bound to native code when the model is loaded)"
         for function in layout.functions:
             yield f"  {function.item}"
             yield from _doc(function.doc, "    ")
@@ -159,7 +159,7 @@ def _pass(p: Pass) -> str:
     settings = [f"{s.column} = {', '.join(f'{v:g}' for v in s.value)}" for s in p.settings]
     settings += [f"{k} = {v}" for k, v in p.config.items()]
     settings += [f"freeze {path}" for path in p.freeze] + [f"free {path}" for path in p.free]
-    return f"  {p.name}: {'; '.join(settings) or 'as the data is'}"
+    return f"  {p.name}: {'; '.join(settings) or 'no changes'}"
 
 
 def _doc(text: str, indent: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What the commands ask of a model instance."""
+"""Access of the commands to a model instance."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def _column(root: Table, name: str, setting: str) -> Column:
     if near:
         advice = f"did you mean `{near[0]}`?"
     else:
-        advice = f"it has {', '.join(settable)}" if settable else "it has none at all"
+        advice = f"it has {', '.join(settable)}" if settable else "it has none"
     raise _bad(setting, f"`{root.struct}` has no field `{name}` to set", advice)
 
 
 def _value(column: Column, text: str, setting: str) -> Any:
-    """Read `text` as the type of `column`; a vector is numbers with commas between them."""
+    """Read `text` as the type of `column`; a vector is given as numbers separated by commas."""
     if column.kind == "string":
         return text
     if column.kind == "bool":

@@ -9,9 +9,9 @@ import click
 COMMANDS = {
     "solve": "Solve a model on a data file.",
     "check": "Check a model, and data against it, without solving.",
-    "diagnose": "Say why a problem does not converge.",
+    "diagnose": "Explain why a problem does not converge.",
     "fmt": "Format model files.",
-    "info": "Show what a model holds: structs, parameters, constraints.",
+    "info": "Show the content of a model: structs, parameters, constraints.",
     "emit": "Print a stage of the compiler.",
     "explain": "Explain a diagnostic code.",
     "demo": "Run a demonstration on synthetic data.",
@@ -24,7 +24,7 @@ COMMANDS = {
 
 
 class LazyGroup(click.Group):
-    """Finds commands in `COMMANDS`, each in a module of its own name."""
+    """Finds commands in `COMMANDS`, each in the module of its name."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the commands, in the order of the help page."""

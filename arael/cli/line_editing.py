@@ -1,4 +1,4 @@
-"""Editing lines at a prompt, with a history that lasts; nothing where Python has no readline."""
+"""Editing lines at a prompt, with a persistent history; does nothing if Python has no readline."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 MAX_HISTORY = 2000
-"""Lines that are kept."""
+"""Number of lines in the history."""
 
 
 def history_file() -> Path:
-    """Where the history is kept: ``ARAEL_HISTORY``, else in the user's data directory."""
+    """Path of the history: ``ARAEL_HISTORY``, else in the user's data directory."""
     chosen = os.environ.get("ARAEL_HISTORY")
     if chosen:
         return Path(chosen)
@@ -23,9 +23,9 @@ def history_file() -> Path:
 
 @contextlib.contextmanager
 def line_editing(names: Callable[[], list[str]]) -> Iterator[None]:
-    """Within: `input` edits lines, recalls earlier ones, and completes `names` on Tab.
+    """Context in which `input` edits lines, recalls earlier ones, and completes `names` on Tab.
 
-    A history that cannot be read or written is done without.
+    A history that cannot be read or written is ignored.
     """
     try:
         import readline

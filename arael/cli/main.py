@@ -55,7 +55,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Show a warning as the user should see it: without a place in arael's source."""
+    """Show a warning without a place in arael's source."""
     from arael.diagnostics.model_warnings import ModelWarning
 
     # Those of a model are rendered, with code and place.
@@ -77,10 +77,10 @@ def _run(args: Sequence[str]) -> int:
         return _reported(error, "--json" in args)
     except click.exceptions.Exit as done:
         return done.exit_code
-    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
+    except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.OK
-    except SystemExit:  # click's way out of the same, and of shell completion
+    except SystemExit:  # click raises this in the same case, and after shell completion
         if "PacifyFlush" in type(sys.stdout).__name__:
             return Exit.OK
         raise
@@ -93,7 +93,7 @@ def _run(args: Sequence[str]) -> int:
 
 
 def _reported(error: BaseException, as_json: bool) -> int:
-    """Report an error where that is possible; return the exit code."""
+    """Report an error if possible; return the exit code."""
     try:
         if not streams.is_unwritable(error):
             return report(error, as_json)
@@ -105,7 +105,7 @@ def _reported(error: BaseException, as_json: bool) -> int:
 
 
 def main() -> None:
-    """Run the `arael` command and leave the process with its exit code."""
+    """Run the `arael` command and exit the process with its exit code."""
     streams.prepare()
     sys.exit(run(sys.argv[1:]))
 

@@ -14,11 +14,11 @@ from arael.io.files import write_whole
 
 ENDINGS = (".npz", ".json")
 DENSE_LIMIT = 8000
-"""Most parameters whose covariance is written as a whole; its memory grows with the square."""
+"""Largest number of parameters for a full covariance, whose memory grows with its square."""
 
 
 def check_ending(path: str) -> None:
-    """Refuse a file name before anything is computed for it.
+    """Reject an invalid file name before any computation.
 
     Raises
     ------
@@ -37,12 +37,12 @@ def check_ending(path: str) -> None:
 
 
 def write_marginals(instance: Any, parameters: int, path: str) -> None:
-    """Write the uncertainty of every parameter, whole or not at all.
+    """Write the uncertainty of every parameter atomically.
 
-    JSON: ``sigma`` by name, and ``on_bound``, the parameters that are not free since they stand on
-    a bound. NPZ: ``names`` (n,), ``sigma`` (n,), ``units`` (n,), ``on_bound`` (names); up to
-    `DENSE_LIMIT` parameters also ``covariance`` (n, n), beyond it the marginal covariances
-    (rows, k, k) of every collection that is solved for, under its path.
+    JSON: ``sigma`` by name, and ``on_bound``, the parameters on an active bound. NPZ: ``names``
+    (n,), ``sigma`` (n,), ``units`` (n,), ``on_bound`` (names); up to `DENSE_LIMIT` parameters also
+    ``covariance`` (n, n), beyond it the marginal covariances (rows, k, k) of every collection that
+    is solved for, under its path.
 
     Raises
     ------

@@ -10,7 +10,7 @@ import click
 from arael.diagnostics.records import AraelError, Diagnostic
 
 MODEL = """\
-# A line through points some of which are wrong. Solve it with:
+# A line through points with outliers. Solve it with:
 #     arael solve {name}.arael {name}.json
 
 struct Point {{ x: real; y: real }}
@@ -19,7 +19,7 @@ root {root} : f64 {{
     param slope:  real
     param offset: real
     points: list of Point
-    sigma:  real = 0.1                      # how far a right point may be off
+    sigma:  real = 0.1                      # standard deviation of a point
 
     constraint line_prior {{
         1e-3 * [slope, offset]
@@ -49,7 +49,7 @@ DATA = """\
 @click.command("new", short_help="Write a small model and data to start from.")
 @click.argument("name")
 def command(name: str) -> None:
-    """Write NAME.arael and NAME.json here: a robust line fit, to be changed into your problem."""
+    """Write NAME.arael and NAME.json here: a robust line fit as a starting point."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,60}", name):
         raise click.BadParameter("expected letters, digits and _, beginning with a letter")
     root = "".join(part.capitalize() for part in name.split("_"))
@@ -57,9 +57,7 @@ def command(name: str) -> None:
     for file in texts:
         if Path(file).exists():
             raise AraelError(
-                Diagnostic(
-                    "E0854", "the file is there already", origin=file, help=("name another",)
-                )
+                Diagnostic("E0854", "the file exists already", origin=file, help=("name another",))
             )
     _write_all(texts)
     click.echo(f"wrote {name}.arael and {name}.json; solve with")

@@ -15,7 +15,7 @@ STRATEGIES = ("auto", "dogleg", "subspace", "gauss_newton", "damped")
 """As `arael.LmConfig.strategy`."""
 
 INITS = ("auto", "file", "tree", "chordal")
-"""As `arael.starts.WAYS`, which would import NumPy for ``--help``."""
+"""Copy of `arael.starts.WAYS`, whose import would load NumPy for ``--help``."""
 
 
 def solver_option(function: F) -> F:
@@ -32,7 +32,7 @@ def solver_option(function: F) -> F:
 def precision_option(function: F) -> F:
     """Add ``--precision``."""
     return click.option(
-        "--precision", type=click.Choice(["f32", "f64"]), help="Instead of what the root declares."
+        "--precision", type=click.Choice(["f32", "f64"]), help="Overrides the root's declaration."
     )(function)
 
 
@@ -64,7 +64,7 @@ def threads_option(function: F) -> F:
         type=click.IntRange(min=0),
         default=1,
         show_default=True,
-        help="Threads of the solve; 0: one a core.",
+        help="Threads of the solve; 0: one per core.",
     )(function)
 
 
@@ -79,5 +79,5 @@ def plot_option(function: F) -> F:
         "--plot",
         "plot",
         type=click.Path(dir_okay=False),
-        help="Draw pictures into files named after this one (.png, .pdf, .svg).",
+        help="Draw figures into files named after this one (.png, .pdf, .svg).",
     )(function)

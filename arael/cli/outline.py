@@ -1,4 +1,4 @@
-"""Trees of dataclasses as indented text: how `arael emit` shows the early stages."""
+"""Trees of dataclasses as indented text, for the early stages in `arael emit`."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _MAX_LINES = 100_000
 
 
 def outline(node: Any) -> str:
-    """Text of a tree of dataclasses, a line a node; spans are left out.
+    """Text of a tree of dataclasses, one line per node, without spans.
 
-    Below 100 levels, and after `_MAX_LINES` lines, ``...`` stands for the rest: a long sum leans to
-    the left, and what is shared is written out wherever it is used.
+    Below 100 levels, and after `_MAX_LINES` lines, ``...`` stands for the rest: a long sum is a
+    left-deep tree, and shared nodes are printed at each use.
     """
     lines = list(islice(_lines(node, "", ""), _MAX_LINES + 1))
     if len(lines) > _MAX_LINES:
@@ -115,6 +115,6 @@ def _tangent(group: Group, use: Use, index: int, layout: Layout) -> str:
 
 
 def _way(group: Group, use: Use) -> str:
-    """Text of the way to an entity, with a dot at its end: ``pose.``, ``parent.``, ``root.``."""
+    """Text of the path to an entity, with a dot at its end: ``pose.``, ``parent.``, ``root.``."""
     steps = group.slots[use.slot].steps
     return "".join(f"{step.ref or step.kind}." for step in steps)

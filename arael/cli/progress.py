@@ -1,4 +1,4 @@
-"""One line that tells, on a terminal, how a solve is going."""
+"""Progress line of a solve on a terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ INTERVAL = 0.1
 class Progress:
     """An observer of the solve that keeps one line on stderr up to date.
 
-    It is shown on a terminal only; `clear` takes the line away.
+    It is shown on a terminal only; `clear` removes the line.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Progress:
         self._shown = False
 
     def __call__(self, record: Any) -> None:
-        """Take note of one attempt at a step."""
+        """Record one attempted step."""
         self._attempts += 1
         now = time.monotonic()
         if now - self._last >= INTERVAL:
@@ -39,5 +39,5 @@ class Progress:
 
 
 def progress_wanted(verbose: bool, as_json: bool) -> bool:
-    """Whether anybody is there to see a line that changes."""
+    """Whether stderr is a terminal."""
     return not verbose and not as_json and sys.stderr.isatty()

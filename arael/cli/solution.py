@@ -1,4 +1,4 @@
-"""What a solve found: parameters of the root with standard deviations, rows of collections."""
+"""Solution of a solve: parameters of the root with standard deviations, rows of collections."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arael.runtime.layout import Column, Entity, Layout
 
 _SHOWN = re.compile(r"\s*([\w.]+?)\s*(?:\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*\])?\s*", re.ASCII)
 _FEW = 5
-"""Rows of a collection that is named without a range."""
+"""Rows shown of a collection without a range."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Scalar:
     Attributes
     ----------
     value : None for a tangent scalar, which has a standard deviation only
-    sigma : None where it has none or it is not known
-    note : why it has none: ``fixed``, ``on its upper bound 1``, ``not determined``
+    sigma : None if it is not available
+    note : the reason: ``fixed``, ``on its upper bound 1``, ``not determined``
     """
 
     name: str
@@ -56,13 +56,13 @@ class Rows:
 
 @dataclass(frozen=True)
 class Solution:
-    """What is shown of a solution, as text, JSON and HTML.
+    """The part of a solution to show, as text, JSON and HTML.
 
     Attributes
     ----------
     scalars : of the root's parameters
     notes : why standard deviations are missing
-    shown : the rows that were asked for
+    shown : the requested rows
     """
 
     scalars: tuple[Scalar, ...] = ()
@@ -107,7 +107,7 @@ class Solution:
 
 
 def check_shown(asked: Sequence[str], layout: Layout) -> None:
-    """Refuse what is no collection, before a long solve.
+    """Reject an unknown collection before the solve.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def _spread(name: str, unit: str, free: bool, known: Any) -> tuple[float | None,
 
 
 def _range(asked: str, layout: Layout) -> tuple[str, slice]:
-    """Path of a collection and the rows that are meant."""
+    """Path of a collection and the requested rows."""
     match = _SHOWN.fullmatch(asked)
     paths = [table.path for table in layout.tables if table.path]
     if match is None or match[1] not in paths:
@@ -211,7 +211,7 @@ def _rows(store: Any, layout: Layout, asked: str) -> Rows:
     path, chosen = _range(asked, layout)
     table = store.tables[path]
     columns = [c for c in layout.table(path).columns if c.role == "param" and c.param is not None]
-    if not columns:  # nothing is solved for there: its data
+    if not columns:  # no free parameters there: show its data
         columns = [c for c in layout.table(path).columns if c.role == "data"]
     numbers = range(table.size)[chosen]
     head = tuple(name for column in columns for name, _ in scalar_names(column))

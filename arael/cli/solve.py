@@ -37,11 +37,13 @@ if TYPE_CHECKING:
 @strategy_option
 @precision_option
 @threads_option
-@click.option("--max-iters", type=click.IntRange(min=1), help="Most attempts at a step per pass.")
+@click.option(
+    "--max-iters", type=click.IntRange(min=1), help="Maximum of attempted steps per pass."
+)
 @click.option(
     "--interpret/--compiled",
     default=None,
-    help="Run on the NumPy interpreter, or on compiled kernels or not at all.",
+    help="Run on the NumPy interpreter, or fail if kernels cannot be compiled.",
 )
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
 @click.option(
@@ -80,8 +82,8 @@ def command(
     """Solve MODEL on DATA (JSON, NPZ, CSV, g2o) with the passes of the model.
 
     MODEL is the name of a standard model or an .arael file. The exit code is 0 if every pass
-    converged, 1 if not, 2 if something about the input is wrong. Ctrl-C ends the solve; the best
-    state found is reported and written all the same.
+    converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found is still
+    reported and written.
     """
     import arael
     from arael.cli import summary
@@ -94,7 +96,7 @@ def command(
     arael.read(instance, data)
     apply_settings(instance, loaded.layout, settings)
     check_shown(shown, loaded.layout)
-    note = _rehearse_writing(instance, loaded.layout, output)
+    note = _check_writable_format(instance, loaded.layout, output)
 
     start = _initialise(instance, init)
     if start is not None and not as_json:
@@ -106,7 +108,7 @@ def command(
         for text in solution.lines():
             click.echo(text)
         if result.status == "aborted":
-            click.echo("interrupted: this is the best state found until then", err=True)
+            click.echo("interrupted: this is the best state found so far", err=True)
     if note:
         click.echo(f"note: {note}", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
@@ -132,12 +134,12 @@ def command(
 
 
 def _initialise(instance: Any, init: str) -> Any:
-    """Give a pose graph its start values; None where the file's are taken without a comparison.
+    """Set the initial values of a pose graph; None if those of the file are used unconditionally.
 
     Raises
     ------
     AraelError
-        E0843 if a start was asked for that the model has not; E0844 a singular chordal start.
+        E0843 if the requested start does not exist for the model; E0844 a singular chordal start.
     """
     from arael import starts
 
@@ -156,7 +158,7 @@ def run(
     verbose: bool,
     as_json: bool,
 ) -> Any:
-    """Solve `instance`, with a line of progress where somebody watches."""
+    """Solve `instance`, with a progress line on a terminal."""
     from arael.cli.progress import Progress, progress_wanted
 
     progress = Progress() if progress_wanted(verbose, as_json) else None
@@ -166,7 +168,7 @@ def run(
     if strategy is not None:
         options["strategy"] = strategy
     try:
-        # As single settings they go over what the model's passes set.
+        # Single settings override those of the model's passes.
         return instance.solve(solver=solver, passes=list(passes) or None, **options)
     finally:
         if progress is not None:
@@ -174,7 +176,7 @@ def run(
 
 
 def require_writable(path: str | None) -> None:
-    """Find out before a long solve that its result could not be written.
+    """Check before the solve that its result can be written.
 
     Raises
     ------
@@ -185,9 +187,9 @@ def require_writable(path: str | None) -> None:
         return
     folder = Path(path).resolve().parent
     if not folder.is_dir():
-        why, advice = "its folder does not exist", f"make it: mkdir -p '{folder}'"
+        why, advice = "its folder does not exist", f"create it: mkdir -p '{folder}'"
     elif Path(path).exists() and not os.access(path, os.W_OK):
-        why, advice = "the file is there and read-only", "choose another file"
+        why, advice = "the file exists and is read-only", "choose another file"
     elif not os.access(folder, os.W_OK):
         why, advice = "its folder cannot be written", "choose another folder"
     else:
@@ -200,7 +202,7 @@ def require_writable(path: str | None) -> None:
 def _check_targets(
     output: str | None, covariance: str | None, plot: str | None, report: str | None
 ) -> None:
-    """Refuse files that could not be written, before a long solve."""
+    """Reject output files that cannot be written, before the solve."""
     if covariance is not None:
         from arael.cli.marginals import check_ending
 
@@ -214,12 +216,12 @@ def _check_targets(
         require_writable(path)
 
 
-def _rehearse_writing(instance: Any, layout: Layout, output: str | None) -> str:
-    """Find out before a long solve that the output's format cannot hold the model's data.
+def _check_writable_format(instance: Any, layout: Layout, output: str | None) -> str:
+    """Check before the solve that the output's format can hold the model's data.
 
     Returns
     -------
-    A note on what the file will not hold, or "".
+    A note on the values that the file will not hold, or "".
     """
     if output is None or Path(output).name.endswith((".json", ".npz")):
         return ""
@@ -254,7 +256,7 @@ def _write_all(
     covariance: str | None,
     plot: str | None,
 ) -> list[str]:
-    """Write what was asked for; return the files written."""
+    """Write the requested files; return their names."""
     import arael
 
     written: list[str] = []

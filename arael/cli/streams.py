@@ -17,12 +17,11 @@ _UNWRITABLE = {
 
 
 def prepare() -> None:
-    r"""Make standard streams usable, whatever they are when the process starts.
+    r"""Make standard streams usable if they are closed or have a limited encoding.
 
-    A stream that is closed goes to the null device, so that no file that is opened later takes its
-    place and receives what is printed. Characters that the encoding lacks (in the C locale, all but
-    ASCII) are written as escapes, and so are bytes of file names that are no text (``\xff``), so
-    that output is text.
+    A closed stream is redirected to the null device, so that no file that is opened later gets its
+    descriptor and receives the output. Characters that the encoding lacks (in the C locale, all but
+    ASCII) are written as escapes, and so are undecodable bytes of file names (``\xff``).
     """
     codecs.register_error("arael.escape", _escape)
     with contextlib.suppress(OSError):
@@ -41,7 +40,7 @@ def prepare() -> None:
 
 
 class _Closed(io.StringIO):
-    """Standard output that is closed: what is printed is lost, which `lost` reports at the end."""
+    """A closed standard output: output is lost, which `lost` reports at the end."""
 
     def write(self, text: str) -> int:
         self.lost = True
@@ -51,7 +50,7 @@ class _Closed(io.StringIO):
 
 
 def output_was_lost() -> bool:
-    """Whether something was printed on a standard output that is closed."""
+    """Whether something was printed on a closed standard output."""
     return isinstance(sys.stdout, _Closed) and sys.stdout.lost
 
 
@@ -61,7 +60,7 @@ def is_unwritable(error: BaseException) -> bool:
 
 
 def give_up(error: OSError) -> None:
-    """Report that the output cannot be written, if it can be; nothing is flushed afterwards."""
+    """Report that the output cannot be written, if possible; nothing is flushed afterwards."""
     _discard(sys.stdout)
     reason = (error.strerror or str(error)).lower()
     with contextlib.suppress(OSError, ValueError):
@@ -72,7 +71,7 @@ def give_up(error: OSError) -> None:
 
 
 def _discard(stream: object) -> None:
-    """Point a stream to the null device, so that the end of the process flushes it in peace."""
+    """Point a stream to the null device, so that flushing it at exit cannot fail."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, stream.fileno())  # type: ignore[attr-defined]
@@ -84,7 +83,7 @@ def _escape(error: UnicodeError) -> tuple[bytes, int]:
     found = b""
     for character in error.object[error.start : error.end]:
         code = ord(character)
-        if 0xDC80 <= code <= 0xDCFF:  # a byte of a file name that is no text
+        if 0xDC80 <= code <= 0xDCFF:  # an undecodable byte of a file name
             found += b"\\x%02x" % (code - 0xDC00)
         else:
             found += character.encode("ascii", "backslashreplace")

@@ -10,13 +10,13 @@ if TYPE_CHECKING:
 
 
 def as_dict(result: Result) -> dict[str, Any]:
-    """Give what a result holds, ready for JSON; each pass likewise."""
+    """Return a result, and each of its passes, as data for JSON."""
     found: dict[str, Any] = plain({**result.to_dict(), "converged": has_converged(result)})
     return found
 
 
 def plain(value: Any) -> Any:
-    """Replace numbers that JSON has no form for by None, all the way down."""
+    """Replace non-finite numbers by None, recursively."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
@@ -27,5 +27,5 @@ def plain(value: Any) -> Any:
 
 
 def has_converged(result: Result) -> bool:
-    """Whether every pass found what it looked for."""
+    """Whether every pass converged."""
     return all(one.converged for one in result.passes or (result,))

@@ -1,1 +1,1 @@
-"""Demonstrations: problems made, solved and judged against the truth."""
+"""Demonstrations: synthetic problems, solved and compared with the truth."""

@@ -1,4 +1,4 @@
-"""One problem, several linear solvers: what each takes, and whether they agree."""
+"""One problem with several linear solvers: times and agreement."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class SolverRun:
     parameters : scalars solved for
     x : the solution
     cost : at the solution
-    iterations : attempts at a step
+    iterations : attempted steps
     linearise, linear : seconds per attempt for residuals with derivatives and J'J, and for the
         linear system
-    first : seconds before the first step: preparation and analysis
+    first : seconds before the first step: setup and symbolic analysis
     """
 
     solver: str
@@ -55,7 +55,7 @@ def solve_with(name: str, model: str, scene: Scene, solver: str, repeats: int = 
     ----------
     name : of the data, ``"slam"`` or ``"localization"``
     model : name or file of the model
-    repeats : how often; the fastest counts, since nothing but disturbance makes a run slower
+    repeats : number of runs; the fastest counts, since disturbances only make a run slower
     """
     loaded: Any = arael.load(model, precision="f64")
     runs = []
@@ -85,7 +85,7 @@ def disagreement(runs: Sequence[SolverRun]) -> float:
 
 
 def table(runs: Sequence[SolverRun], base: str) -> Iterator[str]:
-    """Lines of a table: milliseconds per attempt, and how many times as fast as `base`."""
+    """Lines of a table: milliseconds per attempt, and the speed-up relative to `base`."""
     yield (
         f"{'poses':>6} {'unknowns':>8}  {'solver':<12} {'first':>8} {'linearise':>9} "
         f"{'linear':>8} {'attempt':>8}   speed-up      cost"

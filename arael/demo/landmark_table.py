@@ -1,4 +1,4 @@
-"""Landmarks with their errors and uncertainties, a line each."""
+"""Landmarks with their errors and uncertainties, one line each."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class LandmarkLine:
     Attributes
     ----------
     index : its number
-    error : error of its position as seen from the closest pose [m]
+    error : error of its position in the frame of the closest pose [m]
     relative : the same relative to `distance`
     distance : its distance from the closest pose [m]
     sigma : one-sigma semi-axes relative to that pose, descending [m]
-    frines : how often it was observed
+    frines : number of observations
     """
 
     index: int
@@ -59,7 +59,7 @@ def landmark_lines(
 
 
 def spread(relative: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Choose `count` landmarks from the best to the worst, at even steps of their rank."""
+    """Choose `count` landmarks from the best to the worst, evenly spaced in rank."""
     order = np.argsort(relative, kind="stable")
     ranks = np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(np.int64)
     return order[ranks]

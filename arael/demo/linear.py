@@ -1,4 +1,4 @@
-"""A line through points some of which are wrong: least squares beside the robust fit."""
+"""A line fit with outliers: least squares and robust fit."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def run_linear(
     model: Any = arael.load(options.model or "linear", precision=options.precision)
     line = model(a=float(slope), b=float(offset))
     line.data.extend(x=x, y=y)
-    # Graduated: with a large sigma every point still pulls; then the wrong ones are let go.
+    # Graduated: with a large sigma all points have influence; then outliers lose it.
     for sigma in (10 * SIGMA, 3 * SIGMA, SIGMA):
         line.sigma = sigma
         settings = arael.LmConfig(verbose=options.verbose, num_threads=options.threads)

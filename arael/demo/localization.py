@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LocalizationRun(SceneRun):
-    """A solved localization scene. The map fixes the frame, so nothing is aligned."""
+    """A solved localization scene. The map determines the frame, so no alignment is needed."""
 
     @cached_property
     def pose_rms(self) -> float:
@@ -38,14 +38,14 @@ class LocalizationRun(SceneRun):
 
     @property
     def half_bandwidth(self) -> int:
-        """How far the blocks of the Hessian, one a pair of poses, reach from its diagonal."""
+        """Half-bandwidth of the Hessian, in scalars."""
         rows, columns = self.pattern
         size = self.parameters // len(self.poses)
         return int(size * (np.abs(rows // size - columns // size).max() + 1) - 1)
 
 
 def run_localization(config: SceneConfig, options: SolveOptions | None = None) -> LocalizationRun:
-    """Make and solve the scene of `config`."""
+    """Generate and solve the scene of `config`."""
     return LocalizationRun(**vars(solve_scene("localization", config, options or SolveOptions())))
 
 
@@ -77,7 +77,7 @@ def summary(run: LocalizationRun) -> dict[str, Any]:
 
 
 def plot(run: LocalizationRun, path: Path) -> list[str]:
-    """Draw the scene into `path`, and the Hessian beside it; return the files."""
+    """Draw the scene into `path`, and the Hessian into a second file; return the files."""
     from arael.plot.figure import beside, save
     from arael.plot.scene import View, scene_figure
     from arael.plot.sparsity import sparsity_figure

@@ -1,4 +1,4 @@
-"""What the demos print about a scene and its solve."""
+"""Report of the demos about a scene and its solve."""
 
 from __future__ import annotations
 

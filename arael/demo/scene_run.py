@@ -1,4 +1,4 @@
-"""Solving a synthetic scene, and judging the solution against the truth: what two demos share."""
+"""Solves a synthetic scene and compares it with the truth; shared by two demos."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from arael.scenes import Scene, SceneConfig, columns, fill, make_scene
 Array = NDArray[np.float64]
 
 DENSE_LIMIT = 12_000
-"""Uncertainties come from the dense Hessian; with more parameters they are left out."""
+"""Uncertainties come from the dense Hessian; with more parameters they are omitted."""
 
 ModelName = Literal["slam", "localization"]
 
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """How a demo solves.
+    """Solve options of a demo.
 
     Attributes
     ----------
     model : name or file of the model; None: the standard one
     solver : linear solver, as `Model.solve` takes it
-    precision : ``"f32"``, ``"f64"`` or None for what the model declares
+    precision : ``"f32"``, ``"f64"`` or None for the declaration of the model
     threads : 0 for all
     verbose : trace every step on stderr
     """
@@ -45,7 +45,7 @@ class SolveOptions:
 
 @dataclass(frozen=True)
 class SceneRun:
-    """A scene, the model instance that holds its solution, and the result of the solve."""
+    """A scene, the solved model instance, and the result of the solve."""
 
     scene: Scene
     instance: Any
@@ -93,7 +93,7 @@ class SceneRun:
 
 
 def solve_scene(name: ModelName, config: SceneConfig, options: SolveOptions) -> SceneRun:
-    """Make the scene of `config`, solve it with `name`, or the model of `options`."""
+    """Generate the scene of `config`, solve it with `name`, or the model of `options`."""
     scene = make_scene(config)
     model: Any = arael.load(options.model or name, precision=options.precision)
     instance = model()

@@ -25,7 +25,7 @@ Index = NDArray[np.int64]
 SHOWN = 12
 """Landmarks listed in the report."""
 ALL_LIMIT = 3000
-"""With more parameters, only the uncertainty of the landmarks listed is worked out."""
+"""With more parameters, only the uncertainty of the listed landmarks is computed."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SlamRun(SceneRun):
 
     @cached_property
     def local_errors(self) -> Array:
-        """Error (m,) of each landmark as seen from its closest pose [m], without alignment."""
+        """Error (m,) of each landmark in the frame of its closest pose [m], without alignment."""
         scene, closest = self.scene, self.errors.closest
         found = seen_from(closest, self.poses, self.rotations, self.landmarks)
         true = seen_from(closest, scene.pos, rotation_matrix(scene.ea), scene.landmarks)
@@ -68,7 +68,7 @@ class SlamRun(SceneRun):
 
     @cached_property
     def known(self) -> Index:
-        """Landmarks whose uncertainty is worked out."""
+        """Landmarks whose uncertainty is computed."""
         if self.parameters > DENSE_LIMIT:
             return np.zeros(0, dtype=np.int64)
         if self.parameters <= ALL_LIMIT:
@@ -100,7 +100,7 @@ class SlamRun(SceneRun):
 
 
 def run_slam(config: SceneConfig, options: SolveOptions | None = None) -> SlamRun:
-    """Make and solve the scene of `config`."""
+    """Generate and solve the scene of `config`."""
     return SlamRun(**vars(solve_scene("slam", config, options or SolveOptions())))
 
 
@@ -124,9 +124,10 @@ def report(run: SlamRun) -> Iterator[str]:
         f"{100 * errors.scaled_relative_median:.2f} % with the scale taken out"
     )
     pos, ea = run.motion_errors
-    yield f"  motion from pose to pose: {_told(1e3 * pos, 'mm')}; {_told(np.rad2deg(ea), 'deg')}"
+    spread_pos, spread_ea = _median_max(1e3 * pos, "mm"), _median_max(np.rad2deg(ea), "deg")
+    yield f"  motion from pose to pose: {spread_pos}; {spread_ea}"
     local = 100 * run.local_errors / errors.distance
-    yield f"  landmarks as seen from their closest pose: {_told(local, '%')}"
+    yield f"  landmarks as seen from their closest pose: {_median_max(local, '%')}"
     offset = np.linalg.norm(run.poses - run.scene.pos, axis=1).mean()
     yield f"  poses before alignment: mean {offset:.3f} m, mostly the offset of all GPS fixes"
     yield f"  largest robust cost of a bearing residual: {run.bearing_costs.max():.2f} (bound 25)"
@@ -140,7 +141,7 @@ def report(run: SlamRun) -> Iterator[str]:
     yield from (f"  {line}" for line in lines)
 
 
-def _told(values: Array, unit: str) -> str:
+def _median_max(values: Array, unit: str) -> str:
     return f"median {np.median(values):.3f}, largest {values.max():.3f} {unit}"
 
 
@@ -160,7 +161,7 @@ def summary(run: SlamRun) -> dict[str, Any]:
 
 
 def plot(run: SlamRun, path: Path) -> list[str]:
-    """Draw the scene into `path`, and the Hessian beside it; return the files."""
+    """Draw the scene into `path`, and the Hessian into a second file; return the files."""
     from arael.plot.figure import beside, save
     from arael.plot.scene import View, scene_figure
     from arael.plot.sparsity import sparsity_figure

@@ -1,7 +1,7 @@
-"""How well landmarks are known relative to the poses nearest to them.
+"""Covariances of landmarks relative to their closest poses.
 
-The covariance of a landmark alone holds what all parameters share: where the whole map is, and
-which way it is turned. Relative to a pose this cancels:
+The marginal covariance of a landmark includes the uncertainty of the position and orientation of
+the whole map. Relative to a pose this part cancels:
 
     C_rel = C_ll - C_lp - C_pl + C_pp,    C = 2 H^-1
 
@@ -36,7 +36,7 @@ def relative_covariances(hessian: Array, landmarks: Index, poses: Index) -> Arra
     count = len(landmarks)
     across = np.arange(3)
     columns = 3 * np.arange(count)[:, None] + across
-    # Columns of the selection l - p: what is asked for is the covariance of these differences.
+    # Columns of the selection matrix of the differences l - p.
     difference = np.zeros((len(hessian), 3 * count))
     difference[landmarks[:, None] + across, columns] = 1.0
     difference[poses[:, None] + across, columns] -= 1.0

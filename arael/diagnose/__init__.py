@@ -1,1 +1,1 @@
-"""Where a cost comes from, what is free, how certain the solution is."""
+"""Cost by constraint, free directions, uncertainty of a solution."""

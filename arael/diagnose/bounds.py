@@ -1,4 +1,4 @@
-"""Which parameters stand on a bound, so that they are not free at the present values."""
+"""Parameters on an active bound, which are not free at the current values."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from arael.runtime.box import stored_places
 from arael.runtime.problem import Problem
 
 _ROUNDING = 1e-8
-"""Relative length of a step that counts as none."""
+"""Relative length of a step that counts as zero."""
 
 
 def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[int, str]:
-    """Scalars on a bound that the cost would push through it, or not move away from it.
+    """Scalars on an active bound: the gradient points outwards or is zero.
 
-    What stands on a bound and would move inwards is free.
+    A scalar on a bound whose gradient points inwards is free.
 
     Parameters
     ----------
-    problem : at its present values
+    problem : at its current values
     diagonal : (size,) of J'J
 
     Returns
     -------
-    By number of the scalar in the system, its bound in words: ``its upper bound 10``.
+    Maps the number of the scalar in the system to its bound in words: ``its upper bound 10``.
     """
     system = problem.structure.system
     scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
@@ -34,7 +34,7 @@ def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[
     for scalar, entity, at in zip(scalars, *stored_places(system, scalars), strict=True):
         x = float(problem.states[entity].ravel()[at])
         step = -gradient[scalar] / diagonal[scalar]
-        slack = (1e-6 if single else 1e-14) * (1 + abs(x))  # as the solver has it
+        slack = (1e-6 if single else 1e-14) * (1 + abs(x))  # the tolerance of the solver
         least = (1e-4 if single else _ROUNDING) * (1 + abs(x))
         low, high = float(system.low[scalar]), float(system.high[scalar])
         if x <= low + slack and step <= least:

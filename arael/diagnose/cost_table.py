@@ -22,13 +22,13 @@ class CostTable(dict[str, float]):
         self.residuals = residuals
 
     def rms(self, label: str) -> float:
-        """Root mean square of the residuals of a label: near 1 where the sigmas are right."""
+        """Root mean square of the residuals of a label: near 1 if the sigmas are right."""
         count = self.residuals[label]
         return float((self[label] / count) ** 0.5) if count else 0.0
 
     @property
     def total(self) -> float:
-        """The whole cost."""
+        """The total cost."""
         return sum(self.values())
 
     def __str__(self) -> str:

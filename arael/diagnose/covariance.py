@@ -1,9 +1,9 @@
-"""Covariance of the solution: marginal, cross, conditional, relative; never the whole inverse.
+"""Covariance of the solution: marginal, cross, conditional, relative; without forming the inverse.
 
-``C = 2 H^-1 = (J'J)^-1``, the inverse of the information of all measurements, where residuals are
-counts of sigmas. One query is a few solves with the factor; all marginals at once are a selected
-inverse (`arael.runtime.linear.selected`). See S. Kay, "Fundamentals of Statistical Signal
-Processing: Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for what it means.
+``C = 2 H^-1 = (J'J)^-1``, the inverse of the information of all measurements, for whitened
+residuals. One query is a few solves with the factor; all marginals at once are a selected inverse
+(`arael.runtime.linear.selected`). See S. Kay, "Fundamentals of Statistical Signal Processing:
+Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for its interpretation.
 """
 
 from __future__ import annotations
@@ -29,26 +29,25 @@ Ints = NDArray[np.int64]
 Where = Any
 
 _KEPT = 300
-"""Columns of the inverse that are kept for the next query."""
+"""Number of cached columns of the inverse."""
 
 
 class Covariance:
-    """Covariance of all scalars that move, at the values the model had when it was asked for.
+    """Covariance of all free scalars, at the values of the model when it was created.
 
-    What is kept fixed has no variance, and neither has a parameter that stands on a bound: the
-    solution does not move with the measurements there. A `where` is a ref
-    (``path.landmarks[4]``), the name of a row or of a parameter (``"poses[3]"``,
-    ``"poses[3].pos"``), or a pair (path of the table, row). Entry (i, j) is in the unit of scalar i
-    times that of scalar j (`units`); rotations are in radians of the parameter's own tangent: Euler
-    angles directly, others by a rotation vector.
+    Fixed parameters and parameters on an active bound have no variance: the solution does not
+    change with the measurements there. A `where` is a ref (``path.landmarks[4]``), the name of a
+    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
+    Entry (i, j) is in the unit of scalar i times that of scalar j (`units`); rotations are in
+    radians of the parameter's own tangent: Euler angles directly, others by a rotation vector.
 
     Attributes
     ----------
     names : (n,) names of the scalars
-    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" where it does not;
-        of a transform the translation has the declared unit, the rotation is in radians
-    on_bound : parameters that are left out because they stand on a bound, by name, each with the
-        bound in words
+    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
+        transform the translation has the declared unit, the rotation is in radians
+    on_bound : parameters excluded because they are on an active bound, by name, each with the bound
+        in words
 
     Raises
     ------
@@ -63,7 +62,7 @@ class Covariance:
         self.names = self._equations.names
         self._number = {name: i for i, name in enumerate(self.names)}
         self._columns: dict[int, Floats] = {}
-        # Here, so that a singular system is told at once.
+        # Factorised here, so that a singular system is reported at once.
         refuse_free_directions(self._equations)
         self._solver = self._equations.solver
 
@@ -79,7 +78,7 @@ class Covariance:
 
     @cached_property
     def matrix(self) -> Floats:
-        """(n, n) the whole covariance, dense: for some thousand scalars."""
+        """(n, n) the full dense covariance, for at most a few thousand scalars."""
         return self._equations.solve(np.eye(len(self.names)))
 
     @cached_property
@@ -87,21 +86,21 @@ class Covariance:
         return SelectedInverse(self._solver)
 
     def sigma(self) -> Floats:
-        """(n,) standard deviation of each scalar, in its unit; all in one pass."""
+        """(n,) standard deviation of each scalar, in its unit; all in one sweep."""
         scale = self._equations.scale
         variance = self._selected.diagonal() * scale**2
         found: Floats = np.sqrt(variance[self._equations.free])
         return found
 
     def marginal(self, where: Where) -> Floats:
-        """(k, k) covariance of the scalars of an entity or of one parameter, others unknown."""
+        """(k, k) marginal covariance of an entity or of one parameter."""
         found = self._scalars(where)
         return self._block(found, found)
 
     def marginals(self, path: str) -> Floats:
-        """Marginal covariances (rows, k, k) of a whole collection, in one pass.
+        """Marginal covariances (rows, k, k) of a whole collection, in one sweep.
 
-        Rows that do not move have zeros.
+        Fixed rows have zeros.
 
         Parameters
         ----------
@@ -125,10 +124,10 @@ class Covariance:
         return self._block(self._scalars(a), self._scalars(b))
 
     def conditional(self, a: Where, given: Where | None = None) -> Floats:
-        """(k, k) covariance of `a` if `given` were known exactly; None: if all others were.
+        """(k, k) covariance of `a` given `given`; None: given all other parameters.
 
-        ``C_aa - C_ab C_bb^-1 C_ba``. How much smaller it is than the marginal tells how much of
-        the uncertainty of `a` is that of `given`.
+        ``C_aa - C_ab C_bb^-1 C_ba``. The difference from the marginal is the part of the
+        uncertainty of `a` that is due to `given`.
         """
         mine = self._scalars(a)
         if given is None:
@@ -143,7 +142,7 @@ class Covariance:
                     "E1009",
                     f"`{_shown(a)}` cannot be conditioned on `{_shown(given)}`: they overlap",
                     origin="covariance",
-                    help=("what is given must be other parameters",),
+                    help=("condition on other parameters",),
                 )
             )
         both = self._block(np.concatenate([mine, known]), np.concatenate([mine, known]))
@@ -153,9 +152,10 @@ class Covariance:
     def relative(self, a: Where, b: Where) -> Floats:
         """(k, k) covariance of the difference a - b: ``C_aa - C_ab - C_ba + C_bb``.
 
-        Of the scalars that bear the same name in both (``pos.x``): a landmark relative to a pose is
-        the difference of their positions. What both share, such as where the whole map is, cancels.
-        What is fixed, frozen or on a bound is exact: its variance and its covariances are zero.
+        For the scalars with the same name in both (``pos.x``): a landmark relative to a pose is the
+        difference of their positions. Common uncertainty, such as the position of the whole map,
+        cancels. Fixed, frozen and bound parameters are exact: their variances and covariances are
+        zero.
         """
         of_a, of_b = self._members(a), self._members(b)
         common = [name for name in of_a if name in of_b]
@@ -206,7 +206,7 @@ class Covariance:
         return np.stack([self._columns[int(i)][a] for i in b], axis=1)
 
     def _with_exact(self, a: Ints, b: Ints) -> Floats:
-        """`_block` with zeros where a number is -1: what is exact varies with nothing."""
+        """`_block` with zeros for the number -1, an exact parameter."""
         found = np.zeros((len(a), len(b)))
         i, j = np.flatnonzero(a >= 0), np.flatnonzero(b >= 0)
         if len(i) and len(j):
@@ -214,7 +214,7 @@ class Covariance:
         return found
 
     def _members(self, where: Where) -> dict[str, int]:
-        """Names within `where` of all its scalars, and their columns; -1 of what is exact."""
+        """Names within `where` of all its scalars, and their columns; -1 for exact ones."""
         name = self._name(where)
         names = scalar_names_within(self._problem, name)
         if not names:
@@ -251,7 +251,7 @@ class Covariance:
             found = {n[len(head) :]: i for n, i in self._number.items() if n.startswith(head)}
         if not found:
             bounds = [
-                f"`{full}` stands on {text}"
+                f"`{full}` is on {text}"
                 for full, text in self.on_bound.items()
                 if full == name or full.startswith(f"{name}.")
             ]
@@ -263,13 +263,13 @@ class Covariance:
                     notes=tuple(bounds),
                     help=("it is fixed, frozen or absent, or the name is misspelt",)
                     if not bounds
-                    else ("a bound that holds is exact; widen it if it should not hold",),
+                    else ("a parameter on an active bound is exact; widen the bound to free it",),
                 )
             )
         return found
 
     def _entity(self, path: str) -> tuple[Any, Ints, Ints]:
-        """The entity at a path, the first scalar of its rows, and the tangents that are meant."""
+        """The entity at a path, the first scalar of its rows, and the requested tangents."""
         layout = self._problem.layout
         for number, entity in enumerate(layout.entities):
             first = self._problem.structure.system.blocks[number].first
@@ -295,7 +295,7 @@ class Covariance:
 
 
 def covariance(problem: Problem) -> Covariance:
-    """Covariance of all scalars that move; see `Covariance`."""
+    """Covariance of all free scalars; see `Covariance`."""
     return Covariance(problem)
 
 

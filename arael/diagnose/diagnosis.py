@@ -1,4 +1,4 @@
-"""What stands in the way of a solve, or makes its result poor: all instruments read at once."""
+"""Runs all analyses, and lists possible reasons for a failed solve or a poor result."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ Topic = Literal[
 
 _DOMINANT = 0.9
 _OUTLIER = 0.1
-"""Share of the cost above which one instance of many is worth a look."""
+"""Share of the cost above which a single instance is reported."""
 _STIFF = 1e9
-"""Ratio of eigenvalues of J'J above which one damping hardly suits both ends, in f64."""
+"""Condition number of J'J above which the problem is reported as stiff, in f64."""
 _MINIMAL = 1e-3
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is worth a look.
+    """One suspicious finding.
 
     Attributes
     ----------
-    topic : what it is about
-    message : what was found, with names
+    topic : its subject
+    message : the finding, with names
     advice : what to do about it
     """
 
@@ -52,19 +52,20 @@ class Finding:
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis:
-    """The state of a problem at its present values.
+    """The state of a problem at its current values.
 
     Attributes
     ----------
     model : its name
     cost : sum of squared residuals
     table : the cost by constraint
-    parameters, residuals : how many
-    findings : what is worth a look, the gravest first
-    worst : the costliest instances of constraints: (instance, cost)
+    parameters, residuals : their numbers
+    findings : suspicious findings, most severe first
+    worst : instances of the largest cost: (instance, cost)
     gradient : largest entry of ``2 J'r`` by magnitude, with the name of its parameter
-    decrement : drop of the cost that a full Gauss-Newton step promises; NaN if there is none
-    eigenvalues : smallest that is not free, and largest, of J'J with its diagonal scaled to 1
+    decrement : decrease of the cost that the linear model predicts for a full Gauss-Newton step, or
+        NaN
+    eigenvalues : smallest non-zero and largest eigenvalue of J'J with its diagonal scaled to 1
     sensitivity : smallest and largest length of a Jacobian column, with their parameters
     free : the free directions; None if the derivatives are not finite
     """
@@ -107,7 +108,7 @@ class Diagnosis:
         low, high = self.eigenvalues
         found = [f"largest gradient: {value:.3g} at `{name}`"] if name else []
         if np.isfinite(self.decrement):
-            found.append(f"a full step promises to lower the cost by {self.decrement:.3g}")
+            found.append(f"predicted decrease of a full step: {self.decrement:.3g}")
         found += [
             f"{what} sensitivity: {length:.3g} sigmas per unit of `{scalar}`"
             for what, (scalar, length) in zip(("least", "largest"), self.sensitivity, strict=False)
@@ -135,7 +136,7 @@ class Diagnosis:
 
 
 def diagnose(problem: Problem) -> Diagnosis:
-    """Read all instruments at the present values of a problem; raises nothing about its numbers."""
+    """Run all analyses at the current values of a problem; never raises for its numbers."""
     table = cost_table(problem)
     rows = jacobian(problem)
     findings = _inactive(table)
@@ -199,9 +200,9 @@ def _dominant(table: CostTable) -> list[Finding]:
     return [
         Finding(
             "dominant",
-            f"`{label}` makes {100 * table[label] / table.total:.0f} % of the cost, {rms:.3g} "
+            f"`{label}` is {100 * table[label] / table.total:.0f} % of the cost, {rms:.3g} "
             "sigmas per residual",
-            "is its sigma too small, a start value of what it reads bad, or can it not be met?",
+            "is its sigma too small, a start value wrong, or does it contradict others?",
         )
     ]
 
@@ -216,8 +217,8 @@ def _outliers(rows: Jacobian, costs: Floats, table: CostTable) -> list[Finding]:
     return [
         Finding(
             "outlier",
-            f"`{rows.instance(at)}` alone makes {100 * costs[at] / table.total:.0f} % of the cost",
-            "look at its data; a robust loss keeps a wrong measurement from bending the rest",
+            f"`{rows.instance(at)}` alone is {100 * costs[at] / table.total:.0f} % of the cost",
+            "check its data; a robust loss limits the influence of a wrong measurement",
         )
     ]
 
@@ -225,7 +226,7 @@ def _outliers(rows: Jacobian, costs: Floats, table: CostTable) -> list[Finding]:
 def _linearised(
     problem: Problem, rows: Jacobian, cost: float
 ) -> tuple[dict[str, Any], list[Finding]]:
-    """What gradient and Hessian tell, where they are finite."""
+    """Findings from gradient and Hessian, if they are finite."""
     findings: list[Finding] = []
     gradient = 2 * (rows.matrix.T @ rows.residuals)
     lengths = rows.sensitivities()
@@ -236,7 +237,7 @@ def _linearised(
             Finding(
                 "untouched",
                 f"no residual changes with {listed(names)}",
-                "is a guard false or a list empty? else freeze it, or give it a prior",
+                "is a guard false or a list empty? otherwise freeze it, or add a prior",
             )
         )
     equations = NormalEquations(problem)
@@ -250,8 +251,8 @@ def _linearised(
                 "free",
                 f"{len(free)} of {free.parameters} directions are free: "
                 + "; ".join(one.words for one in free[:4]),
-                "anchor a pose, add a prior or measurements; if they are meant to be free, damping "
-                "copes, but there is no covariance",
+                "anchor a pose, add a prior or measurements; if they should be free, a solve works "
+                "with damping, but there is no covariance",
             )
         )
     decrement = float("nan")
@@ -261,10 +262,10 @@ def _linearised(
             findings.append(
                 Finding(
                     "not-minimal",
-                    f"this is no minimum: a full step promises to lower the cost by "
+                    f"this is not a minimum: the predicted decrease of a full step is "
                     f"{decrement:.3g}",
-                    "before a solve this is as it should be; after it, allow more iterations or a "
-                    "tighter precision, or look at the derivatives (`check_gradients`)",
+                    "this is normal before a solve; after it, allow more iterations or a "
+                    "tighter precision, or check the derivatives (`check_gradients`)",
                 )
             )
     condition = equations.largest / low if held else 1.0
@@ -272,9 +273,9 @@ def _linearised(
         findings.append(
             Finding(
                 "stiff",
-                f"eigenvalues of J'J range over {condition:.1e}, all parameters scaled alike",
-                "bring sigmas closer together, begin with the tight ones loose (passes), or hold "
-                "the weak direction by a prior",
+                f"condition number of the scaled J'J: {condition:.1e}",
+                "use more similar sigmas, loosen the tight ones in a first pass, or constrain "
+                "the weak direction with a prior",
             )
         )
     biggest = int(np.argmax(np.abs(gradient)))

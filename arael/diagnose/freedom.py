@@ -1,4 +1,4 @@
-"""Free directions in words: which parameters can move without any residual noticing."""
+"""Free directions in words: changes of parameters that change no residual."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _STRONGEST = 4
 
 @dataclass(frozen=True)
 class FreeDirection:
-    """A way in which the solution can change at no cost.
+    """A direction in which the cost does not change.
 
     Attributes
     ----------
-    words : what moves, in words
-    vector : (n,) how each scalar that moves takes part; a gauge in the units of the model (all
-        positions by 1 m, all turned by 1 rad), another direction with its largest entry 1
-    gauge : ``"translation"``, ``"rotation"``, ``"scale"``, or "" for another
+    words : description
+    vector : (n,) entry of each free scalar; a gauge is in the units of the model (all positions by
+        1 m, all rotated by 1 rad), another direction has the largest entry 1
+    gauge : ``"translation"``, ``"rotation"``, ``"scale"``, or "" for other directions
     """
 
     words: str
@@ -43,7 +43,7 @@ class FreeDirections(list[FreeDirection]):
 
     Attributes
     ----------
-    parameters : number of scalars that move
+    parameters : number of free scalars
     rank : of the Jacobian, `parameters` less the free directions
     """
 
@@ -61,7 +61,7 @@ class FreeDirections(list[FreeDirection]):
         return "\n".join([head, *(f"  {one.words}" for one in self[:_SHOWN]), *self._more()])
 
     def as_error(self) -> Diagnostic:
-        """What a covariance says of them."""
+        """The directions for the message of a covariance."""
         notes = [f"free direction: {one.words}" for one in self[:_SHOWN]]
         gauges = any(one.gauge for one in self)
         return Diagnostic(
@@ -72,7 +72,7 @@ class FreeDirections(list[FreeDirection]):
             help=(
                 "fix one pose as an anchor, or give the map a prior or an absolute measurement"
                 if gauges
-                else "add measurements or a prior that hold them, or fix a parameter",
+                else "add measurements or a prior that determine them, or fix a parameter",
             ),
         )
 
@@ -97,7 +97,7 @@ def _described(equations: NormalEquations, basis: Floats) -> list[FreeDirection]
     for gauge in find_gauges(equations.problem, moves):
         found.append(FreeDirection(gauge.words, moves @ gauge.weights, gauge.kind))
         direction = rest.T @ gauge.weights
-        # Within the free space, what is left over once this direction has been named.
+        # The rest of the free space, orthogonal to this direction.
         rest = rest @ _complement(direction)
     remaining = basis @ rest
     if remaining.shape[1]:
@@ -106,13 +106,13 @@ def _described(equations: NormalEquations, basis: Floats) -> list[FreeDirection]
 
 
 def _complement(direction: Floats) -> Floats:
-    """(k, k - 1) orthonormal basis of what is orthogonal to `direction` (k,)."""
+    """(k, k - 1) orthonormal basis of the complement of `direction` (k,)."""
     q: Floats = np.linalg.qr(direction[:, None], mode="complete")[0]
     return q[:, 1:]
 
 
 def _by_name(basis: Floats, scale: Floats, names: list[str]) -> list[FreeDirection]:
-    """Directions by the scalars that move most, each led by a scalar of its own."""
+    """Directions described by their largest entries, each with a different leading scalar."""
     from scipy.linalg import qr
 
     # The best conditioned choice of leaders, as in a reduced echelon form.

@@ -1,10 +1,10 @@
-"""Gauge freedoms: whether the whole map can be moved, turned or scaled at no cost.
+"""Gauge freedoms: translation, rotation and scale of the whole map at no cost.
 
-A problem of relative measurements alone fixes a map but not where it is. The free space of its
-Jacobian then holds the motion of all positions together: along an axis (1 at every position),
-about an axis w (w x (p - c) at the position p), in scale (p - c). Whether it does is a small
-least-squares problem: which mixture of free directions comes nearest to that motion. What angles
-and other parameters do along with it need not be known.
+Relative measurements alone do not determine the position of the map. The null space of the Jacobian
+then contains the motion of all positions together: along an axis (1 at every position), about an
+axis w (w x (p - c) at the position p), in scale (p - c). This is tested by a small least-squares
+problem: the linear combination of free directions closest to that motion. The corresponding changes
+of angles and other parameters need not be known.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ Ints = NDArray[np.int64]
 
 AXES = "xyz"
 _EXACT = 1e-4
-"""Largest relative misfit of a motion that counts as found."""
+"""Largest relative misfit of a detected motion."""
 
 
 @dataclass(frozen=True)
 class Gauge:
-    """A motion of the whole map that costs nothing.
+    """A motion of the whole map that does not change the cost.
 
     Attributes
     ----------
-    words : what it is, and whose positions move
-    weights : (f,) the mixture of free directions that makes it
+    words : description with the moving positions
+    weights : (f,) coefficients of the free directions
     """
 
     kind: Literal["translation", "rotation", "scale"]
@@ -43,9 +43,9 @@ class Gauge:
 
 @dataclass(frozen=True)
 class _Positions:
-    """Positions that move: where their scalars are, and their values."""
+    """Free positions: indices of their scalars, and their values."""
 
-    at: Ints  # (m, d) indices among the scalars that move
+    at: Ints  # (m, d) indices among the free scalars
     values: Floats  # (m, d)
     names: list[str]
 
@@ -64,7 +64,7 @@ def _of(positions: _Positions, moves: Floats, most: int) -> list[Gauge]:
     whose = ", ".join(f"`{name}`" for name in positions.names)
     free = moves[positions.at.ravel()]
     found: list[Gauge] = []
-    # A turn may be about any point, as round an anchor: then a shift comes with it.
+    # A rotation about any other point, such as an anchor, includes a translation.
     shifts = np.tile(np.eye(positions.values.shape[1]), (len(positions.values), 1))
     for kind, words, motion in _motions(positions):
         freedoms = free if kind == "translation" else np.column_stack([free, shifts])
@@ -81,7 +81,7 @@ def _of(positions: _Positions, moves: Floats, most: int) -> list[Gauge]:
 
 
 def _is_new(weights: Floats, found: list[Gauge]) -> bool:
-    """Whether it is no mixture of those found before."""
+    """Whether it is linearly independent of those found before."""
     if not found:
         return bool(np.linalg.norm(weights) > 0)
     known = np.column_stack([one.weights for one in found])
@@ -109,7 +109,7 @@ def _motions(
 
 
 def _moving_positions(problem: Problem, moves: Floats, dimension: int) -> _Positions | None:
-    """Vectors of that dimension that take part in some free direction; None if fewer than two."""
+    """Vectors of that dimension with entries in some free direction; None if fewer than two."""
     number = np.full(problem.size + 1, -1, dtype=np.int64)
     number[problem.free] = np.arange(len(problem.free))
     effort = np.linalg.norm(moves, axis=1)

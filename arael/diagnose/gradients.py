@@ -1,4 +1,4 @@
-"""Derivatives against differences: whether the Jacobian says how the residuals change."""
+"""Comparison of the Jacobian with central differences of the residuals."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from arael.runtime.problem import Problem
 Floats = NDArray[np.float64]
 
 LENGTHS = tuple(0.25 * 16.0**-k for k in range(8))
-"""Lengths of the steps to either side, as parts of each parameter's magnitude."""
+"""Step lengths relative to each parameter's magnitude."""
 TOLERANCE = 1e-5
-"""Largest relative difference beyond its error bound that is taken for rounding."""
+"""Largest relative difference beyond its error bound that counts as rounding."""
 
-# Roundings of a residual or an entry, as a multiple of the precision: they add up in long formulas.
+# Rounding error of a residual or an entry, as a multiple of the precision, for long formulas.
 _ROUNDINGS = 32.0
 
 
 @dataclass(frozen=True)
 class GradientCheck:
-    """How well the derivatives of one constraint agree with central differences.
+    """Agreement of the derivatives of one constraint with central differences.
 
     Attributes
     ----------
     label : of the constraint
-    instances : how many were looked at
-    difference : the relative difference where it exceeds its bound most
-    bound : its error bound: how far rounding and curvature may have put the difference off
-    worst : name of the instance that has it, and the row it acts on
+    instances : number of instances compared
+    difference : the relative difference that exceeds its bound most
+    bound : its error bound, from rounding and curvature
+    worst : name of its instance, and its row
     residual : number of its residual, 0 for several residuals with a loss
-    derivative, measured : what the Jacobian says and what the residual does there
+    derivative, measured : the value of the Jacobian and the central difference
     """
 
     label: str
@@ -53,7 +53,7 @@ class GradientCheck:
 
     @property
     def conclusive(self) -> bool:
-        """Whether the bound is small enough for a wrong derivative to be seen."""
+        """Whether the bound is small enough to detect a wrong derivative."""
         return self.bound <= 1e-3
 
 
@@ -64,19 +64,19 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
     (`arael.compiler.losses`): there, half the squared residuals of an instance take the place of
     its residuals.
 
-    Parameters move in proportion to their magnitude. Differences are taken in f64 with steps of
-    eight lengths, and each residual takes the two that agree best: long steps suffer from
-    curvature, short ones from rounding. What those two differ by, and the rounding of residuals and
-    Jacobian, is the error bound.
+    Steps are in proportion to the magnitude of each parameter. Differences are computed in f64 with
+    eight step lengths, and for each residual the two that agree best are used: long steps suffer
+    from curvature, short ones from rounding. The error bound is the difference of these two plus
+    the rounding of residuals and Jacobian.
 
     Parameters
     ----------
-    problem : in f64, or in f32 with the larger bounds of its rounding
-    directions : how many; each moves every parameter that is free
+    problem : in f64, or in f32 with larger rounding bounds
+    directions : number of random directions; each changes every free parameter
 
     Returns
     -------
-    The worst found for each constraint that has instances, in the order of the model.
+    The largest difference for each constraint that has instances, in the order of the model.
     """
     rng = np.random.default_rng(seed)
     found: dict[int, GradientCheck] = {}
@@ -142,7 +142,7 @@ class _Group:
         self.problem, self.number = problem, number
         self.group = problem.layout.groups[number]
         own = problem.evaluation.interpreters[number]
-        # Instances that act are those of the state in between.
+        # The active instances are those of the state in between.
         own.guard(problem.states)
         self.interpreter = GroupInterpreter(
             self.group,

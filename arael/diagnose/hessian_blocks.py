@@ -1,4 +1,4 @@
-"""Blocks of the Hessian: those that a model names, and those of any two rows."""
+"""Blocks of the Hessian: named ones, and those of any two rows."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Ints = NDArray[np.int64]
 
 
 class HessianBlocks:
-    """Blocks of the Gauss-Newton Hessian ``2 J'J`` at the present values of a problem, in f64.
+    """Blocks of the Gauss-Newton Hessian ``2 J'J`` at the current values of a problem, in f64.
 
-    A block is the sum over all constraints that touch its parameters, as it stands in the Hessian.
-    Its rows and columns are the tangent scalars of its entities in the order of declaration; those
-    that do not move have zeros. It is linearised once, when made.
+    A block is the sum over all constraints that read its parameters. Its rows and columns are the
+    tangent scalars of its entities in the order of declaration; fixed ones have zeros. The problem
+    is linearised once, in the constructor.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -60,7 +60,7 @@ class HessianBlocks:
         straight = values.reshape(len(known), k, m)
         turned = values.reshape(len(known), m, k).transpose(0, 2, 1)
         found[known] = np.where((i[known] >= j[known])[:, None, None], straight, turned)
-        if a == b:  # of a diagonal block only the lower triangle means something
+        if a == b:  # only the lower triangle of a diagonal block is stored
             same = known[i[known] == j[known]]
             lower = np.tril(found[same])
             found[same] = lower + np.tril(lower, -1).transpose(0, 2, 1)
@@ -69,9 +69,9 @@ class HessianBlocks:
         return found
 
     def triplets(self, name: str) -> Any:
-        """(n, n) scipy COO array of the pairs that constraints send to `triplets` of the root.
+        """(n, n) scipy COO array of the pairs assigned to `triplets` of the root.
 
-        Each pair stands once, in the upper triangle, with the rows and columns of `hessian()`.
+        Each pair occurs once, in the upper triangle, with the rows and columns of `hessian()`.
         """
         from scipy.sparse import coo_array
 
@@ -100,13 +100,13 @@ class HessianBlocks:
         return coo_array((parts[2], (parts[0].astype(int), parts[1].astype(int))), shape=(n, n))
 
     def _scalars(self, entity: int, rows: Ints) -> Ints:
-        """(n, k) scalars of the system, or its size where a row is not solved for."""
+        """(n, k) scalars of the system, or the system size for a row that is not solved for."""
         first = _at(self.problem.structure.system.blocks[entity].first, rows)[:, None]
         every = first + np.arange(self.problem.layout.entities[entity].tangent)
         return np.where(first >= 0, every, self.problem.size)
 
     def entities_of(self, table: str) -> list[int]:
-        """Entities that lie in the rows of a table, that of the row itself first."""
+        """Entities in the rows of a table, that of the row itself first."""
         entities = self.problem.layout.entities
         found = [number for number, e in enumerate(entities) if e.table == table]
         if not found:
@@ -121,7 +121,7 @@ class HessianBlocks:
         return sorted(found, key=lambda number: entities[number].prefix != "")
 
     def of_rows(self, a: tuple[str, int], b: tuple[str, int]) -> Floats:
-        """(k, l) block of two rows, (path of the table, row) each; all scalars held in the rows."""
+        """(k, l) block of two rows, (path of the table, row) each; for all scalars in the rows."""
         parts = [
             [
                 self.between(e, np.array([a[1]]), f, np.array([b[1]]))[0]
@@ -137,7 +137,7 @@ class HessianBlocks:
 
 
 def _at(numbers: Ints, rows: Ints) -> Ints:
-    """`numbers` of some rows, -1 where the row is."""
+    """`numbers` of some rows, -1 for row -1."""
     if len(numbers) == 0:
         return np.full(len(rows), -1, dtype=np.int64)
     return np.where(rows >= 0, numbers[rows], -1)

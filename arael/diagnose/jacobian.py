@@ -24,7 +24,7 @@ class JacobianRow:
     ----------
     residual : its value
     label : its constraint, ``PointFrine.bearing``
-    constraint : number of the constraint's instance, as a ``constraint_index`` field receives it
+    constraint : number of the constraint's instance, the value of its ``constraint_index`` field
     entries : (column, value) of each derivative, columns ascending
     """
 
@@ -35,7 +35,7 @@ class JacobianRow:
 
     @property
     def is_finite(self) -> bool:
-        """Whether the residual and all its derivatives are numbers."""
+        """Whether the residual and all its derivatives are finite."""
         return bool(np.isfinite([self.residual, *(value for _, value in self.entries)]).all())
 
 
@@ -57,7 +57,7 @@ class Svd(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Jacobian:
-    """Derivatives of all residuals by all scalars that move; f64 whatever the model's precision.
+    """Derivatives of all residuals by all free scalars; f64 for models of either precision.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class Jacobian:
 
         Parameters
         ----------
-        constraint : as `JacobianRow.constraint` and a ``constraint_index`` field have it
+        constraint : the value of `JacobianRow.constraint` or of a ``constraint_index`` field
         """
         problem = self._problem
         assert problem is not None
@@ -156,12 +156,12 @@ class Jacobian:
         return np.sqrt(square)
 
     def singular_values(self) -> Floats:
-        """Descending, min(m, n) of them; those near zero count the free directions.
+        """Descending, min(m, n) of them; the number near zero is that of the free directions.
 
-        By a dense decomposition, in f64 whatever the model's precision: for some thousand columns.
+        By a dense decomposition in f64, for at most a few thousand columns.
         `arael.Model.free_directions` finds those near zero of larger problems.
 
-        Raises AraelError (E1002), as `svd` and `rank` do, where a derivative is not finite.
+        Raises AraelError (E1002), like `svd` and `rank`, if a derivative is not finite.
         """
         self._require_finite()
         return np.asarray(np.linalg.svd(self.dense(), compute_uv=False))
@@ -173,9 +173,9 @@ class Jacobian:
         return Svd(u[:, : len(s)], s, vt.T)
 
     def rank(self) -> int:
-        """Number of directions that some residual sees; columns less this are free.
+        """Rank of the Jacobian; the number of columns minus this is that of the free directions.
 
-        Columns are scaled to one length first, so that metres and radians count alike.
+        Columns are scaled to one length first, so that units do not matter.
         """
         self._require_finite()
         length = self.sensitivities()
@@ -202,7 +202,7 @@ class Jacobian:
                 f"row {row} of the Jacobian, `{place}`: the derivative by "
                 f"`{self.names[self.matrix.indices[at]]}` is {self.matrix.data[at]:g}",
                 origin=label,
-                notes=("singular values and rank are those of finite numbers",),
+                notes=("singular values and rank need finite numbers",),
                 help=(
                     f"`bad_rows()` lists {'this row' if rows == 1 else f'all {rows} such rows'}",
                 ),

@@ -1,4 +1,4 @@
-"""The normal equations of a problem, scaled and factorised: what covariance and rank build on."""
+"""The normal equations of a problem, scaled and factorised, for covariance and rank."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _DENSE = 400
-"""Up to this many scalars all eigenvalues are worked out; beyond, only the smallest."""
+"""Up to this many scalars all eigenvalues are computed; beyond, only the smallest."""
 _ROUNDS = 8
 
 
 class NormalEquations:
     """J'J over all scalars of the system, in f64, its diagonal scaled to 1.
 
-    So metres and radians are measured alike: a scalar's unit is what moves the residuals by one
-    sigma in all.
+    The scaled unit of a parameter changes the residuals by one sigma in total, so units do not
+    matter.
 
     Parameters
     ----------
-    problem : at its present values
-    hold_bounds : whether parameters that stand on a bound are held there, as by the solver
+    problem : at its current values
+    hold_bounds : whether parameters on an active bound are fixed, as in the solver
 
     Attributes
     ----------
-    on_bound : names of the scalars that are held on a bound, each with the bound, in words
-    names : (n,) of the scalars that move
+    on_bound : names of the scalars on an active bound, each with the bound in words
+    names : (n,) of the free scalars
     free : (n,) their numbers in the system
-    scale : (size,) the unit of each scalar of the system, 1 where nothing depends on it
+    scale : (size,) the unit of each scalar of the system, 1 if no residual depends on it
 
     Raises
     ------
@@ -76,7 +76,7 @@ class NormalEquations:
         self._values = values * self.scale[self._row] * self.scale[self._column]
 
     def _hold(self, found: dict[int, str], values: Floats, diagonal: Floats) -> None:
-        """Take scalars out of the system: their rows and columns become those of the identity."""
+        """Remove scalars from the system: their rows and columns become those of the identity."""
         held = np.zeros(self.problem.size, dtype=bool)
         held[list(found)] = True
         values[(held[self._row] | held[self._column]) & (self._row != self._column)] = 0
@@ -91,15 +91,15 @@ class NormalEquations:
     @property
     def tolerance(self) -> float:
         """Eigenvalue of the scaled matrix below which a direction is free."""
-        # Single precision derivatives are wrong by eps; so are singular values, whose squares these
-        # are. J'J itself is summed in f64.
+        # Derivatives in single precision have errors of eps, and so have singular values, whose
+        # squares these are. J'J itself is summed in f64.
         single = self.problem.layout.precision == "f32"
         epsilon = float(np.finfo(np.float32).eps) ** 2 * 8 if single else np.finfo(np.float64).eps
         return float(max(len(self.free), 1) * epsilon * max(self.largest, 1.0))
 
     @cached_property
     def dense(self) -> Floats:
-        """Scaled J'J over the scalars that move, (n, n), without SciPy, which loads slowly."""
+        """Scaled J'J over the free scalars, (n, n), without SciPy, which loads slowly."""
         size = self.problem.size
         found = np.zeros((size, size))
         lower = self._row >= self._column
@@ -111,7 +111,7 @@ class NormalEquations:
 
     @cached_property
     def matrix(self) -> Any:
-        """Scaled J'J over the scalars that move, scipy sparse, CSR, both triangles."""
+        """Scaled J'J over the free scalars, scipy sparse, CSR, both triangles."""
         from scipy.sparse import coo_array
 
         row, column, values = self._row, self._column, self._values
@@ -159,8 +159,7 @@ class NormalEquations:
         Returns
         -------
         values : ascending; at least the smallest one that is not free, if there is any
-        free : (n, f) orthonormal eigenvectors of those within `tolerance`, over the scalars that
-            move
+        free : (n, f) orthonormal eigenvectors of those within `tolerance`, over the free scalars
         """
         values, vectors = self._spectrum
         return values, vectors[:, : int(np.count_nonzero(values <= self.tolerance))]
@@ -217,10 +216,10 @@ class NormalEquations:
 
 
 def _hessian_values(problem: Problem, row: Ints, column: Ints) -> Floats:
-    """J'J at every place of the pattern, f64."""
+    """J'J at every entry of the pattern, f64."""
     if problem.layout.precision == "f64":
         return np.asarray(problem.evaluation.linearised()[2], dtype=np.float64)[: len(row)]
-    # In f32 the sums would be wrong by more than the derivatives are.
+    # In f32 the sums would have larger errors than the derivatives.
     from arael.diagnose.jacobian import jacobian
 
     matrix = jacobian(problem).matrix

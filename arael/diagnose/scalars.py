@@ -1,4 +1,4 @@
-"""The scalars of parameters, moving or not: their names and units."""
+"""Names and units of the scalars of parameters, free or fixed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _INDEX = re.compile(r"\[\d+\]")
 
 
 def tangent_units(layout: Layout, entity: Entity) -> list[str]:
-    """Unit of each tangent scalar of an entity, "" where there is none.
+    """Unit of each tangent scalar of an entity, "" if there is none.
 
     The unit of a transform or a similarity is that of its translation; its rotation is in radians,
     its scale, whose tangent is a logarithm, has no unit.
@@ -41,8 +41,8 @@ def scalar_names_within(problem: Problem, name: str) -> list[str]:
 
     Returns
     -------
-    In order of declaration; empty if there is no such row or parameter. What is absent, being in
-    an optional struct that the row lacks, is left out.
+    In order of declaration; empty if there is no such row or parameter. Members of absent optional
+    structs are omitted.
     """
     found = []
     plain = _INDEX.sub("", name)

@@ -1,4 +1,4 @@
-"""Standard deviations of what a solution determines, also where the system is singular."""
+"""Standard deviations of determined parameters, also for singular systems."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from arael.runtime.failures import SolveError
 from arael.runtime.problem import Problem
 
 MOST_SCALARS = 5000
-"""Systems up to this size are looked at; a factorisation is to take no longer than the solve."""
+"""Largest system that is factorised, so that this takes no longer than the solve."""
 _MOST_DENSE = 400
-"""Systems up to this size are taken apart by their eigenvectors."""
+"""Largest system that is decomposed into eigenvectors."""
 _APART = 1e-7
-"""Largest part in free directions, relative, of a scalar that counts as determined."""
+"""Largest relative entry in free directions of a determined scalar."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Sigmas:
     Attributes
     ----------
     values : of the scalars that the residuals determine
-    on_bound : what stands on a bound and is not free, with the bound in words
-    notes : why others have none, in words
+    on_bound : scalars on an active bound, with the bound in words
+    notes : reasons for missing values, in words
     """
 
     values: dict[str, float] = field(default_factory=dict)
@@ -36,13 +36,13 @@ class Sigmas:
 
 
 def sigmas(problem: Problem) -> Sigmas:
-    """Standard deviations at the present values; never raises for a singular system.
+    """Standard deviations at the current values; never raises for a singular system.
 
-    Where directions of a small system are free, the scalars that take no part in them keep their
-    standard deviations (the pseudo-inverse of J'J gives them), and the others have none.
+    In a small singular system, the scalars without entries in the free directions have standard
+    deviations (from the pseudo-inverse of J'J), the others have none.
     """
     if problem.size > MOST_SCALARS:
-        why = f"standard deviations are left out: more than {MOST_SCALARS} parameters"
+        why = f"standard deviations are omitted: more than {MOST_SCALARS} parameters"
         return Sigmas(notes=(why, "`--covariance FILE` writes them"))
     try:
         equations = NormalEquations(problem, hold_bounds=True)

@@ -1,1 +1,1 @@
-"""What arael has to say about a user's input: records, renderers and explanations."""
+"""Diagnostics about user input: records, renderers and explanations."""

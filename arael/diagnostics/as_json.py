@@ -9,10 +9,10 @@ from arael.diagnostics.records import Diagnostic, Span
 
 
 def as_json(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
-    """One dict a diagnostic, of strings, numbers, lists and dicts only.
+    """One dict per diagnostic, of strings, numbers, lists and dicts only.
 
     Lines and columns count from 1, columns in characters; the end is the place after the last
-    character. Where there is no text to point into, the places are None and ``file`` is the origin.
+    character. Without a source text the places are None and ``file`` is the origin.
     """
     return [_one(d) for d in diagnostics]
 

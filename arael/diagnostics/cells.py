@@ -1,7 +1,7 @@
-"""Text as a terminal shows it: widths, tabs, and nothing that could steer the terminal.
+"""Text for terminals: widths, tabs, and replacement of control characters.
 
-Sources come from strangers: control characters, escape sequences and direction marks are shown as
-``U+FFFD`` instead of being obeyed.
+Sources may be untrusted: control characters, escape sequences and direction marks are shown as
+``U+FFFD``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def width(text: str) -> int:
 
 
 def printable(text: str) -> str:
-    """`text` with tabs as blanks and everything that could steer a terminal replaced."""
+    """`text` with tabs as blanks and control characters replaced."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(_shown(c) for c in text)
@@ -46,6 +46,6 @@ _MAX_MESSAGE = 4000
 
 
 def safe_message(text: str) -> str:
-    """Return a message, whose own line ends are kept, made `printable`."""
+    """Return a message made `printable`, with its line ends."""
     text = text if len(text) <= _MAX_MESSAGE else text[: _MAX_MESSAGE - 3] + "..."
     return "\n".join(printable(line) for line in text.split("\n"))

@@ -1,4 +1,4 @@
-"""The long answer to a diagnostic code: a page of Markdown each, in ``pages/``."""
+"""Explanations of diagnostic codes: a page of Markdown each, in ``pages/``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def explain(code: str) -> str:
     Raises
     ------
     AraelError
-        Where there is no such page, with codes that look alike.
+        If there is no such page, with similar codes.
     """
     wanted = code.strip().upper()
     known = codes()

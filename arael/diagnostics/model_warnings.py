@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 class ModelWarning(UserWarning):
-    """Something about a model that is probably not meant; its text is that of `arael check`."""
+    """A probable mistake in a model; its text is that of `arael check`."""
 
 
 class InterpretedWarning(UserWarning):

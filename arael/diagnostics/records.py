@@ -1,8 +1,8 @@
-"""What arael has to say about a user's input, as data first and text second.
+"""Diagnostic records: messages about user input as data.
 
-A `Diagnostic` names its place either by a `Span` (a stretch of a source text) or, where there is
-no text to point into (a binary data file, an option, the environment), by `origin`, a short phrase
-such as ``"scene.npz: poses.pos row 3"``.
+A `Diagnostic` names its place either by a `Span` (a range of a source text) or, without a source
+text (a binary data file, an option, the environment), by `origin`, a short phrase such as
+``"scene.npz: poses.pos row 3"``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Severity = Literal["error", "warning", "note"]
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A text and the name under which the user knows it."""
+    """A text and its name for the user."""
 
     name: str
     text: str
@@ -49,7 +49,7 @@ class Span:
     end: int
 
     def to(self, other: Span) -> Span:
-        """Return the stretch from the start of this span to the end of `other`."""
+        """Return the range from the start of this span to the end of `other`."""
         return Span(self.source, min(self.start, other.start), max(self.end, other.end))
 
     @property
@@ -64,7 +64,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Label:
-    """A secondary place and what to say there."""
+    """A secondary place and its text."""
 
     span: Span
     text: str
@@ -72,7 +72,7 @@ class Label:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing to tell the user. Messages are lower case and end without a full stop."""
+    """One message for the user. Messages are lower case and end without a full stop."""
 
     code: str
     message: str
@@ -94,11 +94,11 @@ _MAX_SHOWN = 10
 
 
 class AraelError(Exception):
-    """Raised for everything a user can mend; carries its diagnostics.
+    """Raised for all user errors, with their diagnostics.
 
     As text, and so in a traceback or a notebook, it is the diagnostics as the command line prints
     them: with the line of the source, notes and help, without colour, the first ten of them, each
-    with its place first. The text is made when it is asked for.
+    with its place first. The text is rendered on demand.
     """
 
     def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic]) -> None:
@@ -114,7 +114,7 @@ class AraelError(Exception):
         return f"{text}\n\nand {more} more" if more > 0 else text
 
     def __repr__(self) -> str:
-        # Not that of the records, which hold whole files.
+        # Not the repr of the records, which contain whole files.
         first = str(self.diagnostics[0]) if self.diagnostics else ""
         more = len(self.diagnostics) - 1
         return f"<{type(self).__name__} {first}{f' and {more} more' if more > 0 else ''}>"
@@ -131,7 +131,7 @@ class Findings:
     items: list[Diagnostic] = field(default_factory=list)
 
     def add(self, diagnostic: Diagnostic) -> None:
-        """Keep `diagnostic`, unless the same thing was said of the same place before."""
+        """Add `diagnostic`, unless an identical one for the same place exists."""
         if diagnostic not in self.items:
             self.items.append(diagnostic)
 
@@ -145,7 +145,7 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """Findings that do not."""
+        """Findings that do not stop the run."""
         return tuple(d for d in self.items if d.severity == "warning")
 
     def stop_on_errors(self) -> None:

@@ -1,4 +1,4 @@
-"""Diagnostics as text for people, in the manner of rustc.
+"""Diagnostics as readable text, in the style of rustc.
 
 ::
 
@@ -29,17 +29,17 @@ def render(
     width: int = 100,
     place_first: bool = False,
 ) -> str:
-    """All `diagnostics`, a blank line between two, ending with a count where there are several.
+    """All `diagnostics`, separated by blank lines, with a final count if there are several.
 
     Parameters
     ----------
     color
         Write ANSI colours; see `use_color`.
     width
-        Columns of the terminal. Source lines are cut to it around what matters, notes are wrapped.
+        Columns of the terminal. Source lines are cut to it around the marks, notes are wrapped.
     place_first
-        Begin with ``slam.arael:4:9: error[E0126]: ...`` on one line, as a log or a traceback wants
-        it, in place of the line with the arrow.
+        Begin with ``slam.arael:4:9: error[E0126]: ...`` on one line, for logs and tracebacks, in
+        place of the line with the arrow.
     """
     found = list(diagnostics)
     blocks = [_render_one(d, color, max(width, 40), place_first) for d in found]

@@ -1,4 +1,4 @@
-"""Colour for messages: styles by meaning, and whether a stream wants them."""
+"""Colour for messages: styles by meaning, and whether a stream supports them."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def paint(text: str, style: Style, color: bool) -> str:
 
 
 def use_color(stream: IO[str]) -> bool:
-    """Tell whether to write colours to `stream`.
+    """Return whether to write colours to `stream`.
 
-    ``NO_COLOR`` (any value) turns them off, ``FORCE_COLOR`` on, else a terminal gets them unless it
-    calls itself dumb; see https://no-color.org.
+    ``NO_COLOR`` (any value) turns them off, ``FORCE_COLOR`` on, otherwise terminals other than
+    `dumb` get colours; see https://no-color.org.
     """
     if os.environ.get("NO_COLOR"):
         return False

@@ -11,8 +11,8 @@ def closest(name: str, candidates: Iterable[str], limit: int = 1) -> list[str]:
     """Candidates that `name` may be a misspelling of, best first, at most `limit`.
 
     A candidate that differs in case or underscores only comes first; the others by the number of
-    edits (a letter added, left out, changed, or swapped with its neighbour), at most one in three
-    letters. The order of equals is that of `candidates`.
+    edits (a letter added, removed, changed, or swapped with its neighbour), at most one in three
+    letters. Ties are in the order of `candidates`.
     """
     if not name or len(name) > _MAX_LENGTH:
         return []
@@ -34,7 +34,7 @@ def _fold(name: str) -> str:
 
 
 def _edits(a: str, b: str, limit: int) -> int:
-    """Restricted Damerau-Levenshtein distance of `a` and `b`; ``limit + 1`` where it is larger."""
+    """Restricted Damerau-Levenshtein distance of `a` and `b`; ``limit + 1`` if it is larger."""
     before: list[int] = []
     previous = list(range(len(b) + 1))
     for i, x in enumerate(a, 1):

@@ -1,4 +1,4 @@
-"""A stretch of source with marks under it."""
+"""An excerpt of a source with marks under it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _CONTEXT = 20
 
 @dataclass(frozen=True)
 class Mark:
-    """Characters ``start:end`` of a source, and what to say of them."""
+    """Characters ``start:end`` of a source, and their text."""
 
     start: int
     end: int
@@ -25,7 +25,7 @@ class Mark:
 
 @dataclass
 class _Piece:
-    """The part of a mark that lies on one line, in columns of the line as shown."""
+    """The part of a mark on one line, in columns of the line as shown."""
 
     left: int
     right: int
@@ -61,7 +61,7 @@ def _code_line(source: Source, number: int, gutter: int, bar: str, color: bool, 
 def _lines_of(source: Source, marks: list[Mark]) -> dict[int, list[tuple[int, int, Mark]]]:
     """For each line that a mark touches: ``(start, end, mark)`` in characters of the line.
 
-    Of a mark over many lines only the first and the last are shown; its text goes with the last.
+    Of a mark over many lines only the first and the last are shown; its text is on the last.
     """
     lines: dict[int, list[tuple[int, int, Mark]]] = {}
     for mark in marks:

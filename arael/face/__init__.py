@@ -1,4 +1,4 @@
-"""What Python sees of a model's data: collections, rows, fields and parameters by name."""
+"""Python interface of a model's data: collections, rows, fields and parameters by name."""
 
 from arael.face.collection import Collection
 from arael.face.parameter import Parameter

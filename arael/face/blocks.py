@@ -1,4 +1,4 @@
-"""Blocks of the Hessian as Python sees them."""
+"""Python interface of blocks of the Hessian."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def read_block(fields: Fields, block: Block) -> Any:
-    """A named block at the rows that `fields` means: (k, l) of one row, (n, k, l) of many."""
+    """A named block at the rows of `fields`: (k, l) of one row, (n, k, l) of many."""
     found = _linearised(fields._table.store)
     if block.kind == "triplets":
         return found.triplets(block.name)
@@ -41,7 +41,7 @@ def block_at(store: Store, path: str, row: int | None) -> Any:
                 help=(
                     f"did you mean `{near[0]}`?"
                     if near
-                    else "name it in the model, `hb: block T`, or ask for two rows: "
+                    else "name it in the model, `hb: block T`, or pass two rows: "
                     "`hessian_block(a, b)`",
                 ),
             )
@@ -75,7 +75,7 @@ def _row(store: Store, where: Any) -> tuple[str, int]:
 
 
 def _linearised(store: Store) -> HessianBlocks:
-    # Deferred: most uses of a model never look at its Hessian.
+    # Imported here: most programs never read the Hessian.
     from arael.diagnose.hessian_blocks import HessianBlocks
     from arael.runtime.problem import Problem
 

@@ -1,4 +1,4 @@
-"""A collection as Python sees it: rows to index, columns to read and write at once."""
+"""Python interface of a collection: rows by index, columns as arrays."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Ints = NDArray[np.int64]
 
 
 class Collection(Fields):
-    """All rows of a table, those that one row holds, or a choice of them.
+    """All rows of a table, those nested in one row, or a selection of them.
 
     ``poses.pos.value`` is the column of all rows, ``poses[3]`` a row (`Ref`), ``poses[2:5]`` a
-    choice. ``landmarks[5].frines`` are the frines of one landmark, ``landmarks.frines`` those of
+    selection. ``landmarks[5].frines`` are the frines of one landmark, ``landmarks.frines`` those of
     all.
     """
 
@@ -61,8 +61,8 @@ class Collection(Fields):
         """Add one row at the end.
 
         Values by field name; a struct held by value as a dict, a collection as a list of dicts, a
-        ref as a `Ref`, or as data files have it: an index, or the target's text where it declares
-        `key`. A parameter may be ``{"value": ..., "fixed": True}``.
+        ref as a `Ref`, an index, or the target's text if it declares `key`. A parameter may be
+        ``{"value": ..., "fixed": True}``.
 
         Raises AraelError: E0701 unknown field, E0702 missing, E0703-E0710 wrong values or refs,
         E0718 a key of two rows.
@@ -70,7 +70,7 @@ class Collection(Fields):
         return self._append(values, front=False)
 
     def appendleft(self, /, **values: Any) -> Ref:
-        """Add one row at the front of a deque; as `append`."""
+        """Add one row at the front of a deque; otherwise like `append`."""
         return self._append(values, front=True)
 
     def _append(self, values: Mapping[str, Any], front: bool) -> Ref:
@@ -95,7 +95,7 @@ class Collection(Fields):
         if self._table.layout.parent:
             raise error(
                 "E0424",
-                f"which `{self._table.parent.layout.struct}` is to hold the new row?",
+                f"which `{self._table.parent.layout.struct}` is the owner of the new row?",
                 self._table.label,
                 help=f"append to `{self._table.parent.layout.path}[i].{self._table.layout.field}`, "
                 "or extend with `parent=`",
@@ -112,8 +112,8 @@ class Collection(Fields):
 
         Parameters
         ----------
-        n : number of rows, where no array tells
-        parent : in a nested collection the rows that hold the new ones: `Refs` or dense rows (n,)
+        n : number of rows, if there is no array
+        parent : for a nested collection the owners of the new rows: `Refs` or dense rows (n,)
         **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
             as dicts of arrays; the presence of an optional struct as an array or list of bools
             under its name
@@ -121,7 +121,7 @@ class Collection(Fields):
         Raises
         ------
         AraelError
-            As `append`; nothing is added then.
+            As `append`; the collection is then unchanged.
         """
         table = self._table
         flat, children = given.flatten(self._group, values, table.label)
@@ -158,7 +158,7 @@ class Collection(Fields):
         return rows
 
     def _count(self, flat: Mapping[str, Any], owners: Ints | None) -> int:
-        """Return number of rows that the given arrays mean."""
+        """Return the number of rows of the given arrays."""
         for path, value in flat.items():
             column = self._table.data.get(path)
             shape = value.values.shape if isinstance(value, Handles) else np.shape(value)
@@ -168,7 +168,7 @@ class Collection(Fields):
             return len(owners)
         raise error(
             "E0704",
-            "no array tells how many rows to add",
+            "the number of rows is not determined by any array",
             self._table.label,
             help="pass the number first",
         )
@@ -176,20 +176,20 @@ class Collection(Fields):
     # --- removing ----------------------------------------------------------------------------
 
     def popleft(self, n: int = 1) -> None:
-        """Remove the first `n` rows of a deque, and what they hold; refs to them become stale."""
+        """Remove the first `n` rows of a deque with their nested rows; their refs become stale."""
         self._only("deque", "popleft", "removes at the front")
         if n > len(self):
             raise IndexError(f"popleft of {n} from {len(self)} rows")
         self._remove(self._every()[:n])
 
     def pop(self) -> None:
-        """Remove the last row, and what it holds."""
+        """Remove the last row with its nested rows."""
         if not len(self):
             raise IndexError("pop from an empty collection")
         self._remove(self._every()[-1:])
 
     def remove(self, refs: Ref | Refs) -> None:
-        """Remove rows of an arena anywhere; other refs stay good, the order of the rest is kept."""
+        """Remove rows of an arena anywhere; other refs stay valid, the order is kept."""
         self._only("arena", "remove", "removes anywhere")
         handles = given.refs(refs)
         if not isinstance(handles, Handles) or handles.table is not self._table:
@@ -202,7 +202,7 @@ class Collection(Fields):
         self._remove(rows)
 
     def clear(self) -> None:
-        """Remove every row here, and what they hold."""
+        """Remove all rows with their nested rows."""
         self._remove(self._every())
 
     def _only(self, collection: str, method: str, what: str) -> None:
@@ -293,7 +293,7 @@ def _rank(column: Column | None) -> int:
 
 
 def _together(rows: Ints) -> Rows:
-    """Return the rows as a slice if they lie together in memory."""
+    """Return the rows as a slice if they are contiguous in memory."""
     if not len(rows):
         return slice(0, 0)
     first, last = int(rows[0]), int(rows[-1])

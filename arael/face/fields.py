@@ -27,7 +27,7 @@ class Fields:
     _group: Group
 
     def _rows(self) -> Rows:
-        """Dense rows meant: a number, a slice or an array."""
+        """Dense rows: a number, a slice or an array."""
         raise AssertionError
 
     def _is_whole(self) -> bool:
@@ -35,7 +35,7 @@ class Fields:
         return False
 
     def _owner(self) -> Any:
-        """Return the row, if one row is meant; else None."""
+        """Return the row if there is exactly one; else None."""
         return None
 
     # --- names -------------------------------------------------------------------------------
@@ -52,7 +52,7 @@ class Fields:
         return member
 
     def _block(self, path: str) -> Block | None:
-        """The block of the Hessian that is named so here."""
+        """The block of the Hessian with that name."""
         full = f"{self._group.path}.{path}" if self._group.path else path
         for block in self._table.store.layout.blocks:
             if block.table == self._table.layout.path and block.prefix + block.name == full:
@@ -67,7 +67,7 @@ class Fields:
         return f"{self._table.label}.{path}".removesuffix(".")
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name == "_group":  # copying looks before there are fields
+        if name.startswith("__") or name == "_group":  # `copy` reads attributes before __init__
             raise AttributeError(name)
         return self._read(name)
 
@@ -78,7 +78,7 @@ class Fields:
         if name not in self._group.members and hasattr(type(self), name):
             raise AttributeError(f"`{name}` cannot be set")
         if name not in self._group.members and formulas.formula_at(self, name):
-            raise AttributeError(f"`{name}` is a formula: set what it is made of")
+            raise AttributeError(f"`{name}` is a formula: set the fields that it is computed from")
         self._set(self._member(name), value)
 
     def __getitem__(self, path: str) -> Any:
@@ -102,7 +102,7 @@ class Fields:
     # --- reading -----------------------------------------------------------------------------
 
     def _read(self, path: str) -> Any:
-        """What stands at a dotted path: a field, a block of the Hessian, a formula."""
+        """The item at a dotted path: a field, a block of the Hessian, a formula."""
         block = self._block(path)
         if block is not None:
             return read_block(self, block)
@@ -135,7 +135,7 @@ class Fields:
             handles = table.column(path)[rows]
             if single:
                 return Ref(target, int(handles))
-            if member.optional:  # null, and what was removed
+            if member.optional:  # null refs and refs to removed rows
                 return Refs(target, np.where(table.present(path)[rows], handles, -1))
             return Refs(target, handles.copy())
         part = taken(table.column(path), rows)
@@ -169,7 +169,7 @@ class Fields:
         table.set_refs(member.path, every, pointed, origin)
 
     def _need_present(self, member: Leaf | Group, origin: str) -> None:
-        """Refuse to write a field of a struct that is absent; the write would be lost."""
+        """Report a write to a field of an absent struct, which would be lost."""
         holder = member.path.rpartition(".")[0]
         if holder and not np.all(self._table.present(holder)[self._rows()]):
             raise error(
@@ -226,7 +226,7 @@ class Part(Fields):
 
     @property
     def present(self) -> bool | NDArray[np.bool_]:
-        """Whether the struct is there: bool, or (N,) bools."""
+        """Whether the struct is present: bool, or (N,) bools."""
         if "present" in self._group.members:
             return self._get(self._group.members["present"])  # type: ignore[no-any-return]
         found = self._table.present(self._group.path)[self._rows()]
@@ -248,7 +248,7 @@ def summary(fields: Fields, limit: int = 6) -> str:
 
 
 def _target(value: Any) -> str:
-    """Where a ref points, or how many there are."""
+    """The target of a ref, or the number of refs."""
     if not hasattr(value, "_handle"):
         return f"{len(value)} refs"
     table: Table = value._table

@@ -1,4 +1,4 @@
-"""The value of a rotation or transform in the forms that people think in."""
+"""Values of rotations and transforms in other representations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RIGID = ("transform", "similarity")
 
 
 class Forms:
-    """Reads and writes ``value`` in other forms; assigning is checked as ``value`` is."""
+    """Reads and writes ``value`` in other representations, with the same checks."""
 
     __slots__ = ()
 
@@ -42,7 +42,7 @@ class Forms:
     def matrix(self) -> Array:
         """Matrices body to world: of rotations (..., 3, 3), of angles (..., 2, 2), of transforms.
 
-        Those of transforms and similarities are homogeneous, (..., 4, 4). Assignable, but for
+        Those of transforms and similarities are homogeneous, (..., 4, 4). Assignable, except for
         angles.
         """
         if self._kind not in RIGID:
@@ -167,7 +167,7 @@ class Forms:
         return value
 
     def _rotation(self, value: Any, shape: tuple[int, ...]) -> Array:
-        """`value` as an array of rotations in one form, if that is what the parameter is."""
+        """`value` as an array of rotations in one form, if the parameter is a rotation."""
         if self._kind not in ("rotation", "quaternion", "euler", *RIGID):
             raise self._not_a_rotation()
         return self._shaped(value, shape)
@@ -184,7 +184,7 @@ class Forms:
         return array
 
     def _turn(self, array: Array) -> None:
-        """Assign rotations as quaternions or Euler angles; of a transform, quaternions."""
+        """Assign rotations as quaternions or Euler angles; for a transform, quaternions."""
         if self._kind in RIGID:
             self._part(array, slice(3, 7), np.asarray(self.value))
         else:

@@ -1,4 +1,4 @@
-"""Formulas of components as Python reads them: worked out anew from what is stored."""
+"""Python access to formulas of components, evaluated from the stored values on each read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def formula_at(fields: Fields, path: str) -> tuple[Entity, Formula] | None:
 
 
 def names(fields: Fields) -> set[str]:
-    """Names of the formulas right within `fields`."""
+    """Names of the formulas directly in `fields`."""
     here = f"{fields._group.path}." if fields._group.path else ""
     return {
         formula.path.removeprefix(here)
@@ -38,7 +38,7 @@ def names(fields: Fields) -> set[str]:
 
 
 def read_formula(fields: Fields, entity: Entity, formula: Formula) -> Any:
-    """Its value at one row, or (n, *shape) at many; None where an optional around it is absent."""
+    """Its value at one row, or (n, *shape) at many; None if an enclosing optional is absent."""
     table, rows = fields._table, fields._rows()
     if isinstance(rows, int) and not table.present(formula.path.rpartition(".")[0])[rows]:
         return None

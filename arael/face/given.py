@@ -1,4 +1,4 @@
-"""Nested keyword arguments made into columns by path, as the store takes them."""
+"""Conversion of nested keyword arguments to columns by path for the store."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arael.runtime.store.schema import Group, Leaf, Nested
 def flatten(
     group: Group, values: Any, origin: Origin
 ) -> tuple[dict[str, Any], list[tuple[Nested, Any]]]:
-    """Values of a struct by path, and what is given for its collections.
+    """Values of a struct by path, and the values of its collections.
 
     Keys are names or dotted paths; a struct takes a dict (or None where optional), a parameter its
     value or ``{"value": ..., "fixed": True}``.
@@ -56,7 +56,7 @@ def _is_presence(value: Any) -> bool:
 
 
 def _presence(value: Any, origin: Origin) -> Any:
-    """Whether an optional struct is there: as given, or an array of bools for a list of them."""
+    """Presence of an optional struct: the value, or an array of bools for a list."""
     if not isinstance(value, (list, tuple)):
         return value
     for row, item in enumerate(value):
@@ -79,7 +79,7 @@ def _leaf(flat: dict[str, Any], leaf: Leaf, value: Any) -> None:
 
 
 def value_and_fixed(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> tuple[Any, Any]:
-    """What a parameter is given as ``{"value": ..., "fixed": True}``."""
+    """Split a parameter given as ``{"value": ..., "fixed": True}``."""
     if not given.keys() <= {"value", "fixed"} or "value" not in given:
         raise error(
             "E0703", 'expected a value or {"value": ..., "fixed": ...}', origin, leaf.column
@@ -88,7 +88,7 @@ def value_and_fixed(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> tup
 
 
 def refs(value: Any) -> Any:
-    """Refs in any form as the store takes them: `Handles`, or indices; other values as they are."""
+    """Convert refs in any form for the store: `Handles`, or indices; other values unchanged."""
     from arael.face.ref import Ref, Refs
 
     if isinstance(value, Ref):
@@ -106,7 +106,7 @@ def refs(value: Any) -> Any:
             elif not isinstance(item, Ref):
                 raise error(
                     "E0703",
-                    f"expected a ref in every row, as in another, found {describe(item)}",
+                    f"expected a ref in every row, found {describe(item)}",
                     first._table.label,
                     help="give refs for all rows, or indices or keys for all",
                 )

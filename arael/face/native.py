@@ -1,7 +1,7 @@
-"""From what a caller binds to a native function to an address, after checks of its signature.
+"""Converts the binding of a native function to an address, after checking its signature.
 
-An address that is called with the wrong arguments ends the process, so everything that does not
-say what it takes is refused.
+A call with the wrong arguments would crash the process, so functions without a known signature are
+rejected.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SKIP = "__pyx_skip_dispatch"
 
 
 class SlowFunctionWarning(UserWarning):
-    """A plain Python function stands where native code could: each call of it takes the GIL."""
+    """A Python function is bound in place of native code: each call takes the GIL."""
 
 
 def bind_all(layout: Layout, functions: Mapping[str, Any]) -> dict[str, Binding]:
@@ -43,15 +43,15 @@ def bind_all(layout: Layout, functions: Mapping[str, Any]) -> dict[str, Binding]
     Parameters
     ----------
     layout : the compiled model
-    functions : by name of an ``extern fn``, what to call: a function pointer of ctypes or cffi, a
+    functions : maps the name of an ``extern fn`` to a function pointer of ctypes or cffi, a
         numba ``cfunc``, a capsule of Cython's ``__pyx_capi__``, a `scipy.LowLevelCallable`, or a
         Python function of floats
 
     Raises
     ------
     AraelError
-        E0821 for a name that is no native function of the model, E0822 for what cannot be called
-        with the function's arguments.
+        E0821 for a name that is not a native function of the model, E0822 for an object that cannot
+        be called with the function's arguments.
 
     Warns
     -----
@@ -99,7 +99,7 @@ def _native(
         raise _wrong(
             function,
             f"`{function.name}` is bound to a null pointer",
-            "make the pointer of a function, or look it up in a library that has it",
+            "pass a valid function pointer, for example from a library",
         )
     shown, result, arguments = _parsed(signature)
     n = len(function.params)
@@ -134,7 +134,7 @@ def _expected(n: int) -> str:
 
 
 def _parsed(signature: str) -> tuple[str, str, list[str]]:
-    """Split a signature into how to show it, the type of its result, and those of its arguments."""
+    """Split a signature into its text, the type of its result, and those of its arguments."""
     match = re.fullmatch(r"\s*([\w ]+?)\s*\(([^()]*)\)\s*(?:noexcept)?\s*(?:nogil)?\s*", signature)
     shown = " ".join(signature.split())
     if match is None:
@@ -153,7 +153,8 @@ def _type(text: str) -> str:
     return base + "*" * words.count("*")
 
 
-# --- what is recognised ---------------------------------------------------------------------------
+# --- supported objects
+# -----------------------------------------------------------------------------
 
 
 def _ctypes(function: Function, given: Any) -> Binding | None:
@@ -164,8 +165,7 @@ def _ctypes(function: Function, given: Any) -> Binding | None:
     if given.argtypes is None or given.restype not in (ctypes.c_double, ctypes.c_float):
         raise _wrong(
             function,
-            f"`{function.name}` is bound to a function of ctypes that does not say what it takes "
-            "and gives",
+            f"`{function.name}` is bound to a function of ctypes without a signature and gives",
             "set its `restype` to `ctypes.c_double` and its `argtypes` to "
             f"`[{', '.join(['ctypes.c_double'] * len(function.params))}]`",
         )
@@ -182,7 +182,9 @@ def _ctypes_name(type_: Any) -> str:
 
 
 def _cffi(function: Function, given: Any) -> Binding | None:
-    backend = sys.modules.get("_cffi_backend")  # whoever has a pointer of it has imported it
+    backend = sys.modules.get(
+        "_cffi_backend"
+    )  # a pointer of cffi exists only if the module is imported
     if backend is None or not isinstance(given, backend._CDataBase):
         return None
     ffi = backend.FFI()
@@ -220,7 +222,7 @@ def _capsule(function: Function, given: Any, keep: Any = None) -> Binding | None
     api = ctypes.pythonapi
     name = _api(api.PyCapsule_GetName, ctypes.c_char_p)(given)
     signature = (name or b"").decode("utf-8", "replace")
-    # The name is passed back as the very pointer: capsules compare its text.
+    # The same pointer is passed back, since capsules compare the text of the name.
     address = _api(api.PyCapsule_GetPointer, ctypes.c_void_p, ctypes.c_char_p)(given, name)
     user_data = _api(api.PyCapsule_GetContext, ctypes.c_void_p)(given)
     return _native(
@@ -229,7 +231,7 @@ def _capsule(function: Function, given: Any, keep: Any = None) -> Binding | None
 
 
 def _api(entry: Any, result: Any, *more: Any) -> Callable[..., Any]:
-    """Make a prototype of its own for a function of Python's C interface, which others use too."""
+    """Private prototype of a function of Python's C API, since the shared one is global."""
     prototype = ctypes.PYFUNCTYPE(result, ctypes.py_object, *more)
     return prototype(ctypes.cast(entry, ctypes.c_void_p).value)  # type: ignore[arg-type]
 

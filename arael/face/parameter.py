@@ -1,4 +1,4 @@
-"""A parameter of one row or of many, as Python sees it."""
+"""Python interface of a parameter of one row or of many."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[Any]
 
 
 def taken(array: Array, rows: Rows) -> Any:
-    """Rows of a column: a live view where they lie together, else a read-only copy."""
+    """Rows of a column: a live view if they are contiguous, else a read-only copy."""
     part = array[rows]
     if isinstance(rows, np.ndarray):
         part.flags.writeable = False
@@ -51,11 +51,11 @@ class Parameter(Forms):
 
     @property
     def value(self) -> Any:
-        """What the parameter holds: (N, ...) or (...) as a live view; a number for one scalar.
+        """The value: (N, ...) or (...) as a live view; a number for one scalar.
 
         Euler angles as roll, pitch, yaw [rad]; rotations as unit quaternions (w, x, y, z);
         directions as unit vectors; transforms as translation, quaternion and scale. Valid until
-        rows are added or removed. Writing into the view is not checked; assigning is.
+        rows are added or removed. Writes into the view are not checked; assignments are.
         """
         part = taken(self._table.column(self._path), self._rows())
         return part if isinstance(part, np.ndarray) else part.item()
@@ -66,7 +66,7 @@ class Parameter(Forms):
 
     @property
     def fixed(self) -> Any:
-        """Whether the data keeps the parameter out of every solve: bool, or (N,) bools."""
+        """Whether the data fixes the parameter in every solve: bool, or (N,) bools."""
         return self._flag(self._table.fixed(self._path))
 
     @fixed.setter
@@ -75,9 +75,9 @@ class Parameter(Forms):
 
     @property
     def optimize(self) -> Any:
-        """Whether the parameter is solved for, where it is not fixed: bool, or (N,) bools.
+        """Whether the parameter is solved for, unless it is fixed: bool, or (N,) bools.
 
-        Set for a whole collection it also holds for rows appended later.
+        Setting it for a whole collection also applies to rows appended later.
         """
         return self._flag(self._table.optimize(self._path))
 
@@ -87,7 +87,7 @@ class Parameter(Forms):
 
     @property
     def optimize_translation(self) -> Any:
-        """Whether the translation of a transform is solved for, where the transform is."""
+        """Whether the translation of a transform is solved for, if the transform is."""
         return self._part_flag("optimize_translation")
 
     @optimize_translation.setter
@@ -96,7 +96,7 @@ class Parameter(Forms):
 
     @property
     def optimize_rotation(self) -> Any:
-        """Whether the rotation of a transform is solved for, where the transform is."""
+        """Whether the rotation of a transform is solved for, if the transform is."""
         return self._part_flag("optimize_rotation")
 
     @optimize_rotation.setter
@@ -105,7 +105,7 @@ class Parameter(Forms):
 
     @property
     def optimize_scale(self) -> Any:
-        """Whether the scale of a similarity is solved for, where the similarity is."""
+        """Whether the scale of a similarity is solved for, if the similarity is."""
         return self._part_flag("optimize_scale")
 
     @optimize_scale.setter
@@ -136,7 +136,7 @@ class Parameter(Forms):
             self._table.optimize_new[f"{self._path}.{name}"] = bool(array)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        """Let NumPy take the parameter for its value."""
+        """Conversion to a NumPy array: its value."""
         value = np.asarray(self.value, dtype=dtype)
         return value.copy() if copy else value
 

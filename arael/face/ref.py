@@ -1,4 +1,4 @@
-"""Handles to rows that read through to their fields."""
+"""Handles to rows with attribute access to their fields."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Ints = NDArray[np.int64]
 
 
 class Ref(Fields):
-    """A row of a collection, wherever it moves: ``poses[3]``, or what ``append`` returns.
+    """A handle to a row, valid when the row moves: ``poses[3]``, or a result of ``append``.
 
-    Fields are attributes: ``ref.pos.value``, ``ref.info.gps``. A field named ``row``, ``index``,
-    ``name`` or ``is_valid`` is itself, not the property here.
+    Fields are attributes: ``ref.pos.value``, ``ref.info.gps``. Fields named ``row``, ``index``,
+    ``name`` or ``is_valid`` take precedence over the properties.
 
     Raises AraelError (E0709) on any use after the row was removed.
     """
@@ -42,22 +42,22 @@ class Ref(Fields):
 
     @property
     def row(self) -> int:
-        """Row among all rows of this kind, as in the arrays of `Collection` columns."""
+        """Row number in the table, the index into columns of `Collection`."""
         return self._table.row_of(self._handle)
 
     @property
     def index(self) -> int:
-        """Place within the collection that holds the row."""
+        """Index within its collection."""
         return int(self._table.index_in_parent()[self._table.row_of(self._handle)])
 
     @property
     def is_valid(self) -> bool:
-        """Whether the row is still there."""
+        """Whether the row still exists."""
         return self._table.is_valid(self._handle)
 
     @property
     def name(self) -> str:
-        """Name as one would write it: ``landmarks[5].frines[2]``."""
+        """Name of the row: ``landmarks[5].frines[2]``."""
         return self._table.row_name(self._table.row_of(self._handle))
 
     def __eq__(self, other: object) -> bool:
@@ -94,7 +94,7 @@ class Refs:
 
     @property
     def is_valid(self) -> NDArray[np.bool_]:
-        """Whether each row is still there (n,)."""
+        """Whether each row still exists (n,)."""
         return self.rows >= 0
 
     def __len__(self) -> int:
@@ -105,7 +105,7 @@ class Refs:
     @overload
     def __getitem__(self, index: slice | NDArray[Any]) -> Refs: ...
     def __getitem__(self, index: Any) -> Ref | Refs | None:
-        """One ref (None where null), or a choice of them."""
+        """One ref (None if null), or a selection of them."""
         picked = self._handles[index]
         if isinstance(picked, np.ndarray):
             return Refs(self._table, picked)

@@ -1,4 +1,4 @@
-"""Cameras, rotations, quaternions and covariances, on whole arrays."""
+"""Cameras, rotations, quaternions and covariances, vectorised over arrays."""
 
 from arael.geometry.camera import PinholeCamera, level_axes
 from arael.geometry.covariances import (

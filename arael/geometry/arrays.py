@@ -1,4 +1,4 @@
-"""The check of shapes that all functions of this room share."""
+"""The shared check of array shapes."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ def as_array(values: ArrayLike, tail: tuple[int, ...], what: str) -> Array:
 
     Parameters
     ----------
-    tail : the last extents
+    tail : the last dimensions
     what : name of the argument, for the message
 
     Raises
     ------
     AraelError
-        E1031 if the values are not numbers or their last extents are others.
+        E1031 if the values are not numbers or their last dimensions differ.
     """
     try:
         found = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise _refused(what, tail, "something that is no array of numbers") from None
+        raise _refused(what, tail, "something that is not an array of numbers") from None
     if found.ndim < len(tail) or found.shape[found.ndim - len(tail) :] != tail:
         raise _refused(what, tail, f"shape {found.shape}")
     return found
@@ -39,6 +39,6 @@ def _refused(what: str, tail: tuple[int, ...], found: str) -> AraelError:
             "E1031",
             f"`{what}` must have shape ({expected}), found {found}",
             origin="arael.geometry",
-            help=("one item or many of them: the leading extents are free",),
+            help=("one item or many: the leading dimensions are free",),
         )
     )

@@ -1,4 +1,4 @@
-"""A pinhole camera in a body."""
+"""A pinhole camera on a body."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arael.geometry.arrays import Array, as_array
 
 
 def level_axes(yaw: float = 0.0) -> Array:
-    """Axes (3, 3) of a camera that looks level along `yaw` [rad] of a body with z up.
+    """Axes (3, 3) of a camera with a horizontal optical axis at `yaw` [rad], body z up.
 
     Columns are the camera's x (right), y (down) and z (forward) in the body frame.
     """
@@ -23,15 +23,15 @@ def level_axes(yaw: float = 0.0) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class PinholeCamera:
-    """A camera without lens distortion, fixed in a body.
+    """A camera without lens distortion, fixed to a body.
 
-    A point (X, Y, Z) of the camera frame is seen at ``(fx X / Z + cx, fy Y / Z + cy)``. Pixel
+    A point (X, Y, Z) of the camera frame projects to ``(fx X / Z + cx, fy Y / Z + cy)``. Pixel
     coordinates run from 0 to `width` and `height`; the middle of the first pixel is (0.5, 0.5).
 
     Attributes
     ----------
     fx, fy : focal lengths [px]
-    cx, cy : where the optical axis meets the image [px]
+    cx, cy : principal point [px]
     width, height : of the image [px]
     pos : (3,) position in the body frame [m]
     axes : (3, 3) columns are the camera's x, y (down) and z (forward) in the body frame
@@ -57,12 +57,12 @@ class PinholeCamera:
         if not np.allclose(self.axes.T @ self.axes, np.eye(3), atol=1e-6):
             raise _refused(
                 "the columns of `axes` are not unit vectors at right angles",
-                "`level_axes(yaw)` makes the axes of a camera that looks level",
+                "`level_axes(yaw)` returns the axes of a horizontal camera",
             )
 
     @classmethod
     def from_fov(cls, width: int, height: int, fov: float, **rest: Any) -> PinholeCamera:
-        """A camera with square pixels whose optical axis meets the middle of the image.
+        """A camera with square pixels and the principal point in the middle of the image.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class PinholeCamera:
         return cls(focal, focal, 0.5 * width, 0.5 * height, width, height, **rest)
 
     def project(self, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
-        """Where points are seen.
+        """Project points.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class PinholeCamera:
         return pixels, inside & (depth >= self.min_depth)
 
     def visible(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Which of the body-frame `points` (..., 3) the camera sees."""
+        """Visibility of the body-frame `points` (..., 3)."""
         return self.project(points)[1]
 
     def rays(self, pixels: ArrayLike) -> Array:
@@ -114,9 +114,9 @@ class PinholeCamera:
     def feature_frames(self, pixels: ArrayLike) -> Array:
         """Frames (..., 3, 3), feature to body, of detections at `pixels` (..., 2).
 
-        Column 0 looks along the ray, column 2 is the camera's up made orthogonal to it, column 1
-        completes a right-handed frame. In it, the directions of a bearing residual are ``atan2`` of
-        the second and third coordinate against the first.
+        Column 0 is along the ray, column 2 is the camera's up direction orthogonalised to it,
+        column 1 completes a right-handed frame. In it, the directions of a bearing residual are
+        ``atan2`` of the second and third coordinate against the first.
         """
         ray = self.rays(pixels)
         up = -self.axes[:, 1]
@@ -126,10 +126,10 @@ class PinholeCamera:
     def pixel_angles(self, pixels: ArrayLike) -> Array:
         """Angular size (..., 2) [rad] of pixels, across and up in their feature frame.
 
-        A step of one pixel moves the ray (u, v, 1) by 1 / f in the image plane; seen from the
-        camera, the part of it across the ray counts, over the ray's length. Off the axis a pixel is
-        smaller than 1 / f. A detector that errs by s pixels measures a bearing with isigma
-        1 / (s pixel_angles).
+        A step of one pixel moves the ray (u, v, 1) by 1 / f in the image plane; the angle is its
+        component across the ray, divided by the ray's length. Off the axis a pixel is smaller than
+        1 / f. A detector with an error of s pixels measures a bearing with isigma 1 / (s
+        pixel_angles).
         """
         u, v, _ = np.moveaxis(self._image_plane(pixels), -1, 0)
         square = 1 + u**2 + v**2

@@ -1,4 +1,4 @@
-"""Covariances as the models take them: a rotation to principal axes and 1/sigma along each."""
+"""Covariances in the form of the models: principal axes and 1/sigma along each."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arael.geometry.arrays import Array, as_array
 def decompose_covariance(covariance: ArrayLike) -> tuple[Array, Array]:
     """Principal axes of covariances: ``K = R diag(d) R'``.
 
-    A raw difference e is whitened by ``cov_isigma * (cov_r' e)``: a count of sigmas along each
-    axis, whose squares sum to ``e' K^-1 e``.
+    A raw difference e is whitened by ``cov_isigma * (cov_r' e)``: the components in sigmas along
+    each axis, whose squares sum to ``e' K^-1 e``.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def decompose_covariance(covariance: ArrayLike) -> tuple[Array, Array]:
     if uneven.any():
         raise _refused(uneven, "is not symmetric, or has entries that are not finite")
     values, axes = np.linalg.eigh(k)
-    # A variance of 0 is a measurement without error, of infinite weight.
+    # A variance of 0 would be an infinite weight.
     poor = values[..., 0] <= values[..., -1] * k.shape[-1] * np.finfo(np.float64).eps
     if poor.any():
         smallest = values[..., 0][poor].flat[0]
@@ -46,7 +46,7 @@ def decompose_covariance(covariance: ArrayLike) -> tuple[Array, Array]:
 
 
 def compose_covariance(cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
-    """The covariances (..., k, k) that `decompose_covariance` made `cov_r`, `cov_isigma` of."""
+    """Covariances (..., k, k) from `cov_r` and `cov_isigma`: inverse of `decompose_covariance`."""
     isigma = np.asarray(cov_isigma, dtype=np.float64)
     k = isigma.shape[-1:]
     axes = as_array(cov_r, k + k, "cov_r")
@@ -55,7 +55,7 @@ def compose_covariance(cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
 
 
 def whiten(raw: ArrayLike, cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
-    """Differences `raw` (..., k) as counts of sigmas (..., k) along the principal axes."""
+    """Whitened differences (..., k): `raw` (..., k) in sigmas along the principal axes."""
     isigma = np.asarray(cov_isigma, dtype=np.float64)
     k = isigma.shape[-1:]
     axes = as_array(cov_r, k + k, "cov_r")

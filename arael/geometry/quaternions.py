@@ -59,9 +59,9 @@ def quat_log(q: ArrayLike) -> Array:
 
 
 def quat_slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
-    """Rotations (..., 4) a fraction `t` (...) of the way from `p` to `q`, the short way round.
+    """Rotations (..., 4) a fraction `t` (...) of the way from `p` to `q`, along the shorter arc.
 
-    Constant angular velocity: ``p exp(t log(p* q))``. `t` beyond 0 and 1 goes on turning.
+    Constant angular velocity: ``p exp(t log(p* q))``. `t` outside 0 to 1 extrapolates.
     """
     a, b = as_array(p, (4,), "p"), as_array(q, (4,), "q")
     step = quat_log(quat_product(quat_conjugate(a), b))
@@ -84,9 +84,9 @@ def quat_to_matrix(q: ArrayLike) -> Array:
 def quat_from_matrix(rotation: ArrayLike) -> Array:
     """Unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3).
 
-    A matrix that is only nearly a rotation is taken for the nearest one, as SciPy does.
+    A matrix that is nearly a rotation is projected to the nearest one, as in SciPy.
     """
-    # Deferred: it takes longer to import than all of NumPy.
+    # Imported here, because it takes longer to import than NumPy.
     from scipy.spatial.transform import Rotation
 
     r = as_array(rotation, (3, 3), "rotation")

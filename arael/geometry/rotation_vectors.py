@@ -14,7 +14,7 @@ def rotation_from_vector(v: ArrayLike) -> Array:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) [rad]: the exponential map.
 
     Rodrigues' formula ``I + sin(a)/a [v]x + (1 - cos(a))/a^2 [v]x^2`` with a = |v|, written with
-    sinc so that it is exact at zero too.
+    sinc to be exact at zero too.
     """
     vectors = as_array(v, (3,), "v")
     angle = np.linalg.norm(vectors, axis=-1)[..., None, None]

@@ -1,4 +1,4 @@
-"""Data files in and out, one format a file."""
+"""Readers and writers of data files, one module per format."""
 
 from arael.io.formats import FORMATS, format_of, read, write
 

@@ -1,8 +1,8 @@
-"""Bundle adjustment in the large: cameras, points and observations as the BAL data sets hold them.
+"""Bundle adjustment problems in the format of the BAL data sets.
 
 The text is numbers with white space between: ``cameras points observations``, then for each
-observation ``camera point x y``, then nine numbers a camera (rotation vector world to camera,
-translation, focal length, two radial distortions) and three a point. See S. Agarwal, N. Snavely,
+observation ``camera point x y``, then nine numbers per camera (rotation vector world to camera,
+translation, focal length, two radial distortions) and three per point. See S. Agarwal, N. Snavely,
 S. Seitz, R. Szeliski: Bundle Adjustment in the Large, ECCV 2010.
 """
 
@@ -23,8 +23,8 @@ from arael.runtime.store.messages import error, shorten
 Array = NDArray[Any]
 
 HEAD = re.compile(rb"\s*\d+\s+\d+\s+\d+\s*\n\s*\d+\s+\d+\s+[-+.\d]")
-"""How such a file begins."""
-WORD = re.compile(r"\S+", re.ASCII)  # as bytes are split
+"""Matches the start of such a file."""
+WORD = re.compile(r"\S+", re.ASCII)  # the white space of bytes.split
 CAMERA = ("r", "t", "f", "k1", "k2")
 SHAPES: dict[str, dict[str, tuple[int, ...]]] = {
     "cameras": {"r": (4,), "t": (3,), "f": (), "k1": (), "k2": ()},
@@ -39,8 +39,8 @@ def read(store: Store, content: bytes, name: str) -> None:
     Raises
     ------
     AraelError
-        With file and line: E0716 no number, or too few or too many of them; E0705 not finite; E0708
-        a camera or point that is not there; E0722 where the model is of another shape.
+        With file and line: E0716 not a number, or too few or too many numbers; E0705 not finite;
+        E0708 a camera or point out of range; E0722 a model of another structure.
     """
     _check_shape(store, name)
     report = Report(name)
@@ -50,7 +50,7 @@ def read(store: Store, content: bytes, name: str) -> None:
 
 
 class _Text:
-    """The numbers of a file, and where each stands."""
+    """The numbers of a file with their places."""
 
     def __init__(self, name: str, content: bytes, report: Report) -> None:
         self.name, self.content, self.report = name, content, report
@@ -127,7 +127,7 @@ def _fill(store: Store, text: _Text) -> None:
             f"{cameras} cameras, {points} points and {observations} observations take {expected} "
             f"numbers, found {len(text.words)}",
             text.name,
-            help="the file is truncated, or its first line does not fit the rest",
+            help="the file is truncated, or its first line is wrong",
         )
     camera = text.integers(3, observations, 4, cameras, "camera")
     point = text.integers(4, observations, 4, points, "point")
@@ -148,12 +148,12 @@ def _fill(store: Store, text: _Text) -> None:
 
 
 def dump(store: Store, name: str) -> bytes:
-    """Return the model's data as BAL text; read back it has the same cost.
+    """Return the model's data as BAL text; reading it gives the same cost.
 
     Raises
     ------
     AraelError
-        E0722 a model of another shape, E0705 not finite, E0709 a stale ref.
+        E0722 a model of another structure, E0705 not finite, E0709 a stale ref.
     """
     _check_shape(store, name)
     cameras, points, seen = (store.tables[t] for t in SHAPES)

@@ -1,4 +1,4 @@
-"""Names of columns in files that hold one column a field (NPZ) or a scalar (CSV)."""
+"""Names of columns in files with one column per field (NPZ) or per scalar (CSV)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def full_path(table: Table, path: str) -> str:
 
 
 def presence_name(table: Table, optional: str) -> str:
-    """Name of a presence mask: the path of a struct, ``path.present`` of a value."""
+    """Name of a presence mask: the path of a struct, ``path.present`` for a value."""
     return f"{optional}.present" if optional in table.data else optional
 
 
 def offsets_name(table: Table) -> str:
-    """Name of the array that says which rows each parent holds."""
+    """Name of the array of row offsets by parent."""
     return f"{table.layout.path}.offsets"
 
 

@@ -1,4 +1,4 @@
-"""A CSV file of points, as columns of numbers by name, where no model says what it holds."""
+"""A CSV file of points, as columns of numbers by name, without a model."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _UNIT = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*$")
 
 
 class Points:
-    """Rows of a CSV file below a line of names; cells are read as numbers when asked for.
+    """Rows of a CSV file below a line of names; cells are converted to numbers on demand.
 
-    Lines that begin with ``#`` are comments. If the names are in one, as `numpy.savetxt` writes
-    them, they are taken from there.
+    Lines that begin with ``#`` are comments. The names may be in a comment, as `numpy.savetxt`
+    writes them.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Points:
 
     Attributes
     ----------
-    titles : by the name under which a formula reads a column, the title in the file. ``Time (s)``
+    titles : maps the name of a column in formulas to its title in the file. ``Time (s)``
         is read as ``Time``, ``wheel speed`` as ``wheel_speed``.
 
     Raises
@@ -83,7 +83,7 @@ class Points:
         ------
         AraelError
             With file, line and column, several at once: E0703 not a number, E0705 not finite, and
-            what is wrong with the file as a whole.
+            errors of the file as a whole.
         """
         wanted = {self.titles[name]: name for name in names}
         found = list(self._wrong)
@@ -107,7 +107,7 @@ class Points:
         return values
 
     def _from_comment(self, content: bytes, first: list[str]) -> list[str]:
-        """The names in the last comment above the first row, if it has as many as there are."""
+        """The names in the last comment above the first row, if their number fits."""
         comments = []
         for line in content.decode().splitlines():
             if line.strip() and not line.lstrip().startswith("#"):
@@ -129,9 +129,9 @@ class Points:
 
 
 def readable_names(titles: Iterable[str]) -> dict[str, str]:
-    """Titles of columns by the names that formulas read them under.
+    """Titles of columns by their names in formulas.
 
-    A unit in brackets at the end is left out, where the name is then still that of one column.
+    A unit in brackets at the end is removed if the name remains unique.
     """
     kept = list(dict.fromkeys(titles))
     short = {title: _identifier(_UNIT.sub("", title)) for title in kept}

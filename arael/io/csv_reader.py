@@ -1,4 +1,4 @@
-"""CSV: the rows of one collection, a field a column (LANGUAGE section 10).
+"""CSV reader: the rows of one collection, one scalar per column (LANGUAGE section 10).
 
 The first line names the columns: ``x``, ``pos.x`` or ``pos[0]``, ``m[0][1]``, ``q.w``,
 ``info.tilt_roll``, ``pos.fixed``; refs are indices or keys. An empty cell is an absent optional,
@@ -38,8 +38,8 @@ def read(store: Store, content: bytes, name: str, collection: str | None) -> Non
     AraelError
         With file, line and column, several at once: E0713 no such collection, E0711 not CSV, E0701
         unknown column, E0702 missing, E0703 wrong type, E0704 wrong number of cells, E0705 not
-        finite, E0706 does not fit, E0708 ref out of range, E0718 a column twice. The store is as
-        it was then.
+        finite, E0706 does not fit, E0708 ref out of range, E0718 a column twice. The store is then
+        unchanged.
     """
     table = choose(store, name, collection)
     report = Report(name)
@@ -56,7 +56,7 @@ def read(store: Store, content: bytes, name: str, collection: str | None) -> Non
 
 
 def choose(store: Store, name: str, collection: str | None) -> Table:
-    """Return the table that a CSV file holds: named, or as the file is, or the only one."""
+    """Return the table of a CSV file: given, with the name of the file, or the only one."""
     tables = {
         t.layout.path: t for t in store.tables.values() if t.layout.path and not t.layout.parent
     }
@@ -124,7 +124,7 @@ class _Reader:
     # --- conversion ----------------------------------------------------------------------------
 
     def convert(self) -> None:
-        """Make arrays of all cells; the table is not touched."""
+        """Convert all cells to arrays, without changing the table."""
         cells = self._cells()
         if cells is None:
             return
@@ -154,7 +154,7 @@ class _Reader:
                 )
 
     def _cells(self) -> dict[str, tuple[str, ...]] | None:
-        """Cells by column; None if the rows are not all as long as the header."""
+        """Cells by column; None if some row has not the length of the header."""
         header = self.header
         for name in sorted({n for n in header if header.count(n) > 1}):
             self.report.add("E0718", f"the column `{shorten(name)}` is given twice", "")
@@ -167,7 +167,7 @@ class _Reader:
         return dict(zip(header, columns, strict=True))
 
     def _lacking(self, column: Column, cells: dict[str, tuple[str, ...]]) -> None:
-        """Accept a column that is not there if it has a default or is optional, or report it."""
+        """Accept a missing column if it has a default or is optional, or report it."""
         path = column.path
         some = [n for n, _ in scalar_names(column) if n in cells]
         around = [o for o in self.table.optionals if f"{path}.".startswith(f"{o}.")]
@@ -238,7 +238,7 @@ class _Reader:
     def _parse(
         self, kind: str, cells: Any, rows: Ints, name: str, column: Column | None
     ) -> list[Any] | None:
-        """Cells as values; None after reporting those that are none."""
+        """Cells as values; None after reporting invalid ones."""
         if kind == "string":
             return list(cells)
         try:
@@ -256,7 +256,7 @@ class _Reader:
     # --- into the table --------------------------------------------------------------------------
 
     def put(self) -> None:
-        """Replace the rows of the table, then point the refs."""
+        """Replace the rows of the table, then set the refs."""
         self._check_structs()
         if self.report.found:
             return
@@ -271,7 +271,7 @@ class _Reader:
                 table.column(f"{column.path}?")[rows] = True
 
     def _check_structs(self) -> None:
-        """Refuse optional structs that are there only in part."""
+        """Report optional structs that are only partially given."""
         table = self.table
         for optional in table.optionals:
             mask = self.columns.get(f"{optional}?")
@@ -302,14 +302,14 @@ def _all_names(column: Column) -> set[str]:
 
 
 def _namings(column: Column) -> tuple[list[str], list[str]]:
-    """Return the names of a field's scalars with letters and with numbers."""
+    """Return the names of a field's scalars with letters and with indices."""
     scalars = list(scalar_names(column))
     numbers = [column.path + "".join(f"[{k}]" for k in index) for _, index in scalars]
     return [name for name, _ in scalars], numbers
 
 
 def _given_names(column: Column, cells: dict[str, tuple[str, ...]]) -> list[str] | None:
-    """Names under which all scalars of a field are given, with letters or with numbers."""
+    """The given names of all scalars of a field, with letters or with indices."""
     for names in _namings(column):
         if all(n in cells for n in names):
             return names

@@ -1,4 +1,4 @@
-"""CSV out: one collection, as `csv_reader` reads it."""
+"""CSV writer: one collection, in the format of `csv_reader`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bytes in and out: bounded reading, writing whole or not at all."""
+"""Files as bytes: reading with a size limit, atomic writing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import BinaryIO
 from arael.diagnostics.records import AraelError
 from arael.runtime.store.messages import describe, error
 
-# The most that is read from one file, after decompression, unless the caller says otherwise.
+# Default limit for the size of one file, after decompression.
 DEFAULT_LIMIT = 2 * 1024**3
 CHUNK = 1024**2
 
@@ -28,7 +28,7 @@ WIDE_MARKS = {codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
 
 
 def shown(path: StrPath) -> str:
-    r"""The name of a file as messages print it; bytes that are no UTF-8 as ``\xff``."""
+    r"""The name of a file for messages; bytes that are invalid in UTF-8 as ``\xff``."""
     name = os.fsdecode(path)
     try:
         return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
@@ -37,7 +37,7 @@ def shown(path: StrPath) -> str:
 
 
 def check_name(path: object) -> str:
-    """Return the name of a file as text; E0712 for what cannot be one."""
+    """Return the name of a file as text; E0712 for an invalid one."""
     if not isinstance(path, str | bytes | os.PathLike):
         raise error("E0712", f"expected the name of a file, found {describe(path)}", "path")
     name = os.fsdecode(path)
@@ -68,7 +68,7 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
     Raises
     ------
     AraelError
-        E0712 missing, a directory, unreadable, empty or not gzip after all; E0714 over the limit.
+        E0712 missing, a directory, unreadable, empty or invalid gzip; E0714 over the limit.
     """
     name = shown(path)
     check_readable(path)
@@ -87,7 +87,7 @@ def read_bytes(path: StrPath, limit: int = DEFAULT_LIMIT) -> bytes:
 
 
 def _read_up_to(file: BinaryIO, most: int) -> bytes:
-    """Up to `most` bytes of a file; memory is reserved for what is there, not for `most`."""
+    """Up to `most` bytes of a file; memory is allocated for the content, not for `most`."""
     size = os.fstat(file.fileno()).st_size  # 0 for a pipe
     parts = [file.read(min(size + 1, most))]
     left = most - len(parts[0])
@@ -98,7 +98,7 @@ def _read_up_to(file: BinaryIO, most: int) -> bytes:
 
 
 def check_readable(path: StrPath) -> None:
-    """Raise E0712 for what is not there or is a directory."""
+    """Raise E0712 for a missing file or a directory."""
     name = shown(path)
     if os.path.isdir(path):
         raise error("E0712", "expected a file, found a directory", name)
@@ -107,7 +107,7 @@ def check_readable(path: StrPath) -> None:
 
 
 def unreadable(name: str, failure: OSError) -> AraelError:
-    """E0712 from what the system says."""
+    """E0712 with the reason given by the system."""
     reason = failure.strerror or str(failure)
     return error("E0712", f"cannot read the file: {reason.lower()}", name)
 
@@ -118,7 +118,7 @@ def too_large(name: str, limit: int) -> AraelError:
         "E0714",
         f"the content is larger than {limit} bytes",
         name,
-        help="raise `limit` if it is meant",
+        help="raise `limit` if the file is valid",
     )
 
 
@@ -142,17 +142,17 @@ def _gunzip(content: bytes, name: str, limit: int) -> bytes:
 
 
 def compress(content: bytes) -> bytes:
-    """Gzip, the same bytes for the same content at any time."""
+    """Gzip with reproducible output."""
     return gzip.compress(content, 6, mtime=0)
 
 
 def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
-    """Write a file whole or not at all: what was there stays until all is safely on the disk.
+    """Write a file atomically: the old file stays until the new content is safely on disk.
 
     Raises
     ------
     AraelError
-        E0715 where the system refuses (no space, no permission, no such folder).
+        E0715 on a system error (no space, no permission, no such folder).
     """
     name = shown(path)
     target = Path(os.path.realpath(path))
@@ -178,7 +178,7 @@ def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
         _sync_folder(target.parent)
     except OSError as failure:
         reason = (failure.strerror or str(failure)).lower()
-        kept = "; the old file is as it was" if target.is_file() else ""
+        kept = "; the old file is unchanged" if target.is_file() else ""
         raise error("E0715", f"cannot write the file: {reason}{kept}", name) from None
     finally:
         if temporary is not None:
@@ -193,7 +193,7 @@ def _default_mode() -> int:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the rename itself durable, where the system can."""
+    """Make the rename durable, if the system supports it."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

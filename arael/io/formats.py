@@ -1,4 +1,4 @@
-"""Which format a file has, and reading and writing in it."""
+"""Detection of file formats; reading and writing."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from arael.io.files import DEFAULT_LIMIT, StrPath
 from arael.runtime.store import Store
 from arael.runtime.store.messages import error, suggestion
 
-# Name -> what it is, for help texts.
+# Name -> description for help texts.
 FORMATS = {
-    "json": "objects and arrays as the model nests them (.json, .json.gz)",
+    "json": "objects and arrays with the structure of the model (.json, .json.gz)",
     "npz": "NumPy columns by path (.npz)",
-    "csv": "one collection, a row a line (.csv, .tsv)",
+    "csv": "one collection, one row per line (.csv, .tsv)",
     "g2o": "pose graphs of pose_graph_2d and pose_graph_3d (.g2o)",
     "bal": "bundle adjustment of bundle_adjustment (.bal, .txt)",
 }
@@ -52,18 +52,18 @@ def read(
 
     Parameters
     ----------
-    model : a model instance or its store; unchanged if anything is wrong
-    path : the file; gzipped content is read as what is inside
-    format : one of `FORMATS`; by default told from the file's name, else from its content
+    model : a model instance or its store; unchanged after an error
+    path : the file; gzipped content is decompressed
+    format : one of `FORMATS`; by default from the file's extension, else from its content
     collection : for CSV, the collection that the rows belong to (only its rows are replaced); by
-        default the one the file is named after, or the model's only one
+        default the one with the name of the file, or the model's only one
     limit : the most bytes to read, after decompression
 
     Raises
     ------
     AraelError
-        E0712 unreadable, E0713 unknown format, E0714 too large, and what the readers raise; several
-        diagnostics at once where several things are wrong.
+        E0712 unreadable, E0713 unknown format, E0714 too large, and the errors of the readers;
+        several diagnostics at once if there are several errors.
     """
     store = store_of(model)
     path = files.check_name(path)
@@ -112,21 +112,21 @@ def write(
     *,
     collection: str | None = None,
 ) -> None:
-    """Write the data of a model to a file, whole or not at all.
+    """Write the data of a model to a file atomically.
 
     Parameters
     ----------
     model : a model instance or its store
     path : the file; ``.gz`` at the end compresses
-    format : one of `FORMATS`; by default told from the file's name
-    collection : for CSV, the collection to write; by default the one the file is named after, or
+    format : one of `FORMATS`; by default from the file's extension
+    collection : for CSV, the collection to write; by default the one with the name of the file, or
         the model's only one
 
     Raises
     ------
     AraelError
-        E0713 unknown format, E0715 where the system refuses (the old file is kept), E0705 NaN or
-        infinite, E0709 a stale ref, E0722 a model of another shape than the format has.
+        E0713 unknown format, E0715 on a system error (the old file is unchanged), E0705 NaN or
+        infinite, E0709 a stale ref, E0722 a model that does not have the structure of the format.
     """
     store = store_of(model)
     path = files.check_name(path)
@@ -135,7 +135,7 @@ def write(
     if not found:
         raise error(
             "E0713",
-            "the format is not told by the file's name",
+            "the file's extension does not give a format",
             name,
             help=f"known formats are {', '.join(FORMATS)}",
         )

@@ -1,4 +1,4 @@
-"""JSON data, column by column: objects mirror structs, arrays collections (LANGUAGE section 10)."""
+"""JSON reader, column by column: objects are structs, arrays collections (LANGUAGE section 10)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read(store: Store, content: bytes, name: str) -> None:
     Raises
     ------
     AraelError
-        Everything that is wrong (the first 20), by key path; the store is as it was then. E0711 not
+        With the first 20 errors, by key path; the store is then unchanged. E0711 not
         JSON, E0701 unknown key, E0702 missing, E0703 wrong type, E0704 wrong length, E0705 not
         finite, E0706 does not fit, E0707 null, E0708 ref out of range, E0718 a key twice, E0721
         not a rotation.
@@ -48,7 +48,7 @@ def read(store: Store, content: bytes, name: str) -> None:
 
 def _decode(content: bytes, name: str) -> Any:
     collecting = gc.isenabled()
-    gc.disable()  # millions of small lists make the collector run for nothing
+    gc.disable()  # millions of small lists would trigger useless garbage collections
     try:
         return msgspec.json.decode(content)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as failure:
@@ -59,13 +59,13 @@ def _decode(content: bytes, name: str) -> Any:
 
 
 class _Reader:
-    """Fills an empty store table by table, owners before what they hold; refs at the end."""
+    """Fills an empty store table by table, owners before nested rows; refs at the end."""
 
     def __init__(self, store: Store, report: Report) -> None:
         self.store = store
         self.report = report
         self.refs = PendingRefs(store, report)
-        self.keys = 0  # object keys seen, to notice one that was given twice
+        self.keys = 0  # object keys seen, to detect duplicates
 
     def read(self, scene: Any) -> None:
         root = self.store.root
@@ -83,7 +83,7 @@ class _Reader:
             self.refs.resolve()
 
     def _table(self, table: Table, objects: list[Any], owners: Ints, place: Place) -> None:
-        """Read the rows of one collection (of all owners) and then what they hold."""
+        """Read the rows of one collection (of all owners) and then the rows nested in them."""
         rows = _Rows(table, objects, owners, place)
         if not self._all_objects(table.fields, objects, place):
             return
@@ -115,7 +115,7 @@ class _Reader:
     def _group(
         self, rows: _Rows, group: Group, objects: list[Object], index: Ints, place: Place
     ) -> None:
-        """Read the members of a struct that is there at the rows `index`."""
+        """Read the members of a struct that is present at the rows `index`."""
         self.keys += sum(map(len, objects))
         self._refuse_unknown(group, objects, place)
         for name, member in group.members.items():
@@ -218,7 +218,7 @@ class _Reader:
     def _unwrap_fixed(
         self, rows: _Rows, leaf: Leaf, values: list[Any], index: Ints, place: Place
     ) -> list[Any]:
-        """Values of parameters some of which are given as ``{"value": ..., "fixed": ...}``."""
+        """Values of parameters, some given as ``{"value": ..., "fixed": ...}``."""
         if dict not in set(map(type, values)):
             return values
         plain = []
@@ -252,7 +252,7 @@ class _Reader:
     def _convert(
         self, table: Table, leaf: Leaf, values: list[Any], place: Place
     ) -> NDArray[Any] | None:
-        """Return the column at once if all is right; else go value by value to say what is not."""
+        """Convert the column at once if it is valid; else value by value, to report the errors."""
         column = leaf.column
         array = fast_array(column, values)
         if array is not None:
@@ -277,7 +277,7 @@ class _Reader:
     def _collection(
         self, table: Table, nested: Nested, held: list[Any], index: Ints, place: Place
     ) -> None:
-        """Read the arrays that the rows `index` of the parent hold as the rows of one table."""
+        """Read the arrays in the rows `index` of the parent as the rows of one table."""
         name = nested.path.rpartition(".")[2]
         if not set(map(type, held)) <= {list, tuple}:
             for i, value in enumerate(held):
@@ -316,19 +316,19 @@ class _Rows:
         self.refs: list[tuple[Any, list[Any], Ints, Place]] = []
 
     def column(self, path: str) -> NDArray[Any]:
-        """Array of the column, with defaults where nothing is given."""
+        """Array of the column, with defaults for missing values."""
         if path not in self.columns:
             self.columns[path] = self.table.blank_column(path, len(self.objects))
         return self.columns[path]
 
     def mask(self, path: str) -> NDArray[np.bool_]:
-        """Presence or `fixed`, false where nothing is said."""
+        """Presence or `fixed`, false if not given."""
         if path not in self.columns:
             self.columns[path] = np.zeros(len(self.objects), np.bool_)
         return self.columns[path]
 
     def add(self) -> None:
-        """Put the rows into the table."""
+        """Add the rows to the table."""
         self.table.extend_trusted(len(self.objects), self.owners, self.columns)
 
 

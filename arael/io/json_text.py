@@ -1,4 +1,4 @@
-"""JSON as text: where it stops being JSON, and keys given twice."""
+"""JSON as text: places of errors, and duplicate keys."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.io.report import Report
 from arael.runtime.store.messages import shorten
 
-# Texts up to here are shown with a window; larger ones are only named by line and column.
+# Errors in texts up to this size are shown with an excerpt; in larger ones by line and column.
 WINDOW = 200_000
-# Key paths are looked for in texts up to here.
+# Key paths are determined in texts up to this size.
 SCANNED = 50_000_000
 TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[\]{},:]', re.DOTALL)
 NOT_NUMBERS = re.compile(rb"-?(?:NaN|nan|Infinity|inf)")
@@ -50,7 +50,7 @@ def syntax_error(content: bytes, name: str, failure: Exception) -> AraelError:
     if special:
         path = path_at(content, special.start())
         message = f"`{path}` is {special[0].decode()}" if path else f"{special[0].decode()}"
-        help = "JSON has finite numbers only; leave the measurement out"
+        help = "JSON has finite numbers only; omit the measurement"
         return AraelError(_diagnostic("E0705", message, content, name, special.start(), help))
     what = re.sub(r"^JSON is malformed: | \(byte \d+\)$", "", text)
     path = path_at(content, offset)
@@ -67,12 +67,12 @@ def _not_text(content: bytes, name: str) -> AraelError:
         inside = f" in `{path}`" if path else ""
         message = f"not UTF-8 text: byte 0x{content[failure.start]:02x}{inside}"
         return AraelError(_diagnostic("E0711", message, content, name, failure.start))
-    raise AssertionError("the decoder refused text that is UTF-8")
+    raise AssertionError("the decoder rejected valid UTF-8")
 
 
 def _half_pair(content: bytes) -> int:
-    """Offset of the first escape that is half of a surrogate pair; -1 if there is none."""
-    high = -1  # offset of the first half of a pair whose second half must come next
+    """Offset of the first escape of an unpaired surrogate; -1 if there is none."""
+    high = -1  # offset of the first half of a pair whose second half must follow
     for match in ESCAPE.finditer(content):
         if high >= 0 and match.start() != high + 6:
             return high
@@ -85,10 +85,10 @@ def _half_pair(content: bytes) -> int:
 
 
 def _not_character(content: bytes, name: str, offset: int) -> AraelError:
-    """E0711 for half of a surrogate pair."""
+    """E0711 for an unpaired surrogate."""
     escape = content[offset : offset + 6].decode()
     path = path_at(content, offset)
-    message = f"`{escape}` is half of a surrogate pair, not a character"
+    message = f"`{escape}` is an unpaired surrogate, not a character"
     message = f"`{path}`: {message}" if path else message
     help = "write the character itself, or both halves of the pair"
     return AraelError(_diagnostic("E0711", message, content, name, offset, help))
@@ -139,14 +139,14 @@ def path_at(content: bytes, offset: int) -> str:
 
 @dataclass
 class Frame:
-    """An object or array that a text is inside of: its key or index, and the keys so far."""
+    """An enclosing object or array: its key or index, and the keys so far."""
 
     at: str | int
     keys: set[bytes] = field(default_factory=set)
 
 
 def _walk(content: bytes, end: int, stack: list[Frame]) -> Iterator[tuple[int, bytes]]:
-    """Follow a JSON text up to `end`, keeping `stack`; yields each key with its offset."""
+    """Scan a JSON text up to `end`, updating `stack`; yields each key with its offset."""
     last, last_at = b"", 0
     for token in TOKEN.finditer(content, 0, end):
         text = token[0]
@@ -167,7 +167,7 @@ def _walk(content: bytes, end: int, stack: list[Frame]) -> Iterator[tuple[int, b
 
 
 def _plain(key: bytes) -> bytes:
-    """A key in quotes with its escapes written out, so that equal keys are equal."""
+    """A key in quotes with its escapes resolved, so that equal keys compare equal."""
     if b"\\" not in key:
         return key
     try:
@@ -182,10 +182,10 @@ def _path(stack: list[Frame]) -> str:
 
 
 def refuse_duplicates(content: bytes, name: str, keys: int, report: Report) -> None:
-    """Report keys that an object holds twice, of which the decoder kept only one.
+    """Report duplicate keys of an object, of which the decoder kept only one.
 
-    `keys` is the number of keys that were kept; as every key is followed by a colon, a text with as
-    many colons has no other.
+    `keys` is the number of keys that were kept; every key is followed by a colon, so a text with as
+    many colons has no duplicates.
     """
     if content.count(b":") == keys:
         return

@@ -1,4 +1,4 @@
-"""Values of JSON as columns: the fast way for what is right, the slow way to say what is wrong."""
+"""JSON values to columns: a fast path for valid data, a slow path for error messages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def shapes_of(column: Column) -> tuple[tuple[int, ...], ...]:
 
 
 def fast_array(column: Column, values: list[Any]) -> NDArray[Any] | None:
-    """All values as one array (n, ...), or None if any of them is not plainly right."""
+    """All values as one array (n, ...), or None if any of them may be invalid."""
     for shape in shapes_of(column):
         flat: list[Any] | None = values
         for size in shape:
@@ -61,7 +61,7 @@ def _is_flat(column: Column, shape: tuple[int, ...]) -> bool:
 
 
 def explain(column: Column, value: Any, place: str, report: Report) -> Any:
-    """Say what is wrong with the form of a value; return it ready to convert."""
+    """Report errors in the form of a value; return it ready to convert."""
     if value is None:
         report.add("E0707", "null where a value is needed", place, column)
         return value

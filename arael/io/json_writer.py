@@ -1,4 +1,4 @@
-"""JSON data out: what `json_reader` reads, one row of a collection a line."""
+"""JSON writer: the format of `json_reader`, one row of a collection per line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def dump(store: Store) -> bytes:
     Raises
     ------
     AraelError
-        E0705 where a number is NaN or infinite, E0709 for a stale ref, E0702 where the root lacks a
+        E0705 where a number is NaN or infinite, E0709 for a stale ref, E0702 if the root lacks a
         value.
     """
     store.check_complete()
@@ -65,7 +65,7 @@ def _objects(table: Table, group: Group) -> list[dict[str, Any]]:
 
 
 def leaf_values(table: Table, leaf: Leaf) -> list[Any]:
-    """Values of a field as JSON has them; None where absent."""
+    """Values of a field for JSON; None where absent."""
     column, path = leaf.column, leaf.path
     if column.role == "ref":
         return refs_as_data(table, column)
@@ -88,7 +88,7 @@ def leaf_values(table: Table, leaf: Leaf) -> list[Any]:
 def refuse_not_finite(
     table: Table, leaf: Leaf, array: NDArray[Any], there: NDArray[np.bool_]
 ) -> None:
-    """Raise E0705 for the first number that no data format holds."""
+    """Raise E0705 for the first number that is not finite."""
     bad = ~np.isfinite(array).all(axis=tuple(range(1, array.ndim))) & there
     if bad.any():
         name = table.name_of(int(np.argmax(bad)), leaf.path)

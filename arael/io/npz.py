@@ -1,6 +1,6 @@
-"""NumPy archives: one array a column, named by path (LANGUAGE section 10).
+"""NumPy archives: one array per column, named by path (LANGUAGE section 10).
 
-``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools where any is; ``poses.info.gps`` (N,) bools,
+``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools if any is; ``poses.info.gps`` (N,) bools,
 the presence of an optional struct (``x.present`` of an optional value);
 ``landmarks.frines.offsets`` (parents + 1,): rows ``offsets[p]:offsets[p + 1]`` belong to parent p;
 refs are indices as in JSON, -1 where absent. Root fields are arrays of one value. Nothing is
@@ -35,7 +35,7 @@ from arael.runtime.store.slots import Ints
 from arael.runtime.store.values import convert
 
 Array = NDArray[Any]
-# What zipfile raises on archives that are not.
+# Exceptions of zipfile for invalid archives.
 DAMAGED = (
     zipfile.BadZipFile,
     zlib.error,
@@ -47,8 +47,8 @@ DAMAGED = (
     LookupError,
 )
 MOST_ARRAYS = 20_000
-# Rows may take more memory than the arrays of the file do, as columns with a default are left out:
-# up to this much in any case, and so many times the file's arrays.
+# Rows may take more memory than the arrays of the file, since columns with a default may be
+# missing: up to this much in any case, and up to this multiple of the file's arrays.
 SPARE = 64 * 1024**2
 RATIO = 64
 
@@ -71,7 +71,7 @@ def read(store: Store, content: bytes, name: str, limit: int) -> None:
 
 
 def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
-    """Return the arrays of the archive, if all of them together are within `limit`."""
+    """Return the arrays of the archive, if their total size is within `limit`."""
     arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -100,12 +100,12 @@ HEAD = re.compile(
 
 
 def _array(data: bytes, member: str, name: str) -> Array:
-    """Return one array of NumPy's format; what its head announces must be what is there.
+    """Return one array of NumPy's format; its header must match its content.
 
-    The head is matched, not evaluated. Format: NumPy enhancement proposal 1.
+    The header is matched, not evaluated. Format: NumPy enhancement proposal 1.
     """
     place = f"{name}: {shorten(member.removesuffix('.npy'))}"
-    wide = data[6:7] != b"\x01"  # from version 2 on the head's length takes four bytes
+    wide = data[6:7] != b"\x01"  # since version 2 the length of the header takes four bytes
     start = 12 if wide else 10
     end = start + int.from_bytes(data[8:start], "little")
     head = HEAD.fullmatch(data[start:end].decode("latin-1")) if end < 70_000 else None
@@ -132,7 +132,7 @@ def _array(data: bytes, member: str, name: str) -> Array:
     if dtype.kind == "U" and flat.size and dtype.itemsize:
         units = flat.view(np.dtype(np.uint32).newbyteorder(dtype.byteorder))
         if (units > sys.maxunicode).any():
-            raise AraelError(problem("E0711", "the text holds what is no character", place))
+            raise AraelError(problem("E0711", "the text has invalid characters", place))
     return flat.reshape(shape, order="F" if head[2] == "True" else "C")
 
 
@@ -172,7 +172,7 @@ class _Reader:
         if self.left < 0:
             self.report.add(
                 "E0714",
-                f"the file announces {count} rows, far more than it holds data for",
+                f"the file declares {count} rows, far more than it has data for",
                 table.label,
                 help="give at least one column of these rows",
             )
@@ -219,10 +219,10 @@ class _Reader:
             return np.empty(0, np.int64)
         counts = np.asarray(offsets[1:] - offsets[:-1], np.int64)
         if offsets[0] != 0 or (counts < 0).any():
-            self.report.add("E0704", "offsets must begin with 0 and never fall", name)
+            self.report.add("E0704", "offsets must begin with 0 and never decrease", name)
             return np.empty(0, np.int64)
         if int(counts.sum()) > sum(a.size for a in self.arrays.values()):
-            self.report.add("E0704", "the offsets announce more rows than the file holds", name)
+            self.report.add("E0704", "the offsets declare more rows than the file has", name)
             return np.empty(0, np.int64)
         return np.repeat(np.arange(parents), counts)
 
@@ -312,7 +312,7 @@ class _Reader:
 
     def _refs(self, table: Table) -> None:
         for path in table._ref_order:
-            if self.report.found:  # a chained ref cannot be better than those it goes through
+            if self.report.found:  # a chained ref is valid only if those it depends on are
                 return
             column = table.data[path]
             name = full_path(table, path)
@@ -345,7 +345,7 @@ def _there(masks: dict[str, Array], path: str, count: int) -> Array:
 
 
 def _names(table: Table) -> Iterator[str]:
-    """Every name that an array of this table may have."""
+    """Every possible name of an array of this table."""
     for path, column in table.data.items():
         if column.role != "constraint_index":
             yield full_path(table, path)
@@ -383,7 +383,7 @@ def dump(store: Store) -> bytes:
 
 
 def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]]:
-    """Arrays of one table, its rows grouped by parent as the parent's own rows are written."""
+    """Arrays of one table, its rows grouped by parent in the order of the parent's rows."""
     root = not table.layout.path
     order, offsets = table.grouped()
     if table.layout.parent:
@@ -418,7 +418,7 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
 
 
 def _ref_indices(table: Table, column: Column) -> Ints:
-    """Return indices of refs within the collections they count in; -1 where absent."""
+    """Return indices of refs within their target collections; -1 where absent."""
     assert column.target is not None
     target = table.store.tables[column.target.table]
     rows = table.target_rows(column.path)

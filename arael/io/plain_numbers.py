@@ -1,25 +1,25 @@
-"""Numbers in text, as files and options have them.
+"""Numbers in the text of files and options.
 
-Python's own readers take more than is meant: ``1_5`` for 15, digits of other scripts.
+Python's own readers accept more: ``1_5`` for 15, digits of other scripts.
 """
 
 from __future__ import annotations
 
 
 def is_plain(text: str) -> bool:
-    """Whether `text` has none of what only Python takes for a part of a number."""
+    """Whether `text` has no characters that only Python accepts in numbers."""
     return "_" not in text and text.isascii()
 
 
 def real(text: str) -> float:
-    """Return the number that `text` is; ValueError if it is none. NaN and infinities pass."""
-    if "_" in text or not text.isascii():  # as `is_plain`, without a call for each cell
+    """Parse `text` as a number; ValueError if it is not one. NaN and infinities pass."""
+    if "_" in text or not text.isascii():  # `is_plain` inlined, to avoid a call for each cell
         raise ValueError(text)
     return float(text)
 
 
 def whole(text: str) -> int:
-    """Return the whole number that `text` is; ValueError if it is none."""
-    if "_" in text or not text.isascii():  # as `is_plain`, without a call for each cell
+    """Parse `text` as a whole number; ValueError if it is not one."""
+    if "_" in text or not text.isascii():  # `is_plain` inlined, to avoid a call for each cell
         raise ValueError(text)
     return int(text)

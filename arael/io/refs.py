@@ -1,4 +1,4 @@
-"""Refs of a data file: indices and keys, resolved when every row is there."""
+"""Refs of a data file: indices and keys, resolved after all rows are read."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class PendingRefs:
     def take(
         self, table: Table, refs: list[tuple[Column, list[Any], Ints, Place]], place: Place
     ) -> None:
-        """Keep ref columns of a table: values and the rows they are for."""
+        """Store ref columns of a table: values and their rows."""
         for column, values, rows, at in refs:
             self._columns[table.layout.path, column.path] = (table, column, values, rows, at)
 
     def resolve(self) -> None:
-        """Point every ref; chained ones after those they go through."""
+        """Set every ref; chained ones after those they depend on."""
         waiting = dict(self._columns)
         while waiting:
             ready = [
@@ -47,7 +47,7 @@ class PendingRefs:
                 return
 
     def _through(self, table: Table, column: Column) -> set[tuple[str, str]]:
-        """Ref columns that a chained ref goes through."""
+        """Ref columns that a chained ref depends on."""
         assert column.target is not None
         found: set[tuple[str, str]] = set()
         for step in column.target.base:
@@ -156,7 +156,7 @@ def _next(table: Table, step: Step) -> Table:
 
 
 def refs_as_data(table: Table, column: Column) -> list[Any]:
-    """Refs of every row as data files hold them: index or key; None where absent.
+    """Refs of every row in the form of data files: index or key; None where absent.
 
     Raises AraelError (E0709) for a stale ref.
     """

@@ -1,4 +1,4 @@
-"""Findings about one data file: several in a run, but not without end."""
+"""Errors in one data file: several per run, up to a limit."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ MOST = 20
 
 
 class TooMany(Exception):
-    """Enough was found; reading on would only repeat it."""
+    """The limit of errors was reached."""
 
 
 class Report:
-    """Collects what is wrong with a file; `stop` raises it.
+    """Collects the errors of a file; `stop` raises them.
 
-    Places are key paths; each is shown behind the file's name.
+    Places are key paths; each is shown after the file's name.
     """
 
     def __init__(self, name: str) -> None:
@@ -32,11 +32,11 @@ class Report:
     def add(
         self, code: str, message: str, place: str, column: Column | None = None, help: str = ""
     ) -> None:
-        """Keep one finding."""
+        """Add one error."""
         self.take(problem(code, message, self.at(place), column, help))
 
     def take(self, diagnostic: Diagnostic) -> None:
-        """Keep a finding made elsewhere."""
+        """Add an existing diagnostic."""
         self.found.append(diagnostic)
         if len(self.found) >= MOST:
             raise TooMany
@@ -60,7 +60,7 @@ class Report:
             raise AraelError(self.found)
 
     def run(self, read: Callable[[], None]) -> None:
-        """Run a reader that reports here, then raise what was found."""
+        """Run a reader that reports here, then raise the errors."""
         try:
             read()
         except TooMany:

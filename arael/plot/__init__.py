@@ -1,1 +1,1 @@
-"""Figures of problems and solutions, drawn with matplotlib where it is installed."""
+"""Figures of problems and solutions, drawn with matplotlib."""

@@ -1,4 +1,4 @@
-"""Figures in the house's style, saved without a display and without global state."""
+"""Figures in a common style, saved without a display and without global state."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ FORMATS = (".png", ".pdf", ".svg")
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Make a function that draws a figure do so in the house's style.
+    """Decorator that applies the common style to a function that draws a figure.
 
     Raises
     ------
     AraelError
-        E0860, when it is called, if matplotlib is not installed.
+        E0860 on a call, if matplotlib is not installed.
     """
 
     @wraps(draw)
@@ -80,7 +80,7 @@ def require_matplotlib() -> None:
 
 
 def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    """Make a figure of `width` by `height` inches with axes side by side."""
+    """Create a figure of `width` by `height` inches with axes in a row."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -91,18 +91,18 @@ def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, l
 
 
 def check_format(path: Path) -> None:
-    """Refuse a picture's file name, before anything is computed for it.
+    """Reject an invalid picture file name before any computation.
 
     Raises
     ------
     AraelError
-        E0861 if its ending is no picture format.
+        E0861 if its extension is not a picture format.
     """
     if path.suffix.lower() not in FORMATS:
         raise AraelError(
             Diagnostic(
                 "E0861",
-                f"expected a picture file ({', '.join(FORMATS)}), found ending `{path.suffix}`",
+                f"expected a picture file ({', '.join(FORMATS)}), found extension `{path.suffix}`",
                 origin=str(path),
                 help=(f"for instance {path.with_suffix('.png').name}",),
             )
@@ -110,12 +110,12 @@ def check_format(path: Path) -> None:
 
 
 def save(figure: Figure, path: Path) -> str:
-    """Write the figure, whole or not at all; return the file's name.
+    """Write the figure atomically; return the file's name.
 
     Raises
     ------
     AraelError
-        E0715 if it cannot be written, E0861 if its ending is no picture format.
+        E0715 if it cannot be written, E0861 if its extension is not a picture format.
     """
     import io
 
@@ -138,5 +138,5 @@ def beside(path: Path, what: str) -> Path:
 
 
 def _no_date(path: Path) -> dict[str, None]:
-    """Leave the date out, so that the same figure is the same file."""
+    """Metadata without a date, so that the output is reproducible."""
     return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})

@@ -1,4 +1,4 @@
-"""A line fit: least squares beside the robust fit."""
+"""A line fit: least squares and robust fit."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Line:
 
 @styled
 def fit_figure(x: Array, y: Array, wrong: NDArray[np.bool_], lines: Sequence[Line]) -> Figure:
-    """Draw points and fitted lines, and beside them the residuals of the right points."""
+    """Draw points and fitted lines, and the residuals of the right points."""
     figure, (points, residuals) = new_figure(12.0, 4.8, columns=2)
     points.plot(x[~wrong], y[~wrong], "o", color=INK, markersize=4, label="right points")
     points.plot(x[wrong], y[wrong], "x", color=GREY, markersize=6, label="wrong points")

@@ -1,4 +1,4 @@
-"""How cost, and what shortened the steps, went over a solve."""
+"""Cost and step control over a solve."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
     Parameters
     ----------
     passes : name and history of each pass: structured arrays with `cost`, `trial_cost`, `damping`
-        and `accepted`, and `radius` where steps were cut at a trust region (see
+        and `accepted`, and `radius` for trust-region steps (see
         `arael.result.Result`)
     """
     figure, (costs, damping) = new_figure(11.0, 4.4, columns=2)

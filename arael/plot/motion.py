@@ -1,4 +1,4 @@
-"""A planar figure and the ways in which it can still move."""
+"""A planar figure and its free motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of any solved model: where its points are, its Hessian, how the solve went."""
+"""The figures of any solved model: its points, its Hessian, the history of the solve."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Array = NDArray[np.float64]
 
 
 def plot_solution(instance: Any, layout: Layout, result: Result, path: Path) -> list[str]:
-    """Draw a solved model into `path` and files beside it; return their names.
+    """Draw a solved model into `path` and related files; return their names.
 
-    `path` shows the points and their links, if the model has any, else cost and damping.
+    `path` shows the points and their links, or cost and damping if the model has none.
     """
     written = []
     points = point_columns(instance, layout)
@@ -41,7 +41,7 @@ def plot_solution(instance: Any, layout: Layout, result: Result, path: Path) -> 
 
 
 def point_columns(instance: Any, layout: Layout) -> dict[str, Array]:
-    """Positions (n, 2 or 3) of every table whose rows have a plain parameter of that shape."""
+    """Positions (n, 2 or 3) of every table with a plain parameter of that shape."""
     found: dict[str, Array] = {}
     for entity in layout.entities:
         for use in entity.params:
@@ -53,7 +53,7 @@ def point_columns(instance: Any, layout: Layout) -> dict[str, Array]:
 
 
 def links(instance: Any, layout: Layout) -> list[tuple[str, NDArray[np.int64]]]:
-    """Pairs of rows that a table of two refs into one table ties together, by that table."""
+    """Pairs of rows connected by a table with two refs into one table, by that table."""
     found = []
     for table in layout.tables:
         refs = [c for c in table.columns if c.role == "ref" and _is_of_root(c)]

@@ -28,9 +28,9 @@ class View:
     ----------
     true_poses, start_poses, poses : (n, 3)
     true_landmarks : (m, 3)
-    landmarks : (m, 3), or None where they were known
-    covariances : (m, 3, 3) of the landmarks, NaN where not known; None for none at all
-    title : what the figure shows
+    landmarks : (m, 3), or None if they were known
+    covariances : (m, 3, 3) of the landmarks, NaN where unknown; None without any
+    title : of the figure
     """
 
     true_poses: Array
@@ -44,7 +44,7 @@ class View:
 
 @styled
 def scene_figure(view: View) -> Figure:
-    """Draw the whole scene at the left, and the path, larger, at the right."""
+    """Draw the whole scene on the left, and the path, enlarged, on the right."""
     figure, (whole, path) = new_figure(13.0, 6.2, columns=2)
     _landmarks(whole, view)
     _path(whole, view, detail=False)
@@ -61,7 +61,7 @@ def scene_figure(view: View) -> Figure:
 
 
 def _legend(figure: Figure, whole: Axes, path: Axes, ellipses: bool) -> None:
-    """One legend under both pictures, where it hides nothing."""
+    """One legend below both plots."""
     entries: dict[str, Any] = {}
     for axes in (path, whole):
         handles, labels = axes.get_legend_handles_labels()

@@ -31,14 +31,14 @@ def sparsity_figure(
     size: int,
     groups: Sequence[tuple[str, int]] = (),
 ) -> Figure:
-    """Draw where a symmetric matrix has entries.
+    """Draw the pattern of a symmetric matrix.
 
     Parameters
     ----------
-    rows, columns : (k,) places of the non-zero entries, at least of one triangle
+    rows, columns : (k,) positions of the non-zero entries, at least of one triangle
     size : number of rows
     groups : names and sizes of consecutive ranges of parameters (``("poses", 360)``); entries
-        within one group and between two are told apart by colour
+        within one group and between two are distinguished by colour
     """
     from matplotlib.colors import ListedColormap
 

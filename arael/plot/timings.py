@@ -1,4 +1,4 @@
-"""What solvers take, by the size of a problem or by phase."""
+"""Times of solvers, by the size of a problem or by phase."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def growth_figure(
     Parameters
     ----------
     lines : name, sizes and seconds of each
-    sizes : what the size counts
+    sizes : axis label of the size
     """
     figure, (axes,) = new_figure(6.4, 4.2)
     for color, (name, size, seconds) in zip(COLORS, lines, strict=False):
@@ -39,7 +39,7 @@ def growth_figure(
 def phases_figure(
     names: Sequence[str], phases: Sequence[tuple[str, Sequence[float]]], title: str
 ) -> Figure:
-    """Draw a bar for each of `names`, its `phases` (name, seconds of each bar) one on the other."""
+    """Draw a stacked bar for each of `names` with its `phases` (name, seconds of each bar)."""
     figure, (axes,) = new_figure(6.4, 4.2)
     bottom = [0.0] * len(names)
     for color, (phase, seconds) in zip(COLORS[1:], phases, strict=False):

@@ -1,1 +1,1 @@
-"""Residuals written as text while a program runs."""
+"""Residuals given as text at run time."""

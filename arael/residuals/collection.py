@@ -41,7 +41,7 @@ T = TypeVar("T")
 def _alone(
     method: Callable[Concatenate[Residuals, P], T],
 ) -> Callable[Concatenate[Residuals, P], T]:
-    """Let no other thread prepare a problem of the model while residuals change."""
+    """Lock the model against preparing a problem in another thread while residuals change."""
 
     @wraps(method)
     def locked(self: Residuals, /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -54,8 +54,8 @@ def _alone(
 class Residuals(Mapping[str, RuntimeResidual]):
     """Residual equations added to one model instance, by label; ``model.residuals``.
 
-    They take part in every solve, cost, gradient, Jacobian and covariance of the model like the
-    constraints that it was compiled with.
+    Every solve, cost, gradient, Jacobian and covariance of the model includes them like its
+    compiled constraints.
     """
 
     def __init__(self, model: Any) -> None:
@@ -64,9 +64,9 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._layout: Layout = self.schema.layout  # with the native functions of `functions`
         self._derived: dict[str, Derived] = {}
         self._definitions: dict[str, Definition] = {}
-        self._named: dict[str, RuntimeResidual] = {}  # who brings each parameter along
+        self._named: dict[str, RuntimeResidual] = {}  # owner of each parameter
         self._declared = self.schema.declared
-        self._natives: dict[str, Binding] = {}  # those that `functions` brought along
+        self._natives: dict[str, Binding] = {}  # those declared by `functions`
         self._posed: Posed | None = None
         self._adding: RuntimeResidual | None = None
 
@@ -84,13 +84,13 @@ class Residuals(Mapping[str, RuntimeResidual]):
         loss: str | None = None,
         when: str | None = None,
     ) -> RuntimeResidual:
-        """Add a residual, or the text of one with what `runtime_residual` takes.
+        """Add a residual, or the text of one with the arguments of `runtime_residual`.
 
         Raises
         ------
         AraelError
-            E01xx-E06xx: every mistake of the text, each at its place; E0760-E0765: what it brings
-            along does not fit. The model is then as before.
+            E01xx-E06xx: all mistakes of the text with their places; E0760-E0765: invalid arguments.
+            The model is then unchanged.
         """
         if isinstance(residual, str):
             residual = RuntimeResidual(
@@ -117,12 +117,12 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     @_alone
     def remove(self, which: Expression | str) -> None:
-        """Take a residual or a named expression out again.
+        """Remove a residual or a named expression.
 
         Raises
         ------
         AraelError
-            E0763: it is not here, or others need its parameters or its value.
+            E0763: it is not in the model, or others use its parameters or its value.
         """
         label = which if isinstance(which, str) else which.label
         expression = self._expression(label)
@@ -133,9 +133,9 @@ class Residuals(Mapping[str, RuntimeResidual]):
         if users:
             raise error(
                 "E0763",
-                f"`{label}` is needed by {', '.join(f'`{u}`' for u in users)}",
+                f"`{label}` is used by {', '.join(f'`{u}`' for u in users)}",
                 "residuals",
-                "remove what needs it first",
+                "remove these first",
             )
         expression._owner = None
         self._derived.pop(label, None)
@@ -146,7 +146,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     @_alone
     def clear(self) -> None:
-        """Take everything out again."""
+        """Remove everything."""
         for one in (*self._derived.values(),):
             one.residual._owner = None
         for definition in self._definitions.values():
@@ -165,17 +165,16 @@ class Residuals(Mapping[str, RuntimeResidual]):
         data: Mapping[str, Any] | None = None,
         entities: Mapping[str, Any] | None = None,
     ) -> Definition:
-        """Give an expression a name that residuals, and other such expressions, may use.
+        """Define a named expression that residuals and other expressions may use.
 
-        Its text and data can be changed later; whatever reads it follows. A name may have dots,
-        ``L0.length``, if what stands before them names nothing else.
+        Its text and data can be changed later, which affects all its users. A name may contain
+        dots, ``L0.length``, if the part before them is not another name.
 
         Raises
         ------
         AraelError
-            E01xx-E06xx: every mistake of the text, each at its place; E0760: the name is taken, or
-            could mean something else too; E0762: data or entities that do not fit; E0764: it would
-            depend on itself.
+            E01xx-E06xx: all mistakes of the text with their places; E0760: the name is taken or
+            ambiguous; E0762: invalid data or entities; E0764: it would depend on itself.
         """
         definition = Definition(text, name, None, data, entities)
         self._check_free(name, "name")
@@ -192,18 +191,18 @@ class Residuals(Mapping[str, RuntimeResidual]):
     def functions(self, text: str, bind: Mapping[str, Any] | None = None) -> None:
         """Declare further functions and constants for the formulas: ``fn`` and ``const`` items.
 
-        Functions and constants of the model are there already. Those declared here may be declared
-        anew; formulas that were added before keep what they were read with.
+        Functions and constants of the model are always available. Those declared here may be
+        redeclared; existing formulas keep the definitions they were read with.
 
         Parameters
         ----------
-        bind : what to call for each ``extern fn`` of the text, by name, as `arael.load` takes it
+        bind : bindings of each ``extern fn`` of the text by name, as in `arael.load`
 
         Raises
         ------
         AraelError
-            What is wrong with them; E0206 for a name that the model declares; E0820-E0822 for what
-            is bound. They are then as before.
+            With their mistakes; E0206 for a name that the model declares; E0820-E0822 for invalid
+            bindings. They are then unchanged.
         """
         model = self.schema.declared.declarations
         declared_ = declared(
@@ -222,22 +221,23 @@ class Residuals(Mapping[str, RuntimeResidual]):
                 )
         self._declared, self._natives, self._posed = declared_, bindings, None
         before = {f.name: f for f in self._layout.functions}
-        # What is there keeps its place: programs know native functions by their number.
+        # Existing functions keep their numbers, which programs refer to.
         functions = tuple({**before, **natives}.values())
         self._layout = msgspec.structs.replace(self.schema.layout, functions=functions)
 
     def compile(self, *residuals: RuntimeResidual | str) -> None:
-        """Compile residuals to kernels, as constraints of a model file are; all, if none is named.
+        """Compile residuals to kernels, like constraints of a model file; all by default.
 
-        Worth its second or two for what is evaluated over many rows, often, and does not change:
-        data and parameters may, but a new text, loss or a change of what it reads brings a residual
-        back to the expression machine. Compiled residuals are kept in the cache of models.
+        Compilation takes a second or two and is worthwhile for residuals with many rows and
+        constant text. Data and parameters may change; after a new text, loss or a change of a used
+        expression a residual is evaluated by the expression machine again. Compiled residuals are
+        stored in the cache of models.
 
         Raises
         ------
         AraelError
             E0763 there is no such residual; E0801-E0803 there is no working C compiler. The
-            residuals run on as before then.
+            residuals are then unchanged.
         """
         chosen = [one if isinstance(one, str) else one.label for one in residuals] or list(self)
         for label in chosen:
@@ -266,18 +266,18 @@ class Residuals(Mapping[str, RuntimeResidual]):
         return {name: v for one in self.values() for name, v in one.parameters.items()}
 
     def value(self, name: str) -> float | Array:
-        """The value of a named expression at the present values.
+        """The value of a named expression at the current values.
 
         Returns
         -------
-        A float; a vector of k as (k,). Of an expression whose data or entities have n rows, n other
-        than 1, one value for each: (n,) numbers, (n, k) vectors.
+        A float, or (k,) for a vector. If data or entities have n rows, n other than 1, one value
+        for each: (n,) numbers, (n, k) vectors.
 
         Raises
         ------
         AraelError
-            E0763: no expression has that name; E0765: it reads a row that was removed or lacks what
-            is read; E0762: its columns differ in length.
+            E0763: no expression has that name; E0765: it reads a removed row or an absent optional;
+            E0762: its columns differ in length.
         """
         definition = self._definitions.get(name)
         if definition is None:
@@ -309,10 +309,10 @@ class Residuals(Mapping[str, RuntimeResidual]):
         lines = [repr(one) for one in (*self._definitions.values(), *self.values())]
         return "\n".join(["<runtime residuals>", *(f"  {line}" for line in lines)])
 
-    # --- what formulas see (Surroundings) ---------------------------------------------------------
+    # --- scope of formulas (Surroundings) ---------------------------------------------------------
 
     def parameter_owner(self, name: str) -> Expression | None:
-        """The residual that brings the parameter `name` along."""
+        """The residual that owns the parameter `name`."""
         if self._adding is not None and name in self._adding.parameters:
             return self._adding
         return self._named.get(name)
@@ -327,7 +327,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         return [*adding, *self._named, *self._definitions]
 
     def element(self, owner: Row, path: str, index: int) -> Refs | int:
-        """Element `index` of the collection `path` of one row, or how many there are."""
+        """Element `index` of the collection `path` of one row, or their number."""
         table = self._model._store.tables[path]
         if owner.refs is None:
             rows = np.arange(table.size)
@@ -368,7 +368,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         ]
 
     def _reads(self, definition: Definition) -> Iterable[str]:
-        """Labels that a named expression reads; raises what is wrong with it."""
+        """Labels that a named expression reads; raises its errors."""
         findings = Findings()
         report = Reporter(findings)
         declared_ = self._declared
@@ -381,7 +381,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     @_alone
     def _changed(self, expression: Expression) -> None:
-        """Derive anew what `expression`, whose text has changed, is part of; all or nothing."""
+        """Rederive all users of `expression`, whose text has changed; all or nothing."""
         if isinstance(expression, Definition):
             self._reads(expression)
         own = self._derived.get(expression.label)
@@ -425,7 +425,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
                 "E0760",
                 f"`{name}` cannot be a name: {meant}",
                 "residuals",
-                f"`{name}` could mean a part of it; choose another name before the dot"
+                f"`{name}` could be a part of it; choose another name before the dot"
                 if first != name
                 else "choose another name",
             )
@@ -456,7 +456,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     @_alone
     def posed(self) -> Posed:
-        """The model with its residuals, as the solver takes it."""
+        """The model with its residuals, in the form of the solver."""
         if self._posed is None:
             self._posed = self._pose(list(self._derived.values()))
         self._posed.check()

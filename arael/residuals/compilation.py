@@ -16,9 +16,10 @@ from arael.runtime.layout import Entity, Layout
 
 
 def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
-    """Compile residuals into one module, or find it in the cache; they run on it from then on.
+    """Compile residuals into one module, or load it from the cache, and use its kernels.
 
-    Those that differ in their rows and data only, as the dimensions of a sketch do, share a kernel.
+    Residuals that differ in their rows and data only, like the dimensions of a sketch, share a
+    kernel.
 
     Parameters
     ----------
@@ -28,8 +29,8 @@ def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
     Raises
     ------
     AraelError
-        E0801-E0803 there is no working C compiler, E0620 the kernels would be too large. Nothing
-        has changed then.
+        E0801-E0803 there is no working C compiler, E0620 the kernels would be too large. Nothing is
+        changed then.
     """
     if not derived:
         return
@@ -60,7 +61,7 @@ def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
 
 
 def _code_of(kernel: Kernel, entities: Sequence[Entity]) -> Hashable:
-    """All that the code of a kernel depends on: residuals of one form have one kernel in common."""
+    """Key of a kernel: residuals with equal keys share one kernel."""
     group = kernel.group
     used = [use.entity for use in group.uses]
     return (

@@ -23,7 +23,7 @@ class Declared:
 
     Attributes
     ----------
-    functions : those with derivatives of their own as graphs know them, and all of them typed
+    functions : those with `derivs` in the form of graphs, and all of them typed
     """
 
     declarations: Declarations
@@ -32,7 +32,7 @@ class Declared:
 
 
 def of_model(layout: Layout) -> Declared:
-    """What a compiled model declares."""
+    """The declarations of a compiled model."""
     if not layout.items:
         nothing = Declarations()
         return Declared(nothing, Constants(nothing, Reporter(Findings())), Functions())
@@ -49,7 +49,7 @@ def declared(source: Source, before: Declarations, fixed: frozenset[str] = froze
     Raises
     ------
     AraelError
-        With every mistake of the text; E0206 for a name of `fixed`, E0608 for anything else than
+        With every mistake of the text; E0206 for a name of `fixed`, E0608 for other items than
         functions and constants.
     """
     report = Reporter(Findings())

@@ -1,4 +1,4 @@
-"""From the text of a residual to what the solver evaluates: resolved, differentiated, assembled."""
+"""From the text of a residual to its program: resolved, differentiated, assembled."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from arael.runtime.machine import Program
 
 @dataclass
 class Derived:
-    """A residual made ready.
+    """A derived residual.
 
     Attributes
     ----------
     kernel : its group, with entities numbered as in `entities`
     entities : (table, prefix) of each entity that it reads
     states : these entities
-    program : what the expression machine runs
-    compiled : what runs in its place, once that has been asked for
+    program : program of the expression machine
+    compiled : the kernel used in its place, after `compile`
     """
 
     residual: RuntimeResidual
@@ -51,7 +51,7 @@ class Derived:
 
 
 def state_of(expression: Expression) -> StateModel | None:
-    """The entity that a residual's own parameters make up; None if it has none."""
+    """The entity of a residual's own parameters; None if it has none."""
     columns = expression.parameters.columns
     if not columns:
         return None
@@ -70,16 +70,16 @@ def derive(
 
     Parameters
     ----------
-    around : what it sees
+    around : its scope
     owners : expressions with parameters, those of the residual itself included
     declared : functions and constants that it may use
     natives : names of native functions, in the order in which the runtime numbers them
-    constant_too : whether it may do without a parameter, as a value that is only asked for may
+    constant_too : whether it may have no parameter, as for a value that is only read
 
     Raises
     ------
     AraelError
-        With every mistake of the text, each at its place.
+        With all mistakes of the text and their places.
     """
     findings = Findings()
     report = Reporter(findings)
@@ -107,7 +107,7 @@ def derive(
             "the residual has no parameter",
             label="it cannot change",
             labels=[Label(n.span, "the stored value does not move") for n in stored[:3]],
-            help=["name what is to be solved for, or give it in `parameters`"],
+            help=["name the unknowns, or pass them in `parameters`"],
         )
         report.stop()
     read = {slot.table for slot in reader.slots.items}
@@ -154,7 +154,7 @@ def derive(
 
 
 def _guard_of(t: Reader, residual: RuntimeResidual) -> Typed | None:
-    """The guard of a residual; None without one, or after a complaint."""
+    """The guard of a residual; None without one, or after an error."""
     if residual._when_tree is None:
         return None
     guard = condition(t, residual._when_tree)
@@ -174,7 +174,7 @@ def _guard_of(t: Reader, residual: RuntimeResidual) -> Typed | None:
 
 
 def _check_rows(t: Reader, values: Sequence[Typed], proved: frozenset[Fact]) -> None:
-    """Refuse rows behind an optional ref that only an `if` asks for, as in a model file."""
+    """Report rows reached through an optional ref that only an `if` tests, as in a model file."""
     for node in postorder(values):
         if not isinstance(node, Read | Present):
             continue
@@ -185,9 +185,9 @@ def _check_rows(t: Reader, values: Sequence[Typed], proved: frozenset[Fact]) -> 
                 t.fail(
                     "E0503",
                     node.span,
-                    f"the row that `{column}` leads to may be absent here",
-                    label=f"`{column}` is not asked for by `when`",
-                    notes=["a row of a residual has all rows that it reads, or does not act"],
+                    f"the row that `{column}` points to may be absent here",
+                    label=f"`when` does not test `{column}`",
+                    notes=["a row of a residual is active only if all rows that it reads exist"],
                     help=['give the residual a guard, `when="..."`, and add another for the rest'],
                 )
                 return

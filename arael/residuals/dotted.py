@@ -1,8 +1,7 @@
 """Dotted names of expressions: ``L0.length`` for the length of a line that a program calls L0.
 
-What stands before a dot belongs to such names alone. Were it a field of the model, a parameter or
-another expression too, a formula with ``L0.length`` could mean either; so that is refused where the
-name is given, and a formula never has to choose.
+The part before a dot is reserved for such names. If it were also a field of the model, a parameter
+or another expression, ``L0.length`` would be ambiguous in formulas, so the definition is an error.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ def dotted_problem(name: object) -> str:
 
 
 def dotted_text(node: tree.Expr) -> str:
-    """``L0.length`` of an expression that is names joined by dots; "" of any other."""
+    """``L0.length`` of an expression of names joined by dots; "" of other expressions."""
     parts: list[str] = []
     while isinstance(node, tree.Attribute):
         parts.append(node.name)
@@ -46,7 +45,7 @@ def within(first: str, names: Iterable[str]) -> list[str]:
 def clash(
     name: str, fields: Iterable[str], parameters: Iterable[str], others: Iterable[str]
 ) -> str:
-    """What `name` could be taken for; "" if it is clear.
+    """The other meaning of `name`; "" if it is unambiguous.
 
     Parameters
     ----------

@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 MAX_TEXT = 20_000
-"""Characters of one formula."""
+"""Maximum characters of one formula."""
 
 
 class Expression:
-    """A formula with what its names stand for. See `runtime_residual` for the parameters.
+    """A formula with the values of its names. See `runtime_residual` for the parameters.
 
     Attributes
     ----------
     label : its name
-    parameters : parameters that it brings along
+    parameters : its own parameters
     entities : rows of the model that it names
     """
 
@@ -79,7 +79,7 @@ class Expression:
 
     @property
     def text(self) -> str:
-        """The formula; assigning another takes effect at once, or raises and changes nothing."""
+        """The formula; an assignment takes effect at once, or raises and changes nothing."""
         return self._text
 
     @text.setter
@@ -99,7 +99,7 @@ class Expression:
         return dict(self._data)
 
     def set_data(self, **columns: Any) -> None:
-        """Replace data columns; nothing is derived again unless a scalar becomes a vector.
+        """Replace data columns; rederives only if a scalar becomes a vector.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class RuntimeResidual(Expression):
 
     @property
     def loss(self) -> str | None:
-        """The loss, or None; assigning another takes effect at once, or raises and changes nothing.
+        """The loss, or None; an assignment takes effect at once, or raises and changes nothing.
 
         ``"cauchy(2)"``, ``"geman_mcclure(c)"``, ``"huber(k)"``, ``"tukey(c)"`` or
         ``"|s| log(1 + s)"``; its scale may be a data column.
@@ -175,9 +175,9 @@ class RuntimeResidual(Expression):
 
     @property
     def when(self) -> str | None:
-        """The guard, or None; another takes effect at once, or raises and changes nothing.
+        """The guard, or None; an assignment takes effect at once, or raises and changes nothing.
 
-        A condition over data, as behind `when` in a model file: ``"p.gps"``, ``"weight > 0"``. Rows
+        A condition over data, as after `when` in a model file: ``"p.gps"``, ``"weight > 0"``. Rows
         for which it is false cost nothing and contribute nothing.
         """
         return self._when
@@ -194,9 +194,9 @@ class RuntimeResidual(Expression):
             raise
 
     def compile(self) -> None:
-        """Run on a compiled kernel from now on; see `Residuals.compile`."""
+        """Use a compiled kernel; see `Residuals.compile`."""
         if self._owner is None:
-            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+            raise error("E0763", f"residual `{self.label}` is not in a model", self.label)
         self._owner.compile(self)
 
     @property
@@ -206,16 +206,16 @@ class RuntimeResidual(Expression):
 
     @property
     def cost(self) -> float:
-        """Sum of its squared residuals at the present values."""
+        """Sum of its squared residuals at the current values."""
         if self._owner is None:
-            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+            raise error("E0763", f"residual `{self.label}` is not in a model", self.label)
         return self._owner._cost_of(self.label)
 
     @property
     def residuals(self) -> Array:
-        """Its residuals at the present values, (rows, scalars)."""
+        """Its residuals at the current values, (rows, scalars)."""
         if self._owner is None:
-            raise error("E0763", f"residual `{self.label}` is in no model", self.label)
+            raise error("E0763", f"residual `{self.label}` is not in a model", self.label)
         return self._owner._residuals_of(self.label)
 
 
@@ -277,7 +277,7 @@ def _source(text: str, name: str) -> Source:
 
 
 def numbers(name: str, value: Any, label: str) -> Array:
-    """Data as f64: () one number for all rows, (n,) a number a row, (n, k) a vector a row."""
+    """Data as f64: () one number for all rows, (n,) a number per row, (n, k) a vector per row."""
     where = f"{label}: {name}"
     try:
         found = np.array(value, dtype=np.float64)
@@ -286,7 +286,7 @@ def numbers(name: str, value: Any, label: str) -> Array:
     if found.ndim > 2 or (found.ndim == 2 and not 1 <= found.shape[1] <= 64):
         raise error(
             "E0762",
-            f"expected one number, a number a row or a vector of at most 64 a row, "
+            f"expected one number, or a number or a vector of at most 64 per row, "
             f"found shape {found.shape}",
             where,
         )
@@ -294,7 +294,7 @@ def numbers(name: str, value: Any, label: str) -> Array:
 
 
 def handles(name: str, value: Any, label: str) -> Refs:
-    """Rows of the model as refs; one for all rows of the residual, or one a row."""
+    """Rows of the model as refs; one for all rows of the residual, or one per row."""
     if isinstance(value, Ref):
         return Refs(value._table, np.array([value._handle], dtype=np.int64))
     if isinstance(value, Collection):
@@ -305,5 +305,5 @@ def handles(name: str, value: Any, label: str) -> Refs:
         "E0762",
         f"expected a row or rows of the model, found {type(value).__name__}",
         f"{label}: {name}",
-        "give what `append` returned, `model.poses[3]`, or a whole collection `model.poses`",
+        "pass the result of `append`, `model.poses[3]`, or a whole collection `model.poses`",
     )

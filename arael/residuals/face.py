@@ -25,26 +25,26 @@ def runtime_residual(
 
     Parameters
     ----------
-    text : a formula in arael's language: a scalar, a vector or a list of both, to be made small.
+    text : a formula in arael's language: a scalar, a vector or a list of both, to be minimised.
         Names are those given here, parameters and expressions of other runtime residuals of the
         model, and fields of the model's root (``poses[3].pos.x``).
     label : its name in cost tables, Jacobians and messages
-    parameters : parameters that come with it, by name: a start value, a list for a vector, or a
-        dict of ``value`` and any of ``low``, ``high``, ``fixed``
+    parameters : its own parameters, by name: a start value, a list for a vector, or a dict of
+        ``value`` and any of ``low``, ``high``, ``fixed``
     data : columns by name: one number, an array (n,) or (n, k). The residual is evaluated once for
         each of the n rows.
-    entities : rows of the model by name: what ``append`` returns, ``model.poses[3]``, or many rows
+    entities : rows of the model by name: the result of ``append``, ``model.poses[3]``, or many rows
         (``model.poses``), one for each row of the residual
-    loss : what the residuals of a row cost together instead of the sum of their squares, as behind
-        `loss` in a model file: ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``,
-        ``"tukey(4)"``, or ``"|s| 2 * (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
-    when : a condition over data, as behind `when` in a model file (``"p.gps"``, ``"weight > 0"``);
-        the residual is evaluated for the rows where it holds
+    loss : robust loss of the residuals of a row together, as after `loss` in a model file:
+        ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``, ``"tukey(4)"``, or ``"|s| 2 *
+        (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
+    when : a condition over data, as after `when` in a model file (``"p.gps"``, ``"weight > 0"``);
+        the residual is evaluated for the rows where it is true
 
     Raises
     ------
     AraelError
-        E01xx: the text is no formula, with every mistake at its place; E0760-E0762: names or values
+        E01xx: syntax errors of the text with their places; E0760-E0762: names or values
         that do not fit.
 
     Examples
@@ -67,7 +67,7 @@ def runtime_residual(
 def runtime_model(
     *residuals: RuntimeResidual, precision: Literal["f64", "f32"] = "f64", name: str = "runtime"
 ) -> Model:
-    """A model that consists of runtime residuals alone: a fit told by a configuration, say.
+    """A model of runtime residuals only, for example a fit described by a configuration file.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""How this room speaks, and which names it takes."""
+"""Error records of this package, and validation of names."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from arael.syntax import tables
 
 
 def error(code: str, message: str, origin: str, help: str = "") -> AraelError:
-    """One finding about what was given from Python."""
+    """A diagnostic about an argument from Python."""
     return AraelError(Diagnostic(code, message, origin=origin, help=(help,) if help else ()))
 
 
 def label_problem(name: object) -> str:
-    """Why `name` cannot be a label; "" if it can. Formulas do not write labels."""
+    """Why `name` cannot be a label; "" if it can. Labels do not occur in formulas."""
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         return "a name is made of letters, digits and `_`"
     return "it has more than 100 characters" if len(name) > 100 else ""
 
 
 def name_problem(name: object) -> str:
-    """Why `name` cannot be written in a formula; "" if it can."""
+    """Why `name` is invalid in a formula; "" if it is valid."""
     problem = label_problem(name)
     if problem:
         return problem

@@ -1,4 +1,4 @@
-"""Parameters that a runtime residual brings along: plain reals and vectors of its own."""
+"""Parameters of a runtime residual: reals and vectors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KEYS = ("value", "low", "high", "fixed")
 
 
 class Parameters(Mapping[str, Any]):
-    """Values of parameters by name; assigning sets where the next solve starts.
+    """Values of parameters by name; an assignment sets the start of the next solve.
 
     Parameters
     ----------
@@ -97,15 +97,15 @@ class Parameters(Mapping[str, Any]):
         return tuple(self._columns.values())
 
     def fix(self, *names: str) -> None:
-        """Keep parameters out of every solve from now on."""
+        """Fix parameters in all later solves."""
         self._flag(names, True)
 
     def free(self, *names: str) -> None:
-        """Let fixed parameters move again."""
+        """Free fixed parameters."""
         self._flag(names, False)
 
     def is_fixed(self, name: str) -> bool:
-        """Whether the parameter is kept out of every solve."""
+        """Whether the parameter is fixed."""
         return self._fixed[self._known(name)]
 
     def _flag(self, names: tuple[str, ...], value: bool) -> None:
@@ -117,7 +117,7 @@ class Parameters(Mapping[str, Any]):
         if name not in self._columns:
             raise error(
                 "E0760",
-                f"`{name}` is no parameter of it",
+                f"it has no parameter `{name}`",
                 self._label,
                 f"it has {', '.join(self._columns) or 'none'}",
             )
@@ -152,7 +152,7 @@ class Parameters(Mapping[str, Any]):
 
 
 class ParameterTable:
-    """Parameters as the solver sees them: a table with one row."""
+    """Parameters in the form of the solver: a table with one row."""
 
     size = 1
     structure_version = 0
@@ -172,7 +172,7 @@ class ParameterTable:
         return self._parameters._flags_version
 
     def written(self) -> None:
-        """A solve has written values."""
+        """Called when a solve has written values."""
         self._parameters._values_version += 1
 
     def column(self, path: str) -> Array:
@@ -180,11 +180,11 @@ class ParameterTable:
         return self._parameters._values[path]
 
     def present(self, path: str) -> Array:
-        """All are there."""
+        """All are present."""
         return np.ones(1, dtype=bool)
 
     def free(self, path: str) -> Array:
-        """Whether the parameter moves (1,)."""
+        """Whether the parameter is free (1,)."""
         return np.array([not self._parameters.is_fixed(path)])
 
     def parent_rows(self) -> Array:
@@ -196,5 +196,5 @@ class ParameterTable:
         raise KeyError(path)
 
     def row_name(self, row: int) -> str:
-        """Return nothing: parameters go by their own names."""
+        """Return an empty name: parameters have names of their own."""
         return ""

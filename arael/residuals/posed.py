@@ -24,7 +24,7 @@ from arael.runtime.structure import active_rows
 
 
 class Posed:
-    """What the solver takes for the store: the model's tables and those of its residuals.
+    """Stands in for the store in the solver: the model's tables and those of its residuals.
 
     Parameters
     ----------
@@ -32,14 +32,14 @@ class Posed:
     store : its data
     owners : expressions with parameters
     derived : the residuals
-    bindings : what is bound to native functions that the residuals brought along
+    bindings : bindings of native functions declared for the residuals
 
     Attributes
     ----------
-    layout : the model's layout with the tables, entities and groups of the residuals behind its own
+    layout : the model's layout with the tables, entities and groups of the residuals appended
     tables : path -> table
-    programs : per group, what the expression machine runs, or a kernel of its own; None where the
-        kernels of the model have it
+    programs : per group, the program of the expression machine, or a separate kernel; None for
+        groups in the kernels of the model
     rows_version : counts changes of the number of rows
     """
 
@@ -87,16 +87,16 @@ class Posed:
 
     @property
     def structure_version(self) -> tuple[int, int]:
-        """Differs whenever rows or refs of the model or of the residuals have changed."""
+        """Changes whenever rows or refs of the model or of the residuals change."""
         return self._store.structure_version, self.rows_version
 
     def check(self) -> None:
-        """See that all that is read is there.
+        """Check that all rows and values that are read exist.
 
         Raises
         ------
         AraelError
-            E0765 a row that was removed, or that lacks what is read.
+            E0765 a removed row, or an absent optional.
         """
         if self._checked != self._store.structure_version:
             for one in self._derived:
@@ -113,12 +113,12 @@ class Posed:
                         "E0765",
                         f"`{one.residual.label}` reads `{path}`, which was removed",
                         one.residual.span,
-                        help=("remove the residual, or add it anew with a row that is there",),
+                        help=("remove the residual, or add it again with an existing row",),
                     )
                 )
 
     def _check_optionals(self, one: Derived) -> None:
-        """See that what nothing asks for is there, for formulas where their guard holds."""
+        """Check that untested optionals are present in the active rows of formulas."""
         every = np.arange(one.rows.size)
         self._check_there(one, one.found.guard_optionals, every)
         group = one.kernel.group
@@ -135,17 +135,17 @@ class Posed:
         for (steps, table, within), span in optionals.items():
             rows = walker.rows(Slot(steps, table))
             present = self.tables[table].present(within)
-            # A null ref on the way is reported by itself.
+            # A null ref on the path is reported separately.
             if (rows >= 0).all() and not present[rows].all():
                 raise AraelError(
                     Diagnostic(
                         "E0765",
                         f"`{span.text}` is absent",
                         span,
-                        label=f"`{within}` is optional, and not there in the row meant",
+                        label=f"`{within}` is optional, and absent in this row",
                         help=(
                             "set it before solving, or give the residual a guard, "
-                            '`when="..."`, that asks for it',
+                            '`when="..."`, that tests it',
                         ),
                     )
                 )

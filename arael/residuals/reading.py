@@ -1,8 +1,8 @@
-"""What names mean in a formula given at run time, and how they are read.
+"""Name resolution in a formula given at run time.
 
 In this order: a data column or a named row of the formula itself; a parameter of any runtime
 residual of the model; a named expression (``width``, ``L0.length``); a field of the model's root
-(``poses[3].pos.x``, ``gamma``); a constant. So what the formula brings along shadows the model.
+(``poses[3].pos.x``, ``gamma``); a constant. The formula's own names shadow those of the model.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from arael.runtime.layout import Column, Slot, Step, Target
 from arael.syntax import tree
 
 MAX_FOLLOWED = 50
-"""Expressions named through one another."""
+"""Maximum depth of nested named expressions."""
 
 
 class Surroundings(Protocol):
-    """What a formula sees of the model that it is in."""
+    """The part of its model that a formula can read."""
 
     schema: Schema
 
     def parameter_owner(self, name: str) -> Expression | None:
-        """The residual that brings the parameter `name` along."""
+        """The residual that owns the parameter `name`."""
 
     def definition(self, name: str) -> Definition | None:
         """The named expression `name`."""
@@ -58,24 +58,24 @@ class Surroundings(Protocol):
         """Names of parameters and named expressions."""
 
     def element(self, owner: Row, path: str, index: int) -> Refs | int:
-        """Element `index` of a collection, or how many there are."""
+        """Element `index` of a collection, or their number."""
 
 
 Unproved = dict[tuple[tuple[Step, ...], str, str], Span]
-"""Optionals read where nothing has asked for them: the way to the row, its table, the path."""
+"""Optionals read without a test: the steps to the row, its table, the path."""
 
 
 @dataclass
 class Found:
-    """What a formula turned out to read; it becomes the table of the residual's rows."""
+    """The reads of a formula, from which the table of the residual's rows is built."""
 
     path: str
     columns: dict[str, Column] = field(default_factory=dict)
     data: dict[str, tuple[Expression, str]] = field(default_factory=dict)
     refs: dict[str, Refs | None] = field(default_factory=dict)
-    needs: dict[str, None] = field(default_factory=dict)  # labels whose text or parameters matter
+    needs: dict[str, None] = field(default_factory=dict)  # labels that it depends on
     optionals: Unproved = field(default_factory=dict)
-    guard_optionals: Unproved = field(default_factory=dict)  # what the guard itself reads
+    guard_optionals: Unproved = field(default_factory=dict)  # reads of the guard itself
 
 
 class Reader(Typist):
@@ -87,14 +87,14 @@ class Reader(Typist):
     worked_out: tuple[tree.Expr, Any] | None = None
 
     def visit(self, node: tree.Expr) -> Any:
-        """What `node` stands for: a value, a row, a collection."""
+        """The binding of `node`: a value, a row, a collection."""
         known, self.worked_out = self.worked_out, None
         if known is not None and known[0] is node:
             return known[1]
         return super().visit(node)
 
     def as_value(self, binding: Any, span: Span) -> Typed | Broken:
-        """`binding` as a value, with a complaint if it is a row or a collection."""
+        """`binding` as a value; reports an error if it is a row or a collection."""
         if isinstance(binding, Maybe):
             return read(self, binding.row, binding.column, span)
         if isinstance(binding, Row | Rows):
@@ -108,7 +108,7 @@ class Reader(Typist):
         return super().as_value(binding, span)
 
     def presence_of(self, binding: Any, span: Span) -> Typed | Broken | None:
-        """Whether an optional value, struct or ref is there."""
+        """Presence test of an optional value, struct or ref."""
         if isinstance(binding, Maybe):
             return self._present(binding.row, binding.column.path, span)
         if not isinstance(binding, Row):
@@ -121,13 +121,13 @@ class Reader(Typist):
         return self.fail(
             "E0502",
             span,
-            f"`{span.text}` is always there",
+            f"`{span.text}` is always present",
             label="this is a row, not an optional",
             help=["only a field declared with `?` can be absent"],
         )
 
     def _present(self, row: Row, path: str, span: Span) -> Typed | Broken:
-        """Whether `row` is there and has what is at `path`."""
+        """Whether `row` exists and `path` is present in it."""
         tests = [*row.needs, *([(row, path)] if path else [])]
         result: Typed | None = None
         for source, column in tests:
@@ -144,17 +144,17 @@ class Reader(Typist):
 
 @dataclass
 class Names:
-    """The scope that the language's own rules ask, where nothing of this room has the name."""
+    """The scope for the rules of the language, after the names of the formula."""
 
     constants: ConstantScope
     reader: Reader | None = None
 
     def candidates(self, name: str) -> list[Candidate]:
-        """A constant: what else a formula may name was looked at before."""
+        """A constant; other names were looked up before."""
         return self.constants.candidates(name)
 
     def names(self) -> Iterable[str]:
-        """Names that a misspelt one may have meant."""
+        """Candidates for the correction of a misspelt name."""
         if self.reader is None:
             return []
         own = self.reader.frames[-1]
@@ -168,7 +168,7 @@ class Names:
         ]
 
     def advice(self, name: str) -> list[str]:
-        """What to do about the unknown name `name`."""
+        """Help for the unknown name `name`."""
         reader = self.reader
         if reader is None or did_you_mean(name, self.names()):
             return []
@@ -176,7 +176,7 @@ class Names:
         longer = within(name, reader.around.names())
         if longer:
             return [_there_is(longer)]
-        return [f"give it to `{own.label}` as a parameter, as data or as an entity"]
+        return [f"pass it to `{own.label}` as a parameter, as data or as an entity"]
 
 
 ROOT = Row((Step("root"),), "", known="")
@@ -222,7 +222,7 @@ def _name(t: Reader, node: tree.Name) -> Any:
 
 
 def _place(t: Reader, own: Expression, name: str) -> str:
-    """Path of what `own` brings along as a column of the residual's rows."""
+    """Path of a column of `own` in the residual's rows."""
     if own is t.frames[0]:
         return name
     t.found.needs[own.label] = None
@@ -247,7 +247,7 @@ def _entity(t: Reader, own: Expression, name: str) -> Row:
 
 
 def _through(t: Reader, path: str, table: str, refs: Refs | None, known: str | None) -> Row:
-    """The row that a ref column of the residual's rows leads to."""
+    """The target row of a ref column of the residual's rows."""
     if path not in t.found.columns:
         target = Target(table, "", (), path)
         t.found.columns[path] = Column(path, "int", (), "ref", "ref", path, target=target)
@@ -278,7 +278,7 @@ def parameter_table(label: str) -> str:
 
 
 def slot_of(t: Reader, row: Row) -> int:
-    """Number of the slot that leads to `row`."""
+    """Number of the slot for `row`."""
     for number, slot in enumerate(t.slots.items):
         if slot.steps == row.steps:
             return number
@@ -318,7 +318,7 @@ def _there_is(names: list[str]) -> str:
 
 
 def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
-    """The value of a named expression, in its own surroundings."""
+    """The value of a named expression, in its own scope."""
     if definition in t.frames or len(t.frames) > MAX_FOLLOWED:
         start = t.frames.index(definition) if definition in t.frames else 0
         circle = [one.label for one in (*t.frames[start:], definition)]
@@ -326,7 +326,7 @@ def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
             "E0764",
             node.span,
             f"expression depends on itself: {' -> '.join(circle[:6])}",
-            label="needs its own value",
+            label="depends on its own value",
             help=["give one of them as a number, or make it a parameter"],
         )
     t.found.needs[definition.label] = None
@@ -341,7 +341,7 @@ def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
 
 
 def member(t: Reader, row: Row, name: str, span: Span, name_span: Span) -> Any:
-    """What the field `name` of the struct at `row` stands for."""
+    """The binding of the field `name` of the struct at `row`."""
     schema, path = t.around.schema, row.prefix + name
     column = schema.columns.get((row.table, path))
     if column is not None:
@@ -396,7 +396,7 @@ def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
 
 
 def read(t: Reader, row: Row, column: Column, span: Span) -> Typed | Broken:
-    """The value of a field. What nothing has asked for is looked at when the model is solved."""
+    """The value of a field. Untested optionals are checked when the model is solved."""
     for source, path in (*row.needs, *([(row, column.within)] if column.within else [])):
         if not any(
             steps == source.steps and (known == path or known.startswith(f"{path}."))
@@ -430,7 +430,7 @@ def _attribute(t: Reader, node: tree.Attribute) -> Any:
             "E0304",
             node.obj.span,
             f"`{node.obj.span.text}` is a collection",
-            label="which row of it?",
+            label="the row is missing",
             help=[f"name one row: `{node.obj.span.text}[0].{node.name}`"],
         )
     return _again(t, node, owner, access.attribute)
@@ -453,17 +453,17 @@ def _index(t: Reader, node: tree.Index) -> Any:
         return t.fail(
             "E0305",
             node.indices[0].span,
-            "the number of a row is a whole number, counted from 0",
+            "the index of a row is a whole number, counted from 0",
             label="not such a number",
-            help=["give rows that differ to the residual as an entity: `entities={'p': rows}`"],
+            help=["pass varying rows to the residual as an entity: `entities={'p': rows}`"],
         )
     if owner.owner.known is None:
         return t.fail(
             "E0305",
             node.span,
-            "a row can be numbered only in a collection of one row",
-            label=f"`{node.obj.span.text}` differs from row to row",
-            help=["give the rows to the residual as an entity"],
+            "an index is possible only in a collection of a single row",
+            label=f"`{node.obj.span.text}` varies with the row",
+            help=["pass the rows to the residual as an entity"],
         )
     number = int(value.value)
     refs = t.around.element(owner.owner, owner.table, number)
@@ -475,14 +475,14 @@ def _index(t: Reader, node: tree.Index) -> Any:
             label=f"`{node.obj.span.text}` has {refs} row{'' if refs == 1 else 's'}",
         )
     known = f"{owner.owner.known}.{owner.name}[{number}]".removeprefix(".")
-    # A named expression counts in its own entities: what is read there has its name in front.
+    # An index in a named expression refers to its own entities, so the name is a prefix.
     own = t.frames[-1]
     outer = own is t.frames[0] or owner.owner.refs is None
     return _through(t, known if outer else f"{own.label}.{known}", owner.table, refs, known)
 
 
 def _again(t: Reader, node: Any, owner: Any, rule: Any) -> Any:
-    """Let a rule of the language look at `node`, whose owner has been worked out already."""
+    """Apply a rule of the language to `node`, whose owner is resolved already."""
     t.worked_out = node.obj, owner
     return rule(t, node)
 

@@ -1,4 +1,4 @@
-"""The rows of a runtime residual: its data, and which rows of the model each of them reads."""
+"""The rows of a runtime residual: its data, and refs to the rows of the model that it reads."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[Any]
 
 
 class RowsTable:
-    """A table that holds no model data: one row per instance of the residual.
+    """A table without model data: one row per instance of the residual.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class RowsTable:
         self.label = label
         self.structure_version = 0
         self.data_version = 0
-        self.values_version = self.flags_version = 0  # there are no parameters here
+        self.values_version = self.flags_version = 0  # no parameters here
         self._data = data
         self._refs = refs
         self._columns: dict[str, Array] = {}
@@ -43,7 +43,7 @@ class RowsTable:
         self.refresh()
 
     def refresh(self) -> None:
-        """Take the data as it is now.
+        """Update from the current data.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class RowsTable:
         """There are no parameters to be written."""
 
     def present(self, path: str) -> Array:
-        """All are there."""
+        """All are present."""
         return np.ones(self.size, dtype=bool)
 
     def free(self, path: str) -> Array:
@@ -106,5 +106,5 @@ class RowsTable:
         return known[1]
 
     def row_name(self, row: int) -> str:
-        """Name of a row: ``decay[3]``, or ``width`` where there is one only."""
+        """Name of a row: ``decay[3]``, or ``width`` if there is only one."""
         return self.label if self.size == 1 else f"{self.label}[{row}]"

@@ -1,4 +1,4 @@
-"""A compiled model's tables, looked up by what formulas name: fields, structs, collections."""
+"""A compiled model's tables, looked up by the names in formulas: fields, structs, collections."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from arael.runtime.layout import ByValue, Column, Layout, Step, Table
 class Row:
     """One row of a table, or the struct within it at `prefix`, reached by `steps`.
 
-    Where it is the same row for all rows of the residual, `known` is the way to it in words
-    (``poses[3]``, "" for the root) and `refs` a ref to it (None for the root). `needs` are the
-    optional refs on the way: the row that has each, and its column.
+    If it is the same row for all rows of the residual, `known` is its name (``poses[3]``, "" for
+    the root) and `refs` a ref to it (None for the root). `needs` are the optional refs on the path:
+    the row that has each, and its column.
     """
 
     steps: tuple[Step, ...]
@@ -40,7 +40,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Maybe:
-    """An optional value of a row: a presence test or the value, as its use decides."""
+    """An optional value of a row: a presence test or the value, depending on its use."""
 
     row: Row
     column: Column
@@ -61,8 +61,8 @@ class Schema:
 
     Attributes
     ----------
-    columns : fields with values; `optionals` : those of them, and the structs, that may be absent
-    states : how constraints see each entity of the layout
+    columns : fields with values; `optionals` : optional fields and structs
+    states : state of each entity of the layout
     """
 
     layout: Layout
@@ -96,13 +96,13 @@ class Schema:
         return of_model(self.layout)
 
     def carried(self, table: str, column: str) -> bool:
-        """Whether a column is carried along by a component, and may move with every step."""
+        """Whether a column is stored data of a component, which may change with every step."""
         return any(
             state.entity.table == table and column in state.stored_at for state in self.states
         )
 
     def members(self, row: Row) -> list[str]:
-        """Names of what the struct at `row` holds."""
+        """Names of the members of the struct at `row`."""
         found: dict[str, None] = {}
         for table, path in (*self.columns, *self.values, *self.collections):
             if table == row.table and path.startswith(row.prefix):
@@ -115,7 +115,7 @@ MAX_SCHEMAS = 16
 
 
 def schema_of(layout: Layout) -> Schema:
-    """The schema of a compiled model; the same for the same layout."""
+    """The schema of a compiled model, cached by layout."""
     found = _SCHEMAS.get(id(layout))
     if found is None or found.layout is not layout:
         if len(_SCHEMAS) >= MAX_SCHEMAS:
@@ -125,7 +125,7 @@ def schema_of(layout: Layout) -> Schema:
 
 
 def type_of(column: Column) -> ValueType:
-    """What an expression reads of a column."""
+    """The value type of a column in expressions."""
     if column.param is not None and column.param.kind in PARAM_TYPES:
         return PARAM_TYPES[column.param.kind][0]
     name = column.type.removeprefix("param ").partition(" ")[0].rstrip("?")

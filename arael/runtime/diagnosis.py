@@ -1,4 +1,4 @@
-"""What went wrong in a solve, said in the model's own words."""
+"""Explanation of failures of a solve, with the names of the model."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def check_linearisation(problem: Problem, cost: float, gradient: Array, diagonal
     Raises
     ------
     SolveError
-        E1001 a residual is not finite, E1002 a derivative is not finite, E1003 no constraint
-        touches a parameter, E1004 all derivatives with respect to a parameter are zero, or their
-        squares are.
+        E1001 a residual is not finite, E1002 a derivative is not finite, E1003 no constraint reads
+        a parameter, E1004 all derivatives with respect to a parameter are zero, or their squares
+        are.
     """
     # Sums are finite where all is, but for overflow, which the checks below judge.
     if (
@@ -51,14 +51,14 @@ def _unconstrained(problem: Problem, loose: Array) -> Diagnostic:
         names = [name_of(int(i)) for i in untouched]
         return Diagnostic(
             "E1003",
-            f"no constraint touches {listed(names)}",
+            f"no constraint reads {listed(names)}",
             origin=problem.layout.name,
             notes=(f"{len(names)} of {problem.size} scalars are unconstrained",)
             if len(names) > 1
             else (),
             help=(
-                "is the guard of the constraint that should hold it false, or is its list empty?",
-                "else freeze the parameter, or give it a prior",
+                "is the guard of the intended constraint false, or is its list empty?",
+                "otherwise freeze the parameter, or add a prior",
             ),
         )
     names = [name_of(int(i)) for i in loose]
@@ -70,15 +70,15 @@ def _unconstrained(problem: Problem, loose: Array) -> Diagnostic:
             f"larger than {largest:.3g}, and its square underflows to zero",
             origin=problem.layout.name,
             help=(
-                "measure the parameter in another unit, or divide the residuals by smaller sigmas",
-                "else start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",
+                "use another unit for the parameter, or divide the residuals by smaller sigmas",
+                "otherwise start elsewhere, or freeze it; a `min_diagonal` above 0 leaves it as is",
             ),
         )
     return Diagnostic(
         "E1004",
         f"no residual changes with {listed(names)} at the start: every derivative is zero there",
         origin=problem.layout.name,
-        help=("start it elsewhere, or freeze it; `min_diagonal` above 0 lets it stand still",),
+        help=("start it elsewhere, or freeze it; `min_diagonal` above 0 leaves it unchanged",),
     )
 
 
@@ -97,7 +97,7 @@ def _largest_derivative(problem: Problem, scalars: Array) -> float:
 
 
 def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:
-    """Name the first instance with a residual (or derivative) that is not finite, and why."""
+    """Report the first instance with a non-finite residual (or derivative), and the reason."""
     found = find_non_finite(problem, derivatives)
     if found is None:
         return Diagnostic(
@@ -123,7 +123,7 @@ def non_finite(problem: Problem, derivatives: bool) -> Diagnostic:
         origin=group.where,
         notes=tuple(notes),
         help=(
-            "mend the data, or write the residual so that it stays finite there "
+            "correct the data, or write the residual so that it stays finite there "
             "(`safe_sqrt`, `safe_acos`, `safe_atan2`)",
         ),
     )
@@ -143,7 +143,7 @@ def find_non_finite(problem: Problem, derivatives: bool) -> tuple[int, int, int]
 
 
 def offenders(problem: Problem, gradient: Array, diagonal: Array, pivot: int) -> list[str]:
-    """Who made a factorisation fail: lines for the trace."""
+    """The cause of a failed factorisation, as lines for the trace."""
     name_of = problem.structure.system.name_of
     lines = []
     for derivatives in (False, True):
@@ -165,7 +165,7 @@ def offenders(problem: Problem, gradient: Array, diagonal: Array, pivot: int) ->
 
 
 def _cause(problem: Problem, number: int, instance: int, output: int) -> list[str]:
-    """Where in the model, and from which values, a non-finite result comes."""
+    """The place in the model and the operands of a non-finite result."""
     group = problem.layout.groups[number]
     interpreter = problem.evaluation.interpreters[number]
     interpreter.guard(problem.states)
@@ -208,7 +208,7 @@ def _first_bad(
     places: tuple[Place, ...],
     natives: Natives,
 ) -> tuple[list[str], int | None] | None:
-    """The earliest node on the way to `output` at which finite operands give no finite value.
+    """The first node among the operands of `output` whose value is not finite for finite operands.
 
     Returns lines that describe it, and the number of the input if it is one.
     """
@@ -235,7 +235,7 @@ def _first_bad(
 
 
 def _read(tape: Tape, node: int, values: Sequence[Array]) -> tuple[int, ...]:
-    """Operands that count: of a select, the condition and the arm taken."""
+    """Relevant operands: of a select, the condition and the selected branch."""
     args = tape.args[node]
     if tape.ops[node] == "select" and PRIMITIVES["select"][0] == 3:
         return (args[0], args[1] if values[args[0]] != 0 else args[2])

@@ -1,6 +1,7 @@
-"""Evaluation of constraints and parameters by NumPy: what runs without a C compiler.
+"""Evaluation of constraints and parameters by NumPy, for use without a C compiler.
 
-It does what the generated kernels do, on the same arrays, and is the oracle of their tests.
+It performs the operations of the generated kernels on the same arrays, and is the reference in
+their tests.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from arael.runtime.tape import Natives, Tape, evaluate
 
 
 def restricted(tape: Tape, outputs: tuple[int, ...]) -> Tape:
-    """The part of a tape that some of its nodes need, with these as outputs."""
+    """The part of a tape that computes the given nodes, with these as outputs."""
     needed = set(outputs)
     for node in range(len(tape.ops) - 1, -1, -1):
         if node in needed and tape.ops[node] not in ("input", "const"):
@@ -48,7 +49,7 @@ class GroupInterpreter:
     group : the constraint
     tangents : (uses) scalars solved for in each used entity
     instances : its data
-    placement : where contributions go
+    placement : scatter offsets of its contributions
     dtype : precision of the root
     natives : native functions of the model
     """
@@ -82,14 +83,14 @@ class GroupInterpreter:
         return self._run(self._residual_tape, states)
 
     def guard(self, states: Sequence[Array]) -> None:
-        """Ask the guard over parameters, if there is one, which instances act."""
+        """Evaluate the guard over parameters, if there is one, to select the active instances."""
         if self.group.moving_guard is not None:
             holds = self._run(self.group.moving_guard, states)[:, 0]
             self.instances.data[:, -1] = (holds != 0) & ~np.isnan(holds)
 
     @property
     def acting(self) -> Array:
-        """(n,) bool, instances that act, as the guard was last asked."""
+        """(n,) bool, active instances of the last evaluation of the guard."""
         if self.group.moving_guard is None:
             return np.ones(len(self.instances.rows), dtype=bool)
         return np.asarray(self.instances.data[:, -1] != 0)
@@ -105,7 +106,7 @@ class GroupInterpreter:
             return np.asarray(np.einsum("nr,nr->n", r, r))
 
     def rows(self, states: Sequence[Array]) -> tuple[Array, Array]:
-        """Residuals (n, residuals) and Jacobian entries (n, entries), as `Group.jacobian` lists."""
+        """Residuals (n, residuals) and Jacobian entries (n, entries) as in `Group.jacobian`."""
         found = self._run(self.group.tape, states)
         return found[:, : self.group.residuals], found[:, self.group.residuals :]
 
@@ -153,7 +154,7 @@ class GroupInterpreter:
 
 
 class Interpreters:
-    """The interpreters of all groups, each made when it is first asked for."""
+    """The interpreters of all groups, created on first use."""
 
     def __init__(
         self,
@@ -181,7 +182,7 @@ class Interpreters:
         return self._made[g]
 
     def replace(self, g: int, one: Instances) -> None:
-        """Take other data of a group."""
+        """Replace the data of a group."""
         self._instances[g] = one
         self._made.pop(g, None)
 
@@ -197,10 +198,10 @@ def refresh(entity: Entity, state: Array, step: Array, moved: Array) -> None:
 
     Parameters
     ----------
-    entity : whose rows
+    entity : entity of the rows
     state : (rows, state) before; only the stored scalars are read
-    step : (rows, tangent), zero where a row does not move
-    moved : (rows, state) written; may be `state`
+    step : (rows, tangent), zero for fixed scalars
+    moved : (rows, state) output; may be `state`
     """
     inputs = [*state[:, : entity.stored].T.copy(), *step.T]
     values = evaluate(entity.refresh, inputs, state.dtype)

@@ -1,12 +1,13 @@
 /* A small pool of threads: shares the items of a job between the caller and sleeping helpers.
  *
- * One pool a process, made when it is first needed. Whoever finds it taken, by another thread or
- * further up, does all items alone; so jobs never wait for each other and may not nest into a
- * deadlock. Helpers never touch Python. Items are handed out one at a time in ascending order; who
- * does which is left to chance, so a result may depend on the items alone.
+ * There is one pool per process, created on first use. If it is in use, by another thread or by a
+ * caller in this one, a job runs all its items on its own thread, so jobs never wait for each other
+ * and nested jobs cannot deadlock. Helpers never call Python. Items are assigned one at a time in
+ * ascending order; the assignment to threads is not deterministic, so results must depend on the
+ * items only.
  *
- * Between jobs a helper looks for the next one for a moment and then sleeps: the jobs of a solve
- * follow each other closely, and waking takes longer than the shortest of them.
+ * Between jobs a helper spins for a short time and then sleeps: the jobs of a solve follow each
+ * other closely, and waking takes longer than the shortest of them.
  */
 
 #include <stddef.h>
@@ -23,21 +24,21 @@ typedef void (*PoolTask)(void *job, ptrdiff_t item);
 #include <time.h>
 #include <unistd.h>
 
-#define POOL_WATCH 50e-6        /* seconds that a thread looks before it sleeps */
+#define POOL_WATCH 50e-6        /* seconds that a thread spins before it sleeps */
 #define POOL_STACK (8 << 20)    /* kernels keep arrays of lanes on the stack */
 
 static struct {
-    pthread_mutex_t lock;       /* guards all that is not said to be atomic */
-    pthread_cond_t offered;     /* a job is there */
-    pthread_cond_t left;        /* no helper is in the job any more */
-    int taken;                  /* atomic: somebody has the pool */
+    pthread_mutex_t lock;       /* protects all members that are not marked atomic */
+    pthread_cond_t offered;     /* a job is available */
+    pthread_cond_t left;        /* no helper works on the job */
+    int taken;                  /* atomic: the pool is in use */
     unsigned number;            /* atomic: jobs so far */
-    ptrdiff_t next;             /* atomic: item to be handed out */
+    ptrdiff_t next;             /* atomic: next item to assign */
     int inside;                 /* atomic: helpers in the job */
-    int watching;               /* atomic: whether looking before sleeping pays */
-    int open, wanted, entered;  /* whether the job takes helpers, how many, how many came */
+    int watching;               /* atomic: whether helpers spin before sleeping */
+    int open, wanted, entered;  /* whether the job accepts helpers, maximum, current number */
     int helpers, looking, asleep;
-    int ready;                  /* whether forks are seen to */
+    int ready;                  /* whether the fork handler is installed */
     PoolTask task;
     void *job;
     ptrdiff_t items;
@@ -107,7 +108,7 @@ static void *pool_helper(void *unused) {
     return NULL;
 }
 
-/* The child of a fork has no helpers, and whoever held the lock is not there to give it back. */
+/* The child of a fork has no helpers, and the thread that held the lock does not exist there. */
 static void pool_forked(void) {
     pthread_mutex_init(&pool.lock, NULL);
     pthread_cond_init(&pool.offered, NULL);
@@ -116,7 +117,7 @@ static void pool_forked(void) {
     pool.helpers = pool.looking = pool.asleep = 0;
 }
 
-/* Have `count` helpers, or as many as the system gives; the lock is held. */
+/* Start helpers up to `count`, or as many as the system allows; the lock is held. */
 static void pool_hire(int count) {
     pthread_attr_t how;
     pthread_t helper;
@@ -125,7 +126,7 @@ static void pool_hire(int count) {
     if (pool.helpers >= count || pthread_attr_init(&how)) return;
     pthread_attr_setdetachstate(&how, PTHREAD_CREATE_DETACHED);
     pthread_attr_setstacksize(&how, POOL_STACK);
-    /* Signals are for Python's threads. */
+    /* Signals are handled by Python's threads only. */
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
     while (pool.helpers < count && pthread_create(&helper, &how, pool_helper, NULL) == 0)
@@ -164,7 +165,7 @@ static void pool_close(void) {
     pthread_mutex_unlock(&pool.lock);
 }
 
-/* Do task(job, i) for all items i, on up to `threads` threads; returns when all are done. */
+/* Run task(job, i) for all items i, on up to `threads` threads; returns when all are done. */
 static void pool_share(int threads, ptrdiff_t items, PoolTask task, void *job) {
     ptrdiff_t item;
     int helpers;
@@ -185,7 +186,7 @@ static void pool_share(int threads, ptrdiff_t items, PoolTask task, void *job) {
     __atomic_store_n(&pool.taken, 0, __ATOMIC_RELEASE);
 }
 
-/* A place of `count` that nobody else is at; the threads of a job are never more than its places. */
+/* Acquire a free workspace of `count`; a job never has more threads than workspaces. */
 static int pool_claim(int *busy, int count) {
     int i;
     for (i = 0; __atomic_exchange_n(busy + i, 1, __ATOMIC_ACQUIRE); i = (i + 1) % count) {}

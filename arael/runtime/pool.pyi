@@ -1,4 +1,4 @@
-"""The threads of a solve: how many, whether there are any, and what shares work between them."""
+"""Thread pool of a solve: availability, number of threads, distribution of work."""
 
 import numpy as np
 from numpy.typing import NDArray

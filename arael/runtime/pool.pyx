@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 # distutils: include_dirs = arael/runtime
 # distutils: depends = arael/runtime/pool.h
-"""The threads of a solve: how many, whether there are any, and what shares work between them."""
+"""Thread pool of a solve: availability, number of threads, distribution of work."""
 
 import os
 
@@ -30,26 +30,26 @@ cdef void release(int* busy, int place) noexcept nogil:
 
 
 def supported():
-    """Whether this build has threads; without them every solve runs on one."""
+    """Whether this build supports threads; otherwise every solve runs on one."""
     return bool(POOL_THREADS)
 
 
 def cores():
-    """Cores that this process may run on."""
+    """Number of cores available to this process."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def threads_for(num_threads):
-    """Threads that `LmConfig.num_threads` stands for: itself, or all cores for 0; at least 1."""
+    """Number of threads for `LmConfig.num_threads`: itself, or all cores for 0; at least 1."""
     if not POOL_THREADS:
         return 1
     return max(1, min(num_threads or cores(), POOL_MOST))
 
 
 def helpers():
-    """Threads that the pool has at present, the callers' own not counted."""
+    """Current number of threads of the pool, without the callers."""
     return pool_helpers()
 
 
@@ -71,7 +71,7 @@ cdef void count_row(void* job, Py_ssize_t item) noexcept nogil:
 
 
 def tally(int threads, Py_ssize_t items, Py_ssize_t inner=0):
-    """How often each item of a job was done, and each item of the jobs that those began.
+    """Number of executions of each item of a job, and of each item of its nested jobs.
 
     Returns
     -------

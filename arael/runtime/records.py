@@ -1,4 +1,4 @@
-"""Structured arrays that C code reads as arrays of structs, checked field by field."""
+"""Checks that structured arrays match the C structs that read them, field by field."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def probe_of(dtype: np.dtype[Any]) -> NDArray[Any]:
 
 
 def check_record(name: str, dtype: np.dtype[Any], found: Mapping[str, float], size: int) -> None:
-    """Compare what C read from `probe_of(dtype)` with what was written.
+    """Compare the values that C read from `probe_of(dtype)` with the written ones.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def check_record(name: str, dtype: np.dtype[Any], found: Mapping[str, float], si
     Raises
     ------
     TypeError
-        A member has another name, place or type than the field, or one of them is missing.
+        If a member has another name, offset or type than the field, or one of them is missing.
     """
     expected = {field: k + 1 for k, field in enumerate(dtype.names or ())}
     if dict(found) != expected or size != dtype.itemsize:

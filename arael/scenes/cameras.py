@@ -1,4 +1,4 @@
-"""The camera ring of the synthetic scenes: five cameras that together see all around."""
+"""The camera ring of the synthetic scenes: five cameras that cover all directions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WIDTH, HEIGHT = 1024, 768
 FIELD_OF_VIEW = float(np.deg2rad(80))
 """Horizontal [rad]."""
 MIN_DEPTH = 0.5
-"""Closest depth at which a camera detects anything [m]."""
+"""Smallest depth of a detection [m]."""
 COUNT = 5
 
 
@@ -24,7 +24,7 @@ def camera_ring() -> tuple[PinholeCamera, ...]:
 
 def _camera(yaw: float) -> PinholeCamera:
     c, s = np.cos(yaw), np.sin(yaw)
-    # x points to the body's left, so images are mirrored, which no residual notices.
+    # x points to the body's left, so images are mirrored, which affects no residual.
     axes = np.array([[-s, 0.0, c], [c, 0.0, s], [0.0, -1.0, 0.0]])
     pos = np.array([0.1 * c, 0.1 * s, 0.3])
     return PinholeCamera.from_fov(

@@ -1,4 +1,4 @@
-"""A scene as columns by path, the form in which models take data in bulk."""
+"""A scene as columns by path, for bulk loading into models."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def columns(scene: Scene, model: Literal["slam", "localization"] = "slam") -> Co
 
     Keys are paths of the model (``poses.info.delta_pos``, ``landmarks.frines.pose``); lists within
     rows are concatenated under them, with their bounds in ``<path>.offsets`` (rows + 1). A feature
-    is numbered within its pose. In ``localization`` the landmarks are the true ones and there is
+    index is relative to its pose. In ``localization`` the landmarks are the true ones and there is
     no GPS.
     """
     known = model == "localization"

@@ -1,4 +1,4 @@
-"""What can be chosen about a synthetic scene."""
+"""Options of a synthetic scene."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class SceneConfig:
     Attributes
     ----------
     poses : number of poses, at least 2
-    landmarks : number of landmarks drawn (those nobody sees are dropped); None: four per pose
+    landmarks : number of landmarks generated (unobserved ones are dropped); None: four per pose
     trajectory : shape of the path
-    seed : seed of NumPy's PCG64; a seed and a configuration give one scene, always the same
-    wrong_fraction : share of detections tied to a landmark they do not show
-    wrong_scale : how much larger the pixel error of such a detection is
+    seed : seed of NumPy's PCG64; scenes are reproducible
+    wrong_fraction : share of detections associated with a wrong landmark
+    wrong_scale : factor of the pixel error of such a detection
     pixel_noise : pixel error of the other detections, uniform in plus and minus this [px]
-    odometry_noise : draw the odometry with its noise; else it is exact
-    start_pos : standard deviation per axis of the poses' start positions [m]
+    odometry_noise : add noise to the odometry; else it is exact
+    start_pos : standard deviation per axis of the poses' initial positions [m]
     start_ea : the same of their roll, pitch and yaw [rad]
     start_landmark : the same of the landmarks' x, y and z [m]
     """
@@ -53,7 +53,7 @@ class SceneConfig:
 
     @property
     def landmark_count(self) -> int:
-        """Landmarks to draw."""
+        """Number of landmarks to generate."""
         return 4 * self.poses if self.landmarks is None else self.landmarks
 
 
@@ -63,7 +63,7 @@ def demo_config(
     trajectory: TrajectoryName = "s-curve",
     seed: int = 42,
 ) -> SceneConfig:
-    """Describe the hard scene of the demos: half of the associations wrong, a rough start."""
+    """Return the options of the demos: half of the associations wrong, a rough start."""
     return SceneConfig(poses, landmarks, trajectory, seed)
 
 
@@ -73,7 +73,7 @@ def benchmark_config(
     trajectory: TrajectoryName = "s-curve",
     seed: int = 42,
 ) -> SceneConfig:
-    """Describe the scene of the benchmarks: none wrong, exact odometry, a start near the truth."""
+    """Return the options of the benchmarks: none wrong, exact odometry, a start near the truth."""
     return SceneConfig(
         poses,
         landmarks,

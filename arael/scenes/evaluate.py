@@ -1,4 +1,4 @@
-"""How far an estimate is from the truth, once the frame that nothing fixes is taken out."""
+"""Errors of an estimate against the truth, after alignment of the undetermined frame."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def closest_pose(landmarks: Array, poses: Array) -> tuple[Index, Array]:
 def seen_from(index: Index, poses: Array, rotations: Array, points: Array) -> Array:
     """Vectors (m, 3) from pose ``index[k]`` to ``points[k]``, in that pose's frame.
 
-    Differences of such vectors between estimate and truth need no alignment: no motion of the world
-    changes them.
+    Differences of such vectors between estimate and truth need no alignment: they are invariant
+    under rigid motions.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Errors:
 
     @property
     def scaled_relative_median(self) -> float:
-        """Median of the landmarks' relative errors with the scale taken out."""
+        """Median of the landmarks' relative errors after removing the scale."""
         return float(np.median(self.scaled_landmark / self.distance))
 
 

@@ -1,4 +1,4 @@
-"""Filling a model instance from columns by path."""
+"""Fills a model instance from columns by path."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def fill(instance: Any, layout: Layout, columns: Mapping[str, NDArray[np.generic
     Parameters
     ----------
     instance : an instance of the model of `layout`
-    columns : arrays by path; ``<path>.offsets`` tells which rows of a nested list belong to which
-        row of the list that holds it
+    columns : arrays by path; ``<path>.offsets`` gives the rows of a nested list for each row of its
+        parent
     """
     collections: dict[str, Any] = {"": instance}
     for table in layout.tables:
@@ -39,7 +39,7 @@ def fill(instance: Any, layout: Layout, columns: Mapping[str, NDArray[np.generic
 def _values(
     table: Table, layout: Layout, columns: Mapping[str, NDArray[np.generic]]
 ) -> dict[str, NDArray[np.generic]]:
-    """Columns of the rows of `table` itself, without those of the lists in them."""
+    """Columns of the rows of `table` itself, without those of nested lists."""
     start = table.path + "."
     inner = tuple(t.path + "." for t in layout.tables if t.parent == table.path and t.path)
     return {

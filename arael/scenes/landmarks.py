@@ -1,4 +1,4 @@
-"""Landmarks of the synthetic scenes, and from which poses each can be seen."""
+"""Landmarks of the synthetic scenes, and the poses from which each is visible."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEAR, FAR = 5.0, 30.0
 HEIGHT = 2.0
 """Landmarks are between the ground and this height [m]."""
 REACH = 15
-"""A landmark is seen from this many poses before and after its anchor."""
+"""A landmark is visible from this many poses before and after its anchor."""
 WIDE_SHARE = 0.15
 WIDEST = 150
 
@@ -55,7 +55,7 @@ def closest_distance(tree: cKDTree, landmarks: Array) -> Array:
 
 
 def visibility_ranges(config: SceneConfig, count: int, rng: Generator) -> Index:
-    """How many poses before and after its anchor see each landmark; some are seen widely."""
+    """Number of poses before and after its anchor from which each landmark is visible."""
     low = max(REACH, min(config.poses / 4, WIDEST) / 2)
     high = max(REACH, min(config.poses / 2, WIDEST) / 2)
     wide = rng.random(count) < WIDE_SHARE
@@ -68,8 +68,8 @@ def visible_pairs(
 ) -> tuple[Index, Index]:
     """Landmark and pose (k,) of every pair within range of each other, sorted by both.
 
-    Range is counted in poses along the path: on ``loop`` around the end, on ``eight``, where the
-    path crosses itself, as the distance it stands for.
+    Range is counted in poses along the path: cyclic on ``loop``; on ``eight``, which crosses
+    itself, as the corresponding distance.
     """
     if config.trajectory == "eight":
         return _pairs_by_distance(poses, anchors, reach)
@@ -77,7 +77,7 @@ def visible_pairs(
 
 
 def _pairs_by_index(count: int, anchors: Index, reach: Index, wrap: bool) -> tuple[Index, Index]:
-    if wrap:  # no pose twice, however far the reach
+    if wrap:  # no pose twice, for any range
         first = anchors - np.minimum(reach, (count - 1) // 2)
         last = anchors + np.minimum(reach, count // 2)
     else:

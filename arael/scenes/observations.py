@@ -1,4 +1,4 @@
-"""What the cameras of the synthetic scenes detect."""
+"""Detections of the cameras of the synthetic scenes."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Observations:
 
     Attributes
     ----------
-    landmark, pose, camera : (k,) who saw what with which
-    pixel : (k, 2) where in the image [px], noise included
+    landmark, pose, camera : (k,) indices
+    pixel : (k, 2) position in the image [px], noise included
     mf2r : (k, 3, 3) feature frame to body, column 0 along the ray
     camera_pos : (k, 3) camera in the body frame [m]
     isigma : (k, 2) 1 / angular size of the pixel, across and up in its frame [1/rad]

@@ -1,10 +1,9 @@
 """A synthetic map of planes: poses along a path between walls, floors and ceilings.
 
-Every plane has an anchor pose and is seen from the poses around it. Walls stand at a random
-bearing, 2 to 8 m from their anchor and a little out of the vertical; every fifth plane is a floor
-1 m below or a ceiling 1.5 m above. A pose sees a plane within its reach with probability 0.9, if it
-is at least 0.2 m in front of it; normal and distance are measured with noise, and so is the
-odometry.
+Every plane has an anchor pose and is visible from the poses around it. Walls are at a random
+bearing, 2 to 8 m from their anchor and slightly tilted; every fifth plane is a floor 1 m below or a
+ceiling 1.5 m above. A pose observes a plane within its range with probability 0.9, if it is at
+least 0.2 m in front of it; normal and distance are measured with noise, and so is the odometry.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ NEAR, FAR = 2.0, 8.0
 FLOOR, CEILING = 1.0, 1.5
 """Distance of floors and ceilings from the path [m]."""
 FRONT = 0.2
-"""Closest distance at which a plane is seen [m]."""
+"""Smallest distance of an observation [m]."""
 SEEN = 0.9
 REACH = 15
-"""A plane is seen from this many poses before and after its anchor."""
+"""A plane is visible from this many poses before and after its anchor."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class PlaneConfig:
 
     Attributes
     ----------
-    poses, planes : how many; None: one plane for two poses
+    poses, planes : numbers; None: one plane for two poses
     trajectory, seed : as in `SceneConfig`
     normal_sigma, distance_sigma : noise of an observation [rad, m]
     odometry_pos_sigma, odometry_ea_sigma : noise of the odometry per axis [m, rad]
@@ -69,22 +68,22 @@ class PlaneConfig:
 
     @property
     def plane_count(self) -> int:
-        """Planes to draw."""
+        """Number of planes to generate."""
         return max(self.poses // 2, 4) if self.planes is None else self.planes
 
 
 @dataclass(frozen=True)
 class PlaneScene:
-    """A scene of n poses and m planes, all of them seen.
+    """A scene of n poses and m planes, all of them observed.
 
     Attributes
     ----------
     pos, ea : (n, 3) true poses [m, rad]
     normals, offsets : (m, 3) and (m,) true planes ``n.x + c = 0``
-    seen_pose, seen_plane : (k,) which pose saw which plane
-    seen_normal, seen_distance : (k, 3) and (k,) how, in the body's frame
+    seen_pose, seen_plane : (k,) pose and plane of each observation
+    seen_normal, seen_distance : (k, 3) and (k,) the measurements, in the body frame
     delta_pos, delta_ea : (n - 1, 3) measured motion from pose to pose
-    start_pos, start_ea, start_normals, start_offsets : where the solver starts
+    start_pos, start_ea, start_normals, start_offsets : initial values
     """
 
     config: PlaneConfig
@@ -127,7 +126,7 @@ class PlaneScene:
 
 
 def make_plane_scene(config: PlaneConfig | None = None) -> PlaneScene:
-    """Make the scene that `config` describes; a configuration gives one scene, always the same."""
+    """Generate the scene of `config`, reproducibly."""
     config = config or PlaneConfig()
     placing, seeing, measuring, starting = Generator(PCG64(config.seed)).spawn(4)
     pos, ea = trajectory(config.trajectory, config.poses)
@@ -157,7 +156,7 @@ def make_plane_scene(config: PlaneConfig | None = None) -> PlaneScene:
         start_pos=pos + starting.normal(0.0, config.start_pos, pos.shape),
         start_ea=ea + starting.normal(0.0, config.start_ea, ea.shape),
         start_normals=start_normals,
-        # Planes start near their place also where that is far from the origin.
+        # The error of the initial plane does not grow with its distance from the origin.
         start_offsets=offsets
         + shift
         + np.einsum("ki,ki->k", normals - start_normals, pos[anchors[used]]),
@@ -175,7 +174,7 @@ def tilted(vectors: Array, sigma: float, rng: Generator) -> Array:
 
 def _place(config: PlaneConfig, pos: Array, rng: Generator) -> tuple[Array, Array, Index]:
     count = config.plane_count
-    # Anchors evenly along the path, so that no stretch of it is without walls.
+    # Anchors evenly along the path, so that every part of it has walls.
     anchors = (np.arange(count) * config.poses // count).astype(np.int64)
     bearing = rng.uniform(0, 2 * np.pi, count)
     normals = np.column_stack([np.cos(bearing), np.sin(bearing), np.zeros(count)])

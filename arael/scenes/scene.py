@@ -1,7 +1,7 @@
-"""The synthetic visual-inertial scene: truth, measurements, and a start for the solver.
+"""The synthetic visual-inertial scene: truth, measurements, and initial values.
 
-Every random part draws from its own stream, so that for instance the share of wrong
-associations can change while the landmarks stay.
+Every random part has its own stream, so that for instance the share of wrong associations does not
+affect the landmarks.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Scene:
 
     Attributes
     ----------
-    config : what it was made from
+    config : its options
     pos, ea : (n, 3) true positions [m] and roll, pitch, yaw [rad]
     landmarks : (m, 3) true landmark positions [m]
     anchors : (m,) the pose around which each landmark was placed
-    sensors, observations : what was measured
-    start_pos, start_ea, start_landmarks : where the solver starts
+    sensors, observations : measurements
+    start_pos, start_ea, start_landmarks : initial values
     """
 
     config: SceneConfig
@@ -57,10 +57,9 @@ class Scene:
 
 
 def make_scene(config: SceneConfig | None = None) -> Scene:
-    """Make the scene that `config` describes; by default that of the demo.
+    """Generate the scene of `config`; by default that of the demo.
 
-    Ten thousand poses with forty thousand landmarks take seconds: no step runs Python per landmark
-    or observation.
+    Ten thousand poses with forty thousand landmarks take seconds, since everything is vectorised.
     """
     config = config or SceneConfig()
     placing, seeing, measuring, starting = Generator(PCG64(config.seed)).spawn(4)

@@ -23,7 +23,7 @@ TILT_SIGMA = float(np.deg2rad(0.25))
 
 @dataclass(frozen=True)
 class Sensors:
-    """What each of n poses measures of itself.
+    """Measurements at each of n poses.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def measure(config: SceneConfig, pos: Array, ea: Array, rotation: Array, rng: Ge
 
 
 def _odometry_sigmas(delta_pos: Array, delta_ea: Array) -> tuple[Array, Array]:
-    """Noise grows with the motion; across the path it is half of that along it."""
+    """Noise increases with the motion; across the path it is half of that along it."""
     moved = np.maximum(np.linalg.norm(delta_pos, axis=1), 0.01)
     turned = np.linalg.norm(delta_ea, axis=1)
     along = 0.10 * moved + 0.03

@@ -1,4 +1,4 @@
-"""Trajectories of the synthetic scenes: where the body really went."""
+"""True trajectories of the synthetic scenes."""
 
 from __future__ import annotations
 

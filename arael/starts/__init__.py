@@ -1,4 +1,4 @@
-"""Start values of pose graphs, computed from their measurements."""
+"""Initial values of pose graphs, computed from their measurements."""
 
 from arael.starts.choose import WAYS, How, Start, can_initialise, initialise
 

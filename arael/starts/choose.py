@@ -1,4 +1,4 @@
-"""Start values of a model: the candidates, and the one of least cost."""
+"""Initial values of a model: the candidates, and the choice by cost."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from arael.starts.tree import tree_poses
 How = Literal["auto", "file", "tree", "chordal"]
 WAYS: tuple[How, ...] = get_args(How)
 
-# In the order in which `auto` computes them.
+# In the order of computation by `auto`.
 _CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
     "chordal": chordal_poses,
     "tree": tree_poses,
 }
 
-# `auto` computes no further start than one that lowers the cost to less than this per residual:
-# noise alone leaves about 1 there, and steps take care of the rest.
+# `auto` stops at a start with a cost per residual below this: noise alone gives about 1, and the
+# solver reduces the rest.
 _NEAR = 10.0
 
 
 @dataclass(frozen=True)
 class Start:
-    """Which start was taken.
+    """The chosen start.
 
     Attributes
     ----------
-    chosen : ``file`` (the values that were there), ``tree`` or ``chordal``
-    costs : cost of the model at each start that was computed, by name
-    seconds : spent in all
+    chosen : ``file`` (the given values), ``tree`` or ``chordal``
+    costs : cost of the model at each computed start, by name
+    seconds : total time
     """
 
     chosen: str
@@ -55,23 +55,23 @@ class Start:
 
 
 def can_initialise(model: Any) -> bool:
-    """Whether `initialise` knows starts for a model: whether it is a pose graph by its columns."""
+    """Whether `initialise` supports a model: whether it is a pose graph by its columns."""
     return bool(rotation_column(model._store))
 
 
 def initialise(model: Any, how: How = "auto") -> Start:
-    """Give the poses of a pose graph start values, computed from its measurements.
+    """Set initial values of the poses of a pose graph, computed from its measurements.
 
-    Fixed poses and parts of poses keep their values. A component in which no pose is fixed and none
-    is anchored keeps its first pose where it is.
+    Fixed poses and parts of poses keep their values. A component without fixed or anchored poses
+    keeps the value of its first pose.
 
     Parameters
     ----------
     model : an instance of `pose_graph_2d`, `pose_graph_3d`, or of a model with their collections
     how : ``tree`` composes poses along the least uncertain paths; ``chordal`` relaxes rotations
-        to matrices and solves two sparse linear systems; ``file`` keeps the values that are there;
-        ``auto`` takes the one of these at which the cost is least, and does without the tree where
-        the chordal start is already near the noise
+        to matrices and solves two sparse linear systems; ``file`` keeps the given values; ``auto``
+        uses the one of least cost, and skips the tree if the cost of the chordal start is already
+        near the noise level
 
     Returns
     -------
@@ -80,8 +80,8 @@ def initialise(model: Any, how: How = "auto") -> Start:
     Raises
     ------
     AraelError
-        E0843 the model is no pose graph; E0844 the measurements do not determine a chordal start
-        (``auto`` goes on without it then); E1010 no such way; E1040 another thread is solving it.
+        E0843 the model is not a pose graph; E0844 the measurements do not determine a chordal start
+        (``auto`` then skips it); E1010 unknown method; E1040 another thread is solving it.
     """
     if how not in WAYS:
         raise AraelError(
@@ -97,7 +97,7 @@ def initialise(model: Any, how: How = "auto") -> Start:
         raise AraelError(
             Diagnostic(
                 "E0843",
-                f"`{store.layout.root}` of {store.layout.source} is no pose graph: "
+                f"`{store.layout.root}` of {store.layout.source} is not a pose graph: "
                 "there is no start to compute for it",
                 origin="initialise",
                 help=("set start values in the data, or use `pose_graph_2d` or `pose_graph_3d`",),
@@ -122,7 +122,7 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     nothing_to_do = not len(graph.a) or (graph.fixed_position & graph.fixed_rotation).all()
     if how == "file" or nothing_to_do:
         return "file", costs
-    # `put` leaves fixed parts alone, so restoring goes through the columns themselves.
+    # `put` does not change fixed parts, so the columns are restored directly.
     columns = ("t", rotation_column(store))
     table = store.tables["poses"]
     before = {path: table.column(path).copy() for path in columns}
@@ -156,7 +156,7 @@ def _restore(table: Any, before: dict[str, Any]) -> None:
 
 
 def _comparable(cost: float) -> float:
-    """A cost, infinite where it is not a number."""
+    """A cost, infinite if it is NaN."""
     return math.inf if math.isnan(cost) else cost
 
 

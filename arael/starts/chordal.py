@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Least eigenvalue of the weight of an edge, as part of its trace: keeps the relaxation convex where
-# one axis is known much better than the two others.
+# Least eigenvalue of the weight of an edge, as part of its trace: keeps the relaxation convex if
+# one axis is measured much better than the two others.
 _LEAST = 1e-3
 
 
@@ -33,7 +33,7 @@ def chordal_poses(graph: PoseGraph) -> Poses:
     Raises
     ------
     SingularError
-        The measurements do not determine every pose.
+        If the measurements do not determine every pose.
     """
     relaxation = Relaxation(len(graph.poses), graph.dimension, graph.a, graph.b)
     rotation = _rotations(graph, relaxation)
@@ -41,7 +41,7 @@ def chordal_poses(graph: PoseGraph) -> Poses:
 
 
 def _held(graph: PoseGraph, fixed: Bools, weight: Array) -> Bools:
-    """Poses that keep a part: fixed ones, and the first of each component that nothing holds."""
+    """Poses with a fixed part, and the first of each component without fixed or anchored ones."""
     holding = np.concatenate((np.flatnonzero(fixed), graph.anchors.pose[weight > 0]))
     held = fixed.copy()
     held[graph.without(holding)] = True
@@ -51,9 +51,9 @@ def _held(graph: PoseGraph, fixed: Bools, weight: Array) -> Bools:
 def _rotations(graph: PoseGraph, relaxation: Relaxation) -> Array:
     """(n, d, d) rotations that minimise the weighted chordal distances, projected.
 
-    Unknown is X = R', world to body, whose columns are independent of each other (in the plane one
-    column is enough). The residual ``X_b - Rm' X_a`` has rows along the axes of `b`, in which the
-    information is given, and ``|W^(1/2) (X_b - Rm' X_a)|^2 = theta' (tr(W) I - W) theta`` for a
+    The unknown is X = R', world to body, whose columns are independent of each other (in the plane
+    one column is enough). The residual ``X_b - Rm' X_a`` has rows along the axes of `b`, in which
+    the information is given, and ``|W^(1/2) (X_b - Rm' X_a)|^2 = theta' (tr(W) I - W) theta`` for a
     small error theta; so W = tr(information) / 2 I - information.
     """
     d, anchors = graph.dimension, graph.anchors
@@ -106,7 +106,7 @@ def _positions(graph: PoseGraph, relaxation: Relaxation, rotation: Array) -> Arr
     turn = rotation[a].transpose(0, 2, 1)
     measured = graph.measured.position
     error = graph.measured.rotation.transpose(0, 2, 1) @ turn @ rotation[b]
-    if d == 2:  # planar models have the position's error in the frame that was measured for b
+    if d == 2:  # in planar models the position error is in the measured frame of b
         back = graph.measured.rotation.transpose(0, 2, 1)
         turn = back @ turn
         measured = np.einsum("mij,mj->mi", back, measured)

@@ -12,7 +12,7 @@ from arael.starts.graph import Anchors, PoseGraph, Poses
 
 Array = NDArray[np.float64]
 
-# Column of the rotation -> its shape and the shapes of a position and of an edge's factor.
+# Column of the rotation -> its shape, the shapes of a position and of an edge's factor.
 _KINDS: dict[str, tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]] = {
     "th": ((), (2,), (3, 3)),
     "q": ((4,), (3,), (6, 6)),
@@ -20,7 +20,7 @@ _KINDS: dict[str, tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]] = {
 
 
 def rotation_column(store: Store) -> str:
-    """Column that holds a pose's rotation, ``th`` or ``q``; "" if the model is no pose graph.
+    """Column of a pose's rotation, ``th`` or ``q``; "" if the model is not a pose graph.
 
     A pose graph has the collections ``poses`` with the parameters ``t`` and ``th`` or ``q``, and
     ``edges`` with the refs ``a`` and ``b`` to poses, the measured ``t`` and ``th`` or ``q``, and
@@ -41,7 +41,7 @@ def rotation_column(store: Store) -> str:
 
 
 def graph_of(store: Store) -> PoseGraph:
-    """The pose graph that a model holds, as f64 arrays of its own."""
+    """The pose graph of a model, as copies in f64."""
     name = rotation_column(store)
     poses, edges = store.tables["poses"], store.tables["edges"]
     factor = edges.column("u").astype(np.float64)
@@ -58,7 +58,7 @@ def graph_of(store: Store) -> PoseGraph:
 
 
 def put(store: Store, found: Poses) -> None:
-    """Write poses into the model, except the parts that it keeps fixed."""
+    """Write poses into the model, except fixed parts."""
     name = rotation_column(store)
     table = store.tables["poses"]
     values = angles(found.rotation) if name == "th" else quaternions(found.rotation)
@@ -92,7 +92,7 @@ def _poses(table: Table, name: str) -> Poses:
 
 
 def _anchors(store: Store, name: str) -> Anchors:
-    """Absolute measurements, in a collection ``anchors`` of the standard models' shape."""
+    """Absolute measurements, in a collection ``anchors`` as in the standard models."""
     rotation, position, _ = _KINDS[name]
     table = store.tables.get("anchors")
     if (
@@ -110,7 +110,7 @@ def _anchors(store: Store, name: str) -> Anchors:
 
 
 def _weights(table: Table, path: str) -> Array:
-    """Inverse standard deviations; 1 where the model has no column for them."""
+    """Inverse standard deviations; 1 if the model has no column for them."""
     if path not in table.data:
         return np.ones(table.size)
     return table.column(path).astype(np.float64)

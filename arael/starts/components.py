@@ -11,9 +11,9 @@ Ints = NDArray[np.int64]
 def components(count: int, a: Ints, b: Ints) -> Ints:
     """Component of each node, named by its smallest node.
 
-    The roots of the two ends of each edge are joined and paths halved until no edge leads from one
-    component to another: O(log count) rounds over all edges. (`scipy.sparse.csgraph` does the same,
-    but importing it takes longer than a whole solve of most pose graphs.)
+    The roots of the two ends of each edge are joined and paths halved until no edge connects two
+    components: O(log count) rounds over all edges. (`scipy.sparse.csgraph` does the same, but
+    importing it takes longer than a whole solve of most pose graphs.)
 
     Parameters
     ----------

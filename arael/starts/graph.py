@@ -1,4 +1,4 @@
-"""A pose graph as arrays: what initialisation needs to know, in two or three dimensions."""
+"""A pose graph as arrays for initialisation, in two or three dimensions."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ class Anchors:
 
     Attributes
     ----------
-    pose : (k,) row of the pose that each one measures
-    measured : the poses measured
+    pose : (k,) row of the measured pose
+    measured : the measured values
     position_weight, rotation_weight : (k,) inverse standard deviations, [1/m] and [1/rad]
     """
 
@@ -72,7 +72,7 @@ class Anchors:
 
     @classmethod
     def none(cls, dimension: int) -> Anchors:
-        """No absolute measurement at all."""
+        """Return an empty set of absolute measurements."""
         empty = np.empty(0)
         return cls(np.empty(0, np.int64), Poses.identity(0, dimension), empty, empty)
 
@@ -83,11 +83,11 @@ class PoseGraph:
 
     Attributes
     ----------
-    poses : present values
+    poses : current values
     a, b : (m,) rows of the two poses of each edge
     measured : pose of `b` in the frame of `a`
     information : (m, k, k), inverse covariance of position and rotation vector (k = 3 or 6)
-    fixed_position, fixed_rotation : (n,) what must keep its value
+    fixed_position, fixed_rotation : (n,) masks of fixed parts
     anchors : absolute measurements
     component : (n,) connected component of each pose, named by its first pose
     """
@@ -117,7 +117,7 @@ class PoseGraph:
         return len(self.a) * int(self.information.shape[-1])
 
     def without(self, holding: Ints) -> Ints:
-        """First poses of the components that hold none of the poses `holding`."""
+        """First poses of the components that contain none of the poses `holding`."""
         held = np.zeros(len(self.poses), np.bool_)
         held[self.component[holding]] = True
         first = self.component == np.arange(len(self.poses))
@@ -131,8 +131,8 @@ class PoseGraph:
         """
         d = self.dimension
         whole = self.information
-        if not whole[:, d:, :d].any():  # most files: nothing to solve
+        if not whole[:, d:, :d].any():  # most files: the blocks are uncoupled
             return whole[:, d:, d:]
-        # A position may be without information along some axis: hence the pseudo-inverse.
+        # The information of a position may be singular: hence the pseudo-inverse.
         back = np.linalg.pinv(whole[:, :d, :d], hermitian=True)
         return whole[:, d:, d:] - whole[:, d:, :d] @ back @ whole[:, :d, d:]

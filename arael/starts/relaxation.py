@@ -19,10 +19,10 @@ class SingularError(Exception):
 
 
 class Relaxation:
-    """Normal equations with one block of `d` scalars a pose, for both stages of a relaxation.
+    """Normal equations with one block of `d` scalars per pose, for both stages of a relaxation.
 
-    Poses that keep their value stay in the system as identities, so that ordering and symbolic
-    factorisation are done once whichever parts of the poses are held.
+    Fixed poses stay in the system as identities, so that ordering and symbolic factorisation are
+    done once for any set of fixed parts.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Relaxation:
     """
 
     def __init__(self, count: int, d: int, a: Ints, b: Ints) -> None:
-        # Here, so that models that are no pose graphs do not load it.
+        # Imported here, so that other models do not load it.
         from arael.runtime.linear.sparse import SparseSolver
 
         self.count, self.d, self.a, self.b = count, d, a, b
@@ -51,10 +51,10 @@ class Relaxation:
         Parameters
         ----------
         blocks : (m, d, d) of each edge: of `a` with `a`, of `a` with `b`, of `b` with `b`
-        own : (count, d, d) more of each pose with itself
+        own : (count, d, d) additional diagonal blocks
         right : (count, d, k) right-hand sides
-        held : (count,) poses that keep their value
-        at : (count, d, k) values of those that are held
+        held : (count,) fixed poses
+        at : (count, d, k) values of fixed poses
 
         Returns
         -------
@@ -70,7 +70,7 @@ class Relaxation:
         square = square + self.summed(a, np.where(held[a][:, None, None], 0.0, aa))
         square += self.summed(b, np.where(held[b][:, None, None], 0.0, bb))
         square[held] = np.eye(d)
-        # Couplings with held poses go to the right-hand side.
+        # Couplings with fixed poses are moved to the right-hand side.
         right = np.where(held[:, None, None], at, right)
         from_a, from_b = held[a] & ~held[b], held[b] & ~held[a]
         np.subtract.at(right, b[from_a], ab[from_a].transpose(0, 2, 1) @ at[a[from_a]])
@@ -98,6 +98,6 @@ class Relaxation:
         width = math.prod(blocks.shape[1:])
         positions = rows[:, None] * width + np.arange(width)
         flat: Array = np.zeros(self.count * width)
-        if positions.size:  # of nothing, bincount makes integers
+        if positions.size:  # bincount of an empty array returns integers
             flat += np.bincount(positions.ravel(), blocks.ravel(), minlength=self.count * width)
         return flat.reshape(self.count, *blocks.shape[1:])

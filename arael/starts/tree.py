@@ -1,4 +1,4 @@
-"""The start from a spanning tree: each pose composed along the least uncertain way to it."""
+"""The start from a spanning tree: each pose composed along the least uncertain path."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _LEAST = 1e-100
 def tree_poses(graph: PoseGraph) -> Poses:
     """Poses composed along a spanning tree of each component.
 
-    The tree of the paths along which the least variance of rotation adds up (Dijkstra): an error of
-    rotation bends all that comes after it, so it decides how far off the end of a path is. Roots
-    are the poses that are fixed; in a component without one, the first that is anchored, at what
-    its anchor measured; without any, the first pose, where it is.
+    The tree of shortest paths by accumulated variance of rotation (Dijkstra): an error of rotation
+    displaces all later poses, so it dominates the error at the end of a path. Roots are the fixed
+    poses; in a component without one, the first anchored pose, at its measured value; otherwise the
+    first pose, at its current value.
     """
     roots, at = _roots(graph)
     parent, edge = _spanning_tree(graph, roots, _variance(graph))

@@ -1,1 +1,1 @@
-"""Text of a model file to its tree, and back in the standard layout."""
+"""Parser and formatter of model files."""

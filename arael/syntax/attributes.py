@@ -1,7 +1,7 @@
-"""Attributes of the Rust framework, which are comments here and would vanish without a word.
+"""Attributes of the Rust framework, which are comments in arael and would be ignored silently.
 
-``#[arael(constraint(hb, { ... }))]`` may run over many lines; all of it is left out, so that what
-follows is read as what it is, and the answer says what to write instead.
+``#[arael(constraint(hb, { ... }))]`` may span many lines; it is skipped as a whole, so that the
+text after it is parsed correctly, and the diagnostic proposes the equivalent.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _MAX_SHOWN = 60
 
 
 def skip_attribute(text: str, at: int, log: ErrorLog) -> int | None:
-    """Report the attribute at `at` and return where it ends; None where a comment stands."""
+    """Report the attribute at `at` and return its end; None if it is a comment."""
     if not _ATTRIBUTE.match(text, at):
         return None
     opening = text.index("[", at)
@@ -37,7 +37,7 @@ def skip_attribute(text: str, at: int, log: ErrorLog) -> int | None:
 
 
 def _end(text: str, opening: int) -> int | None:
-    """End of the brackets that open at `opening`; None where they are not closed."""
+    """End of the brackets that open at `opening`; None if they are not closed."""
     waiting: list[str] = []
     at = opening
     limit = min(len(text), opening + _MAX_LENGTH)
@@ -83,15 +83,15 @@ def _answer(inside: str, after: str) -> tuple[str, ...]:
         return (f"write `{name}: ref {target[1] if target else 'T'} in {_clip(found[2][1:])}`",)
     if word == "cross":
         pair = re.sub(r"\s+", " ", found[2].lstrip("= ").strip("() "))
-        return (f"write `{name}: block ({_clip(pair)})`, or leave the field out",)
+        return (f"write `{name}: block ({_clip(pair)})`, or omit the field",)
     if word == "constraint_index":
         return (f"write `{name}: constraint_index`",)
     if word == "skip":
-        return (f"write `skip {name}: ...` with a value type, or leave the field out",)
+        return (f"write `skip {name}: ...` with a value type, or omit the field",)
     if word == "skip_self_block":
         return ("write `skip_self_block` on a line inside the struct",)
     return (
-        "delete it; `struct` and `root` say what a model is, and constraints are written "
+        "delete it; a model is declared by `struct` and `root`, and constraints are written "
         "`constraint name { ... }` inside the struct",
     )
 
@@ -100,7 +100,7 @@ def _root(flags: str, name: str) -> tuple[str, ...]:
     precision = " : f32" if re.search(r"\bf32\b", flags) else ""
     answers = [f"write `root {name}{precision} {{ ... }}` in place of `struct {name}`"]
     if "jacobian" in flags:
-        answers.append("`jacobian()` and `cost_table()` are there for every model")
+        answers.append("every model has `jacobian()` and `cost_table()`")
     if "extended" in flags:
         answers.append("formulas known at run time only: `arael.runtime_residual` in Python")
     fit = re.search(r"\bfit\s*\((.*)", flags, re.DOTALL)
@@ -136,7 +136,7 @@ def _constraint(rest: str, struct: str) -> tuple[str, ...]:
         if "," in block and not block.startswith("["):
             block = f"[{block}]"
         answers.append(
-            f"blocks are worked out by themselves; `into {_clip(block)}` behind the name keeps it"
+            f"blocks are inferred; write `into {_clip(block)}` after the name to keep it"
         )
     return tuple(answers)
 

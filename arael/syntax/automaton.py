@@ -10,16 +10,16 @@ from arael.syntax.tables import END
 from arael.syntax.tokens import Token
 
 Entry = tuple[Any, int, int]
-"""A value and the characters ``start:end`` it came from."""
+"""A value and its characters ``start:end``."""
 
 Build = Callable[[str, list[Any], int, int], Any]
-"""Makes the value of a production from its name, the kept parts, and its place."""
+"""Builds the value of a production from its name, the kept parts, and its place."""
 
 
 class Automaton:
     """A parse under way from one of the grammar's start rules.
 
-    The stacks are open to the recovery code: `entries` runs parallel to `states`, whose first
+    The recovery code may change the stacks: `entries` runs parallel to `states`, whose first
     element is the start state.
     """
 
@@ -34,7 +34,7 @@ class Automaton:
         self.entries: list[Entry] = []
 
     def accepts(self, terminal: str) -> bool:
-        """Tell whether `terminal` could come next."""
+        """Return whether `terminal` is acceptable here."""
         states = self.states.copy()
         while True:
             action = self._rows[states[-1]].get(terminal)
@@ -50,11 +50,11 @@ class Automaton:
                 return True
 
     def expected(self) -> set[str]:
-        """Terminals that could come next."""
+        """Acceptable terminals."""
         return {t for t in self._rows[self.states[-1]] if self.accepts(t)}
 
     def feed(self, token: Token) -> bool:
-        """Take `token`; False, with the stacks as they were, where it cannot come next."""
+        """Shift `token`; False, with unchanged stacks, if it is not acceptable."""
         kind = token.type
         action = self._rows[self.states[-1]].get(kind)
         if action is not None and action > 0:
@@ -104,7 +104,7 @@ class Automaton:
         states.append(self._gotos[states[-1]][production.name])
 
     def pop(self, count: int) -> None:
-        """Forget the topmost `count` symbols."""
+        """Pop `count` symbols."""
         if count:
             del self.states[-count:]
             del self.entries[-count:]

@@ -18,7 +18,7 @@ class DocComments:
                 self._own_line[line] = comment.text
 
     def of(self, span: Span) -> str:
-        """Text above the line on which `span` starts, where nothing else stands before it there."""
+        """Text above the line on which `span` starts, if nothing else precedes it on that line."""
         line, column = self._source.position(span.start)
         if line - 1 not in self._own_line or self._source.line(line)[: column - 1].strip(
             " \t\r\f;"

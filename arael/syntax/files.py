@@ -13,26 +13,26 @@ from arael.syntax.limits import MAX_BYTES
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:
-    """Read the text of a model file; a byte order mark is left out.
+    """Read the text of a model file without a byte order mark.
 
     Raises
     ------
     AraelError
-        Where there is no such file (with similar names of that folder), where it cannot be read, is
-        no text, is too large, or holds nothing.
+        If there is no such file (with similar names in that folder), or if it cannot be read, is
+        not text, is too large, or is empty.
     """
     name = os.fspath(path)
     return source_of(_read_bytes(name), name)
 
 
 def source_of(data: bytes, name: str) -> Source:
-    """Text of a model from its bytes; `name` is what messages call it.
+    """Text of a model from its bytes; `name` is its name in messages.
 
     Raises
     ------
     AraelError
-        E0103 where it is no text, with the place of the first byte that is not UTF-8; E0107 where
-        it holds nothing.
+        E0103 if it is not text, with the place of the first byte that is not UTF-8; E0107 if it is
+        empty.
     """
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise _error("E0103", "this file is UTF-16, not UTF-8", name, "save it as UTF-8")
@@ -57,7 +57,7 @@ def source_of(data: bytes, name: str) -> Source:
                 "E0103",
                 f"this file is not UTF-8: byte 0x{byte:02x} in line {source.position(at)[0]}",
                 Span(source, at, at + 1),
-                "half of a surrogate pair" if surrogate else "not a character in UTF-8",
+                "an unpaired surrogate" if surrogate else "not a character in UTF-8",
                 help=("save the file as UTF-8",),
             )
         ) from None
@@ -95,7 +95,7 @@ def _read_bytes(name: str) -> bytes:
             "E0104",
             f"this file is larger than {MAX_BYTES >> 10} KiB",
             name,
-            "a model holds no data; split it with `import` if it must be so long",
+            "a model contains no data; split a long model with `import`",
         )
     return data
 

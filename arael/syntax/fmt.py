@@ -1,7 +1,7 @@
-"""The formatter: one way to lay out a model.
+"""The formatter: the standard layout of a model.
 
-Line breaks within statements and one-line blocks are the writer's; indentation, blanks and columns
-are the formatter's. Comments are kept, every one, where they stand.
+Line breaks within statements and one-line blocks are preserved; indentation, blanks and columns are
+set by the formatter. All comments are preserved.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def format_source(source: Source) -> str:
     Raises
     ------
     AraelError
-        Where `source` has syntax errors, as for `parse`.
+        If `source` has syntax errors, as for `parse`.
     """
     layout = parse_with_layout(source)
     facts = gather(layout.file)

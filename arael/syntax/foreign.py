@@ -1,7 +1,8 @@
-"""Characters that arael does not use: what the writer probably meant.
+"""Characters that arael does not use, with the probable intention.
 
-The lexer comes here for everything that is no token. Where the meaning is plain (``&&``, ``**``, a
-mathematical minus sign) the arael token takes its place, so that the parser finds no second error.
+The lexer calls this module for everything that is not a token. If the meaning is clear (``&&``,
+``**``, a mathematical minus sign) the arael token takes its place, so that the parser finds no
+second error.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import unicodedata
 from arael.syntax.log import ErrorLog
 from arael.syntax.tokens import Token
 
-# Spellings of other languages: what to say, and the token that stands for it (None: leave it out).
+# Spellings of other languages: the message, and the token used in its place (None: skip it).
 _OPERATORS: dict[str, tuple[str, tuple[str, str] | None]] = {
     "&&": ("write `and`", ("AND", "and")),
     "||": ("write `or`", ("OR", "or")),
@@ -23,10 +24,10 @@ _OPERATORS: dict[str, tuple[str, tuple[str, str] | None]] = {
     ":=": ("write `=`", ("EQUAL", "=")),
     "~=": ("write `!=`", ("NE", "!=")),
     "<>": ("write `!=`", ("NE", "!=")),
-    "+=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
-    "-=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
-    "*=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
-    "/=": ("nothing is assigned twice in arael: give the new value a name with `let`", None),
+    "+=": ("names cannot be reassigned: give the new value a name with `let`", None),
+    "-=": ("names cannot be reassigned: give the new value a name with `let`", None),
+    "*=": ("names cannot be reassigned: give the new value a name with `let`", None),
+    "/=": ("names cannot be reassigned: give the new value a name with `let`", None),
     "//": ("a comment starts with `#`", None),
     "/*": ("a comment starts with `#`", None),
     "*/": ("a comment starts with `#`", None),
@@ -41,11 +42,11 @@ _CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
         "the cross product is `cross(a, b)`; for a remainder write `x - floor(x / y) * y`",
         ("STAR", "*"),
     ),
-    "$": ("leave it out", None),
+    "$": ("omit it", None),
     "~": ("write `not`", ("NOT", "not")),
-    "`": ("leave it out", None),
+    "`": ("omit it", None),
     "\\": (
-        "leave it out: a statement goes on by itself after an operator or inside brackets",
+        "omit it: a statement continues after an operator or inside brackets",
         None,
     ),
     "\u2212": ("write `-`", ("MINUS", "-")),
@@ -75,7 +76,7 @@ _CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
 
 
 def read(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
-    """Report what stands at `at`, which is no token; return where to go on."""
+    """Report the characters at `at`, which are not a token; return where to continue."""
     pair = text[at : at + 2]
     if pair in _OPERATORS:
         return _operator(pair, text, at, tokens, log)
@@ -101,7 +102,7 @@ def read(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
         end += 1
     help_, token = _CHARACTERS.get(char, ("", None))
     if char == "!" and tokens and tokens[-1].type == "NAME" and tokens[-1].end == at:
-        help_, token = "arael has no macros: leave it out", None
+        help_, token = "arael has no macros: omit it", None
     log.error(
         "E0110",
         f"stray character {_show(char)}",
@@ -157,7 +158,7 @@ def _invisible(char: str, at: int, log: ErrorLog) -> None:
         f"stray character U+{ord(char):04X} ({name})",
         at,
         at + 1,
-        "looks like a blank, or like nothing",
+        "looks like a blank, or is invisible",
         help="type an ordinary blank",
     )
 
@@ -187,7 +188,7 @@ def _spell(char: str) -> str:
 
 
 def is_bare_fraction(text: str, at: int) -> bool:
-    """Tell whether the dot at `at` begins a number such as ``.5``."""
+    """Return whether the dot at `at` begins a number such as ``.5``."""
     if not text[at + 1 : at + 2].isdigit() or not text[at + 1].isascii():
         return False
     before = text[at - 1] if at else " "
@@ -212,7 +213,7 @@ def bare_fraction(text: str, at: int, log: ErrorLog) -> int:
 
 
 def malformed_number(text: str, start: int, end: int, log: ErrorLog) -> None:
-    """Report something that begins like a number and goes on otherwise."""
+    """Report a token that begins like a number but is not one."""
     word = text[start:end]
     help_ = ""
     if found := re.fullmatch(r"([0-9]+)\.", word):

@@ -36,10 +36,10 @@ def _scanner() -> re.Pattern[str]:
 
 
 def tokenise(source: Source, log: ErrorLog) -> Lexed:
-    """Split `source` into tokens; what is no token goes to `log` and is passed over.
+    """Split `source` into tokens; invalid characters are reported to `log` and skipped.
 
     Runs of line ends become one token. Never raises for single bad characters; raises `AraelError`
-    where a bound is crossed.
+    if a limit is exceeded.
     """
     grammar = tables.load()
     words, symbols, ignored = grammar.words, grammar.symbols, set(grammar.ignored)
@@ -132,7 +132,7 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
                 f"the file has more than {MAX_TOKENS} tokens",
                 at - 1,
                 at,
-                "too much from here on",
+                "the limit is reached here",
                 help="split the model into files",
             )
             log.stop()
@@ -148,6 +148,6 @@ def _check_unsafe(text: str, start: int, end: int, log: ErrorLog) -> None:
             f"control character U+{ord(found.group()):04X}",
             found.start(),
             found.end(),
-            "does not show, and can make text look different from what it says",
+            "is invisible, and can make text look different from its content",
             help="delete it",
         )

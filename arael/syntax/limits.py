@@ -1,7 +1,7 @@
-"""Bounds on what the parser takes from a stranger.
+"""Limits of the parser for untrusted input.
 
-They are far above what people write, and keep time and memory small for text made to hurt: later
-stages walk trees recursively and rely on `MAX_HEIGHT`.
+They are far above hand-written models, and bound time and memory for malicious text: later stages
+walk trees recursively and rely on `MAX_HEIGHT`.
 """
 
 MAX_BYTES = 1 << 20
@@ -17,7 +17,7 @@ MAX_HEIGHT = 200
 """Height of an expression's tree; a chain of operators such as ``a + b + c`` counts once."""
 
 MAX_STACK = 2000
-"""Symbols that the parser holds while their statement is not complete."""
+"""Symbols on the parser's stack before their statement is complete."""
 
 MAX_NAME = 100
 """Characters in a name."""

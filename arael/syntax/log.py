@@ -15,7 +15,7 @@ STRAY = "E0110"
 
 
 class ErrorLog:
-    """Errors of `source`; gives up with `AraelError` when there are too many to be of use."""
+    """Errors of `source`; stops with `AraelError` when there are too many."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -37,7 +37,7 @@ class ErrorLog:
         notes: Iterable[str] = (),
         help: Iterable[str] | str = (),
     ) -> None:
-        """Record an error at ``start:end``; a second one of the same code there is dropped."""
+        """Record an error at ``start:end``; a second one with the same code there is dropped."""
         hints = (help,) if isinstance(help, str) else tuple(help)
         self.add(
             Diagnostic(
@@ -55,7 +55,7 @@ class ErrorLog:
         """Record `diagnostic`, which must have a span."""
         assert diagnostic.span is not None
         if (diagnostic.span.start, STRAY) in self._found:
-            return  # what stands for a stray character is our guess, not the writer's
+            return  # the replacement of a stray character is a guess and must not be quoted
         self._found.setdefault((diagnostic.span.start, diagnostic.code), diagnostic)
         if len(self._found) >= MAX_ERRORS:
             *others, last = self.in_order()
@@ -63,11 +63,11 @@ class ErrorLog:
             raise AraelError([*others, replace(last, notes=(*last.notes, note))])
 
     def has_error_in(self, start: int, end: int) -> bool:
-        """Tell whether an error was found that begins in ``start:end``."""
+        """Return whether an error was found that begins in ``start:end``."""
         return any(start <= at < end for at, _ in self._found)
 
     def said(self, message: str) -> bool:
-        """Tell whether `message` was recorded before, anywhere."""
+        """Return whether `message` was recorded before, anywhere."""
         return any(d.message == message for d in self._found.values())
 
     def in_order(self) -> list[Diagnostic]:

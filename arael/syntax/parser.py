@@ -1,4 +1,4 @@
-"""Text to tree."""
+"""Parser: text to tree."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def parse(source: Source) -> tree.File:
 
 @dataclass(frozen=True)
 class Layout:
-    """A file with the tokens it was read from.
+    """A file with its tokens.
 
-    `passed` holds the numbers of the line ends among `tokens` that ended no statement.
+    `passed` has the numbers of the line ends among `tokens` that did not end a statement.
     """
 
     file: tree.File
@@ -41,7 +41,7 @@ class Layout:
 
 
 def parse_with_layout(source: Source) -> Layout:
-    """Read a model file and keep how it is laid out, for the formatter.
+    """Read a model file with its layout, for the formatter.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def parse_expression(source: Source) -> tree.Expr:
 
 
 def parse_loss(source: Source) -> tree.Expr:
-    """Read what stands behind `loss` in a model, by itself: ``cauchy(2)`` or ``|s| log(1 + s)``.
+    """Read a loss as written after `loss` in a model: ``cauchy(2)`` or ``|s| log(1 + s)``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Drives the automaton over the tokens, and past mistakes to find more of them."""
+"""Runs the automaton over the tokens, with error recovery to find further mistakes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from arael.syntax.log import ErrorLog
 from arael.syntax.tables import END
 from arael.syntax.tokens import NEWLINE, Token
 
-# After these a statement cannot be complete, so a line end there means nothing.
+# After these a statement cannot be complete, so a line end there is ignored.
 _CONTINUES = frozenset(
     [
         "PLUS",
@@ -38,7 +38,7 @@ _CONTINUES = frozenset(
         "INTO",
     ]
 )
-# The parts of a header that may stand on the next line.
+# The parts of a header that may be on the next line.
 _HEADER_PARTS = ("LBRACE", "THEN", "ELSE")
 
 # Operators with which no statement can begin; signs can, see `building.body`.
@@ -64,19 +64,19 @@ _MAX_STUCK = 4
 
 
 def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
-    """Feed `tokens` to the end, reporting to `log`; the result counts only if `log` stays empty.
+    """Parse all `tokens`, reporting to `log`; the result is valid only if `log` stays empty.
 
     Returns
     -------
     set of int
-        Numbers of the line ends that ended no statement.
+        Numbers of the line ends that did not end a statement.
 
     Raises
     ------
     AraelError
-        When `log` is full, or when the text ends where it cannot.
+        If `log` is full, or if the text ends too early.
     """
-    index = stuck = mended = 0
+    index = stuck = repaired = 0
     passed: set[int] = set()
     reported = False
     while True:
@@ -87,7 +87,7 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
         elif token.type == NEWLINE and _leads(automaton, tokens[index + 1]):
             if not reported:
                 _refuse_leading(tokens[index - 1], tokens[index + 1], log)
-            reported = True  # once for a statement that goes on over many lines
+            reported = True  # once for a statement that spans many lines
             index += 1
         elif automaton.feed(token):
             reported = reported and token.type != NEWLINE
@@ -101,14 +101,14 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
             passed.add(index)
             index += 1
         else:
-            # Needed only when something is wrong, so that a good model starts faster.
+            # Imported only after an error, so that a correct model starts faster.
             from arael.syntax.mistakes import explain
             from arael.syntax.trouble import Trouble
 
             stuck += 1
-            mended += 1
+            repaired += 1
             trouble = Trouble(automaton, tokens, index, log)
-            if mended > 3 * MAX_ERRORS:
+            if repaired > 3 * MAX_ERRORS:
                 log.stop()
             if stuck < _MAX_STUCK:
                 explain(trouble)
@@ -124,24 +124,24 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
 def _refuse_depth(token: Token, log: ErrorLog) -> None:
     log.error(
         "E0105",
-        "an expression that is nested too deeply",
+        "an expression is nested too deeply",
         token.start,
         token.end,
-        "gets too deep here",
+        "the limit is reached here",
         help="name parts of it with `let`",
     )
     log.stop()
 
 
 def _leads(automaton: Automaton, token: Token) -> bool:
-    """Tell whether `token` begins a line, but can only go on with the statement above."""
+    """Return whether `token` begins a line, but can only continue the statement above."""
     return token.type in _LEADING and automaton.accepts(token.type) and automaton.accepts(NEWLINE)
 
 
 def _refuse_leading(before: Token, token: Token, log: ErrorLog) -> None:
     log.error(
         "E0133",
-        "a line does not go on with an operator",
+        "an operator at the start of a line does not continue the previous line",
         token.start,
         token.end,
         "cannot begin a statement",
@@ -155,7 +155,7 @@ def _joins(automaton: Automaton, token: Token) -> bool:
 
 
 def _goes_on(automaton: Automaton, before: Token | None) -> bool:
-    """Tell whether a line end that cannot end a statement may be passed over."""
+    """Return whether a line end that cannot end a statement may be skipped."""
     if before is None or before.type in _CONTINUES:
         return True
     for value, _, _ in reversed(automaton.entries):

@@ -1,4 +1,4 @@
-"""Names of the Rust framework, and what they are called here."""
+"""Names of the Rust framework, and their equivalents."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ PARAMETERS = {
 _METHODS = {
     "get_euler_angles": "write `.euler_angles()`",
     "get_rotation_matrix": "write `.rotation_matrix()`",
-    "is_some": "an optional is asked for by its name: `when info.gps`, `if info.gps then ...`",
-    "is_none": "an optional is asked for by its name: `when not info.gps`",
-    "unwrap": "leave it out: behind `when x`, `x` is there",
-    "clone": "leave it out",
-    "work": "leave it out: a parameter's name is its trial value",
+    "is_some": "presence is tested by the name: `when info.gps`, `if info.gps then ...`",
+    "is_none": "presence is tested by the name: `when not info.gps`",
+    "unwrap": "omit it: after `when x`, `x` is present",
+    "clone": "omit it",
+    "work": "omit it: the name of a parameter is its trial value",
     "value": "write `.value` without parentheses",
     "powi": "write `x ^ n`",
     "powf": "write `x ^ n`",
@@ -34,21 +34,21 @@ _METHODS = {
     "normalize": "write `unit(v)`",
     "normalized": "write `unit(v)`",
     "norm_squared": "write `norm2(v)`",
-    "len": "a constraint runs once for each element by itself, and cannot count them",
-    "iter": "a constraint runs once for each element by itself: put it into the element's struct",
+    "len": "a constraint is evaluated for each element, and cannot count them",
+    "iter": "a constraint is evaluated for each element: put it into the element's struct",
     "ln": "write `log(x)`",
 }
 
 
 def plain_type(name: str) -> str:
-    """The arael name of a Rust type without parameters; `name` itself if it is none."""
+    """The arael name of a Rust type without parameters; or `name` itself."""
     inner = re.fullmatch(r"(\w+)<.*>?", name)
     name = inner[1] if inner else name
     return _TYPES.get(name) or _TYPES.get(re.sub(r"[fd]$", "", name)) or name
 
 
 def type_advice(name: str) -> list[str]:
-    """What to write for the Rust type `name`; nothing if it is none."""
+    """Help for the Rust type `name`; empty for other names."""
     if name in PARAMETERS:
         return [f"write `param x: {PARAMETERS[name]}`"]
     plain = plain_type(name)
@@ -56,5 +56,5 @@ def type_advice(name: str) -> list[str]:
 
 
 def method_advice(name: str) -> list[str]:
-    """What to write for a method of the Rust framework; nothing if `name` is none."""
+    """Help for a method of the Rust framework; empty for other names."""
     return [_METHODS[name]] if name in _METHODS else []

@@ -1,4 +1,4 @@
-"""Tokens: what the lexer makes and the parser takes."""
+"""Tokens, from the lexer to the parser."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ CLOSERS = {closer: opener for opener, closer in OPENERS.items()}
 class Token:
     """A terminal `type` of the grammar at characters ``start:end``.
 
-    `damaged` marks a bracket in which the parser skipped something, so that what is missing inside
-    is not reported as missing, and tokens that the parser made up.
+    `damaged` marks tokens that the parser inserted, and brackets in which it skipped something, so
+    that missing parts inside are not reported.
     """
 
     type: str

@@ -1,4 +1,4 @@
-"""The tree of a `.arael` file: what was written, with its place, and nothing worked out yet.
+"""The syntax tree of a `.arael` file: the source with places, nothing resolved.
 
 Every node carries its span. Documentation comments (the comment block right above an item, field or
 constraint) are kept as text without their ``#``.
@@ -14,7 +14,7 @@ from arael.diagnostics.records import Source, Span
 
 @dataclass(frozen=True, kw_only=True)
 class Node:
-    """Anything with a place in the text."""
+    """A node with its place in the text."""
 
     span: Span = field(compare=False, repr=False)
 
@@ -24,7 +24,7 @@ class Node:
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Node):
-    """A number as written; `text` keeps ``1e-3`` apart from ``0.001`` and ``1`` from ``1.0``."""
+    """A number as written; `text` distinguishes ``1e-3`` from ``0.001`` and ``1`` from ``1.0``."""
 
     text: str
 
@@ -35,7 +35,7 @@ class Number(Node):
 
     @property
     def is_integer(self) -> bool:
-        """Tell whether it is written without point and exponent."""
+        """Return whether it is written without point and exponent."""
         return self.text.isdigit()
 
 
@@ -158,14 +158,14 @@ Expr = (
 
 @dataclass(frozen=True, kw_only=True)
 class Ident(Node):
-    """A name where one is declared."""
+    """A name in a declaration."""
 
     id: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Path(Node):
-    """A dotted path where a declaration takes one: ``root.poses``, ``pose.info.features``."""
+    """A dotted path in a declaration: ``root.poses``, ``pose.info.features``."""
 
     parts: tuple[Ident, ...]
 
@@ -236,7 +236,7 @@ TypeExpr = NamedType | OptionalType | CollectionType | RefType | BlockType | Tri
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds(Node):
-    """``in LOW .. HIGH`` of a parameter; either end may be left out."""
+    """``in LOW .. HIGH`` of a parameter; either bound may be omitted."""
 
     low: Expr | None
     high: Expr | None
@@ -244,7 +244,7 @@ class Bounds(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Field(Node):
-    """One field. `role` tells ``param`` and ``skip`` from plain data."""
+    """One field. `role` distinguishes ``param`` and ``skip`` from plain data."""
 
     name: Ident
     type: TypeExpr
@@ -420,7 +420,7 @@ class Function(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Struct(Node):
-    """A struct, root or component. `precision` is ``""`` where a root does not name one."""
+    """A struct, root or component. `precision` is ``""`` if a root does not give one."""
 
     kind: Literal["struct", "root", "component"]
     name: Ident

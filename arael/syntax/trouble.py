@@ -1,4 +1,4 @@
-"""A place where the parse cannot go on, and the ways to go on nevertheless."""
+"""A token that the parser cannot accept, and the operations for recovery."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SOFT_WORDS = frozenset(
 )
 NAMES = SOFT_WORDS | {"NAME"}
 
-# Words whose tokens stay on the stack while what they begin is read.
+# Words whose tokens stay on the stack while their construct is read.
 _CONSTRUCTS = frozenset(
     [
         "STRUCT",
@@ -78,10 +78,10 @@ _BLOCK_HEADS = frozenset(
 
 
 class Trouble:
-    """Token number `index` cannot come next.
+    """Token number `index` is not acceptable.
 
-    Recognisers look at the tokens and the stack, report, and then mend: they swap, insert or skip
-    tokens so that `index` is where the parse goes on.
+    Recognisers examine the tokens and the stack, report, and repair: they replace, insert or skip
+    tokens so that the parse continues at `index`.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class Trouble:
         return self.tokens[self.index]
 
     def ahead(self, count: int = 1) -> Token:
-        """Return the token `count` further on, the end of the text where there is none."""
+        """Return the token `count` further on, or the end of the text."""
         return self.tokens[min(self.index + count, len(self.tokens) - 1)]
 
     @property
@@ -114,15 +114,15 @@ class Trouble:
 
     @property
     def begins_line(self) -> bool:
-        """Tell whether the token is the first on its line."""
+        """Return whether the token is the first on its line."""
         return self.index == 0 or self.tokens[self.index - 1].type == NEWLINE
 
     def is_name(self, token: Token) -> bool:
-        """Tell whether `token` can be a name."""
+        """Return whether `token` can be a name."""
         return token.type in NAMES
 
     def is_word(self, token: Token) -> bool:
-        """Tell whether `token` is a name or a reserved word."""
+        """Return whether `token` is a name or a reserved word."""
         return token.type in NAMES or token.text.isidentifier()
 
     @property
@@ -136,7 +136,7 @@ class Trouble:
     def held(self) -> list[tuple[int, Token]]:
         """Tokens on the stack with their positions there, innermost first.
 
-        Brackets that are closed again, and what is between them, are left out.
+        Closed brackets and the tokens between them are omitted.
         """
         entries = self.automaton.entries
         found: list[tuple[int, Token]] = []
@@ -158,7 +158,7 @@ class Trouble:
         return next((t for _, t in self.held() if t.type in OPENERS), None)
 
     def construct(self) -> Token | None:
-        """Return the word that began what is being read, within the innermost braces."""
+        """Return the word that began the current construct, within the innermost braces."""
         for _, token in self.held():
             if token.type == "LBRACE":
                 return None
@@ -176,7 +176,7 @@ class Trouble:
         return None
 
     def block(self) -> Token | None:
-        """Return the word whose braces we are in: ``struct``, ``constraint``, ``pass``, ..."""
+        """Return the word of the enclosing braces: ``struct``, ``constraint``, ``pass``, ..."""
         inside = False
         for _, token in self.held():
             if token.type == "LBRACE":
@@ -189,19 +189,19 @@ class Trouble:
 
     @property
     def in_members(self) -> bool:
-        """Tell whether we are right in the braces of a struct, root or component."""
+        """Return whether the innermost braces are those of a struct, root or component."""
         block = self.block()
         return block is not None and block.type in ("STRUCT", "ROOT", "COMPONENT")
 
     @property
     def in_body(self) -> bool:
-        """Tell whether we are right in the braces of a constraint."""
+        """Return whether the innermost braces are those of a constraint."""
         block = self.block()
         return block is not None and block.type in ("CONSTRAINT", "FIT")
 
     @property
     def wants_operand(self) -> bool:
-        """Tell whether an expression should begin here."""
+        """Return whether an expression should begin here."""
         return "NUMBER" in self.expected and "LPAR" in self.expected
 
     def line_tokens(self) -> list[Token]:
@@ -220,7 +220,7 @@ class Trouble:
         self.tokens[self.index] = Token(type, text, t.start, t.end)
 
     def insert(self, *types: str) -> None:
-        """Read on as if tokens of `types` stood before this one."""
+        """Insert tokens of `types` before this one."""
         at = self.before.end if self.before else self.token.start
         texts = {"NAME": "_", "NUMBER": "1"}
         new = [
@@ -230,11 +230,11 @@ class Trouble:
         self.tokens[self.index : self.index] = new
 
     def skip(self, count: int = 1) -> None:
-        """Leave out the next `count` tokens, but never the end of the text."""
+        """Skip the next `count` tokens, but never the end of the text."""
         self.index = min(self.index + count, len(self.tokens) - 1)
 
     def skip_past(self, *types: str) -> None:
-        """Leave out tokens up to and with the first of `types` on this line."""
+        """Skip tokens up to and including the first of `types` on this line."""
         line = self.line_tokens()
         for n, token in enumerate(line):
             if token.type in types:
@@ -243,14 +243,14 @@ class Trouble:
         self.skip(len(line))
 
     def skip_to(self, *types: str) -> None:
-        """Leave out tokens up to the first of `types` on this line."""
+        """Skip tokens up to the first of `types` on this line."""
         line = self.line_tokens()
         self.skip(next((n for n, t in enumerate(line) if t.type in types), len(line)))
 
     def panic(self) -> None:
-        """Give up on the statement: forget what was read of it and go on after it.
+        """Discard the statement and continue after it.
 
-        Where a block follows whose header alone is at fault, the block is read all the same.
+        If a block with a faulty header follows, the block is still read.
         """
         if self._enter_block():
             return
@@ -297,14 +297,14 @@ class Trouble:
             entries[-1][0].damaged = True
 
     def mark_damage(self) -> None:
-        """Note a mistake in the innermost braces, so that what is missing there is not said."""
+        """Mark the innermost braces as damaged, so that missing parts are not reported."""
         for _, token in self.held():
             if token.type == "LBRACE":
                 token.damaged = True
                 return
 
     def _enter_block(self) -> bool:
-        """Try to read the block that begins further on this line, its header being at fault."""
+        """Try to read the block that begins further on this line, after a faulty header."""
         head = next((i for i, t in self._in_braces() if t.type in _BLOCK_HEADS), None)
         if head is None:
             return False

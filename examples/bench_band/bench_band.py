@@ -1,8 +1,8 @@
-"""The band solver beside dense Cholesky on localisation, at growing numbers of poses.
+"""Band and dense Cholesky on localisation, for increasing numbers of poses.
 
     python bench_band.py [--poses 50 100 200 500] [--plot bench_band.png]
 
-The model is `localization.arael` beside this file: with a known map no constraint couples more than
+The model is `localization.arael` in this folder: with a known map no constraint couples more than
 two consecutive poses, so the Hessian is block-tridiagonal.
 """
 

@@ -1,4 +1,4 @@
-"""Where the time of an iteration goes on SLAM, solver by solver, and whether they agree.
+"""Time of the phases of an iteration on SLAM for several solvers, and their agreement.
 
     python bench_investigate.py [--poses 60] [--plot bench_investigate.png]
 

@@ -1,8 +1,8 @@
-"""Sparse Cholesky beside dense on SLAM, at growing numbers of poses.
+"""Sparse and dense Cholesky on SLAM, for increasing numbers of poses.
 
     python bench_sparse.py [--poses 20 40 80] [--plot bench_sparse.png]
 
-The model is `slam.arael` beside this file. `sparse` factorises the whole Hessian in a fill-reducing
+The model is `slam.arael` in this folder. `sparse` factorises the whole Hessian in a fill-reducing
 order; `schur` eliminates the landmarks one by one and then solves for the poses.
 """
 

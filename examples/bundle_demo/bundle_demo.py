@@ -4,8 +4,8 @@
                           [--save solved.txt] [--plot bundle_demo.png]
 
 With a file, a BAL problem is read and solved. Without one, a ring of cameras around a cloud of
-points is made, with half a pixel of noise, and the solution is compared with the truth. The model
-is `bundle_adjustment.arael` beside this file.
+points is generated, with half a pixel of noise, and the solution is compared with the truth. The
+model is `bundle_adjustment.arael` in this folder.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ring:
-    """A made problem of n cameras and m points, and its truth.
+    """A synthetic problem of n cameras and m points, and its truth.
 
     Attributes
     ----------
     rotation, centre : (n, 3, 3) world to camera, and (n, 3) [m]
     points : (m, 3) [m]
-    camera, point, pixel : (k,), (k,) and (k, 2): who saw what where [px]
+    camera, point, pixel : (k,), (k,) and (k, 2): camera, point and pixel of each observation [px]
     """
 
     rotation: Array
@@ -73,7 +73,7 @@ def make_ring(cameras: int, points: int, seed: int) -> Ring:
 
 
 def problem(ring: Ring, seed: int) -> Any:
-    """The problem, started at cameras turned and moved, lenses without distortion, points moved."""
+    """The problem with perturbed cameras and points, and lenses without distortion."""
     rng = np.random.default_rng(seed + 1)
     count = len(ring.centre)
     turned = rotation_matrix(rng.normal(0, 0.02, (count, 3))) @ ring.rotation
@@ -105,7 +105,7 @@ def rms_pixels(ba: Any) -> float:
 
 
 def compare(ba: Any, ring: Ring) -> str:
-    """Points and lenses against the truth; pixels fix neither place nor attitude nor size."""
+    """Errors of points and lenses after similarity alignment, which pixels do not determine."""
     found = np.asarray(ba.points.pos.value)
     moved = similarity(found, ring.points).apply(found)
     focal = np.asarray(ba.cameras.f.value)
@@ -144,7 +144,7 @@ def plot(ba: Any, ring: Ring, start: Array, path: Path) -> str:
 
 
 def main() -> None:
-    """Solve a BAL file, or a made problem."""
+    """Solve a BAL file, or a synthetic problem."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("problem", nargs="?", type=Path)
     parser.add_argument("--cameras", type=int, default=12)

@@ -1,8 +1,8 @@
-"""A calculator in the manner of bc: the same that `arael calc` runs, with its lines shown.
+"""The calculator of `arael calc`, with its input lines shown.
 
     python calc_demo.py [FILE] [--plot calc_demo.png]
 
-Without FILE it goes through `session.calc` beside this script; `-` asks for lines on the terminal.
+Without FILE it runs `session.calc` in this folder; `-` reads lines from the terminal.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from arael.sym.calculator import Calculator
 
 
 def transcript(lines: Iterable[str]) -> list[str]:
-    """Work out lines; return them as they would look on a terminal."""
+    """Evaluate lines; return them in the form of a terminal session."""
     calculator = Calculator()
     shown = []
     for number, line in enumerate(lines, 1):
@@ -30,7 +30,7 @@ def transcript(lines: Iterable[str]) -> list[str]:
 
 
 def draw(lines: list[str], path: Path) -> None:
-    """Make a picture of a transcript."""
+    """Draw a transcript."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -54,8 +54,8 @@ def draw(lines: list[str], path: Path) -> None:
 
 
 def main() -> None:
-    """Show a session, or hold one."""
-    parser = argparse.ArgumentParser(description="A calculator in the manner of bc.")
+    """Show a session, or run an interactive one."""
+    parser = argparse.ArgumentParser(description="A calculator similar to bc.")
     parser.add_argument("file", nargs="?", default=str(Path(__file__).with_name("session.calc")))
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()

@@ -1,10 +1,10 @@
-"""Degrees of freedom of a sketch, counted and named by the Jacobian's singular vectors.
+"""Degrees of freedom of a sketch from the Jacobian's singular vectors.
 
     python jacobian_demo.py [--plot jacobian_demo.png]
 
-A quadrilateral gets one dimension after the other. After each, the script shows what the cost
-consists of, how many degrees of freedom are left, and which; at last which dimension is one too
-many. The model is `sketch.arael` beside this file.
+Dimensions are added to a quadrilateral one by one. After each, the script shows the cost by
+constraint and the remaining degrees of freedom, at the end also the redundant dimensions. The model
+is `sketch.arael` in this folder.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import arael
 
 MODEL = Path(__file__).with_name("sketch.arael")
 CORNERS = np.array([[0.0, 0.0], [4.0, 0.2], [4.3, 3.1], [0.2, 2.8]])
-"""Where the corners are drawn; the dimensions then move them."""
+"""Initial corners; the dimensions change them."""
 
 
 def four_sides() -> Any:
@@ -52,7 +52,7 @@ def steps() -> Iterator[tuple[str, Any]]:
 
 
 def settle(sketch: Any) -> Any:
-    """Move the corners until the dimensions hold."""
+    """Solve for the corners."""
     sketch.solve(cost_threshold=1e-20, abs_precision=0.0, rel_precision=1e-12)
     return sketch
 
@@ -82,7 +82,7 @@ def report(title: str, sketch: Any) -> Iterator[str]:
 
 
 def plot(sketch: Any, path: Path) -> str:
-    """Draw a sketch and how it can still move, rigid motions apart."""
+    """Draw a sketch and its free motions, except rigid ones."""
     from arael.plot.figure import save
     from arael.plot.motion import motion_figure
 

@@ -1,8 +1,8 @@
-"""A line through points some of which are wrong: least squares beside the robust fit.
+"""A line fit with outliers: least squares and robust fit.
 
     python linear_demo.py [--points 100] [--seed 42] [--plot linear.png]
 
-The model is `linear.arael` beside this file. The same is built in as `arael demo linear`.
+The model is `linear.arael` in this folder. The command `arael demo linear` does the same.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from arael.demo.scene_run import SolveOptions
 
 
 def main() -> None:
-    """Make points, fit them twice, compare with the true line."""
+    """Generate points, fit them twice, compare with the true line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--points", type=int, default=100)
     parser.add_argument("--seed", type=int, default=42)

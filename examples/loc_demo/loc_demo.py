@@ -2,9 +2,9 @@
 
     python loc_demo.py [--poses 60] [--seed 42] [--trajectory s-curve|loop|eight] [--plot loc.png]
 
-The model is `localization.arael` beside this file: SLAM with the landmarks as data. No constraint
+The model is `localization.arael` in this folder: SLAM with the landmarks as data. No constraint
 couples more than two consecutive poses, so the Hessian is block-tridiagonal and the band solver
-takes time proportional to the number of poses. The same is built in as `arael demo localization`.
+takes time proportional to the number of poses. The command `arael demo localization` does the same.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from arael.scenes import TRAJECTORIES, demo_config
 
 
 def main() -> None:
-    """Make a scene, solve it with the band solver, compare with the truth."""
+    """Generate a scene, solve it with the band solver, compare with the truth."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--poses", type=int, default=60)
     parser.add_argument("--seed", type=int, default=42)

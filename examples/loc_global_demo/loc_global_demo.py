@@ -2,9 +2,9 @@
 
     python loc_global_demo.py [--poses 40] [--seed 42] [--plot loc_global_demo.png]
 
-The model is `loc_global.arael` beside this file. The start is displaced as a whole, by metres and
-tens of degrees. So the poses are frozen, the transform alone is solved for and folded into the
-poses, and only then everything is solved for.
+The model is `loc_global.arael` in this folder. The start is displaced as a whole, by metres and
+tens of degrees. Therefore the poses are frozen, the transform alone is solved for and applied to
+the poses, and then all parameters are solved for.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ MODEL = Path(__file__).with_name("loc_global.arael")
 
 SHIFT = np.array([3.0, -2.0, 0.5])
 TURN = np.deg2rad([2.0, -3.0, 25.0])
-"""How far the start is displaced: metres; roll, pitch, yaw."""
+"""Displacement of the start: metres; roll, pitch, yaw."""
 
 
 def displaced(scene: Scene) -> dict[str, Any]:
-    """Columns of the scene with all start poses displaced alike."""
+    """Columns of the scene with all start poses displaced by the same transform."""
     found = dict(columns(scene, "localization"))
     turn = rotation_matrix(TURN)
     found["poses.pos"] = scene.start_pos @ turn.T + SHIFT
@@ -48,11 +48,11 @@ def new_path(scene: Scene) -> Any:
 
 
 def optimise_center(path: Any) -> tuple[Any, Array, Array]:
-    """Solve for the transform of the root alone and fold it into the poses.
+    """Solve for the transform of the root alone and apply it to the poses.
 
     Returns
     -------
-    The result of the solve, and the transform that was found, as `bake_in` gives it.
+    The result of the solve, and the transform, as returned by `bake_in`.
     """
     path.poses.pos.optimize = False
     path.poses.ea.optimize = False
@@ -64,7 +64,7 @@ def optimise_center(path: Any) -> tuple[Any, Array, Array]:
 
 
 def bake_in(path: Any) -> tuple[Array, Array]:
-    """Apply the transform of the root to every pose, and make it the identity.
+    """Apply the transform of the root to every pose, and reset it to the identity.
 
     Returns
     -------
@@ -80,12 +80,12 @@ def bake_in(path: Any) -> tuple[Array, Array]:
 
 @dataclass
 class Run:
-    """What happened.
+    """Results of both stages.
 
     Attributes
     ----------
-    start, centred : positions (n, 3) before, and with the transform folded in [m]
-    shift, turn : the transform that was found: translation (3,) [m], rotation matrix (3, 3)
+    start, centred : positions (n, 3) before, and with the transform applied [m]
+    shift, turn : the transform: translation (3,) [m], rotation matrix (3, 3)
     centre, sweep : results of the two solves
     """
 
@@ -105,7 +105,7 @@ class Run:
 
     @property
     def left_over(self) -> tuple[float, float]:
-        """What displacement and found transform together still move and turn by [m], [rad]."""
+        """Translation [m] and rotation [rad] of displacement and transform combined."""
         turn = self.turn @ rotation_matrix(TURN)
         off = self.turn @ SHIFT + self.shift
         return float(np.linalg.norm(off)), float(np.linalg.norm(rotation_vector(turn)))
@@ -117,7 +117,7 @@ class Run:
 
 
 def run(poses: int = 40, seed: int = 42) -> Run:
-    """Make the scene, undo the displacement, solve for everything."""
+    """Generate the scene, undo the displacement, solve for all parameters."""
     scene = make_scene(demo_config(poses, seed=seed))
     path = new_path(scene)
     start = np.array(path.poses.pos.value)
@@ -159,7 +159,7 @@ def plot(found: Run, path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run both stages and print what they found."""
+    """Run both stages and print their results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--poses", type=int, default=40)
     parser.add_argument("--seed", type=int, default=42)

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 
 def new_walk() -> Any:
-    """An instance with every pose at the origin; the first is known and stays."""
+    """An instance with every pose at the origin; the first is fixed."""
     walk = arael.load(MODEL)()
     known = {"value": [0, 0, 0], "fixed": True}
     walk.poses.append(pos=known, ea=known)
@@ -35,7 +35,7 @@ def new_walk() -> Any:
 
 
 def positions_alone(walk: Any) -> Any:
-    """Solve with the rotations kept where they are."""
+    """Solve with fixed rotations."""
     walk.poses.ea.optimize = False
     result = walk.solve()
     walk.poses.ea.optimize = True
@@ -43,7 +43,7 @@ def positions_alone(walk: Any) -> Any:
 
 
 def everything(walk: Any) -> tuple[Any, list[Floats]]:
-    """Solve for all; also what the model showed of its last pose at each attempt."""
+    """Solve for all parameters; also returns the model's last pose at each attempt."""
     seen: list[Floats] = []
 
     def observer(record: object) -> None:
@@ -73,7 +73,7 @@ def plot(paths: dict[str, Floats], path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Solve in two stages and print what happens to the parameters."""
+    """Solve in two stages and print the parameters."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args(arguments)

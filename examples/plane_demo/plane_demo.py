@@ -1,9 +1,9 @@
-"""A map of planes: poses, walls, floors and ceilings from how each pose sees them.
+"""A map of planes: poses, walls, floors and ceilings from measurements of planes.
 
     python plane_demo.py [--poses 120] [--trajectory s-curve|loop|eight] [--seed 42]
                          [--plot plane_demo.png]
 
-The model is `plane_slam.arael` beside this file, the scene that of `arael.scenes.PlaneConfig`.
+The model is `plane_slam.arael` in this folder, the scene that of `arael.scenes.PlaneConfig`.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def plane_errors(plane_map: Any, scene: PlaneScene) -> tuple[Array, Array]:
     """Errors (m,) of the normals [rad] and of the distances from the nearest pose's truth [m]."""
     n, c = np.asarray(plane_map.planes.n.value), np.asarray(plane_map.planes.c.value)
     angle = np.arccos(np.clip(np.einsum("ki,ki->k", n, scene.normals), -1, 1))
-    # Where the plane was first seen from: far from there an angle turns into a distance.
+    # At the first pose that observed the plane: far from it an angle error becomes a distance.
     first = scene.seen_pose[np.unique(scene.seen_plane, return_index=True)[1]]
     found = np.einsum("ki,ki->k", n, scene.pos[first]) + c
     true = np.einsum("ki,ki->k", scene.normals, scene.pos[first]) + scene.offsets
@@ -108,7 +108,7 @@ def plot(plane_map: Any, scene: PlaneScene, path: Path) -> str:
 
 
 def main() -> None:
-    """Make a scene, solve it, compare with the truth."""
+    """Generate a scene, solve it, compare with the truth."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--poses", type=int, default=120)
     parser.add_argument("--trajectory", choices=TRAJECTORIES, default="s-curve")

@@ -1,4 +1,4 @@
-"""Refs and collections: a sliding window of poses whose handles stay good while rows come and go.
+"""Refs and collections: a sliding window of poses whose handles stay valid.
 
 python refs_demo.py [--plot refs_demo.png]
 """
@@ -18,7 +18,7 @@ SPACING, WINDOW = 1.0, 6
 
 
 class Drive:
-    """A drive along a line, of which a window is kept."""
+    """A drive along a line with a sliding window."""
 
     def __init__(self, seed: int = 5) -> None:
         self.rng = np.random.default_rng(seed)
@@ -28,13 +28,13 @@ class Drive:
         self.time = 0
 
     def advance(self) -> Any:
-        """Add a pose with its step and sightings, retire what leaves the window; the new ref."""
+        """Add a pose with its step and observations, remove the oldest; returns the new ref."""
         window, noise = self.window, self.rng.normal
         here = SPACING * self.time
         last = window.poses[-1] if len(window.poses) else None
         pose = window.poses.append(x=here + noise(0, 0.5), prior=here + noise(0, 1.0))
         if last is not None:
-            # `from` is a word of Python, so it goes by name.
+            # `from` is a keyword of Python, so it is accessed by name.
             window.steps.append(**{"from": last}, to=pose, length=SPACING + noise(0, 0.05))
         for landmark, x in zip(self.landmarks, self.truth, strict=True):
             if landmark.is_valid and abs(x - here) < 4:
@@ -56,7 +56,7 @@ class Drive:
 
 
 def plot(drive: Drive, path: Path) -> None:
-    """Draw the window: poses, landmarks, and what refers to what."""
+    """Draw the window: poses, landmarks, and refs."""
     from arael.plot.figure import BLUE, GREY, ORANGE, new_figure, save, styled
 
     @styled
@@ -81,7 +81,7 @@ def plot(drive: Drive, path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Drive, and print what handles say while rows come and go."""
+    """Drive, and print the state of handles while rows are added and removed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args(arguments)

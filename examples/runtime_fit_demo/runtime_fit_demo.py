@@ -1,4 +1,4 @@
-"""A curve whose equation is given on the command line, fitted to data with wrong points in it.
+"""A curve with its equation from the command line, fitted to data with outliers.
 
     python runtime_fit_demo.py ["a * exp(-b * x) + c"] [--start a=1 b=0.1 c=0] [--plot fit.png]
 
@@ -20,7 +20,7 @@ SIGMA = 0.03
 
 
 def make_data(seed: int = 42) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Abscissae, ordinates and which of them are wrong, of a decay: 80 points, 15 wrong."""
+    """Abscissae, ordinates and a mask of the outliers of a decay: 80 points, 15 outliers."""
     rng = np.random.Generator(np.random.PCG64(seed))
     x = np.linspace(0, 6, 80)
     y = TRUTH["a"] * np.exp(-TRUTH["b"] * x) + TRUTH["c"] + SIGMA * rng.standard_normal(80)
@@ -31,7 +31,7 @@ def make_data(seed: int = 42) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def fit(equation: str, start: dict[str, float], robust: bool) -> dict[str, float]:
-    """Parameters that make `equation` follow the data, with the loss put around the residual."""
+    """Parameters of `equation` fitted to the data, with the loss applied to the residual."""
     x, y, _ = make_data()
     residual = f"(({equation}) - y) / {SIGMA}"
     if robust:
@@ -66,7 +66,7 @@ def plot(equation: str, fits: dict[str, dict[str, float]], path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> dict[str, dict[str, float]]:
-    """Fit twice, without and with suppression of wrong points; print the parameters."""
+    """Fit twice, without and with a robust loss; print the parameters."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("equation", nargs="?", default=EQUATION)
     parser.add_argument("--start", nargs="+", default=["a=1", "b=0.3", "c=0"], metavar="NAME=VALUE")

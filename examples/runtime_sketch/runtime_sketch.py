@@ -1,8 +1,8 @@
-"""A sketch whose dimensions are formulas, changed while the program runs.
+"""A sketch with dimensions as formulas, changed at run time.
 
     python runtime_sketch.py [--plot sketch.png]
 
-A plate with a hole: the dimensions name each other, the sketch's points and its circle.
+A plate with a hole: the dimensions refer to each other, to the sketch's points and to its circle.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MEASURED = {
 
 
 def make_sketch() -> arael.Model:
-    """The plate, drawn roughly, with its dimensions."""
+    """The plate with rough initial values and its dimensions."""
     sketch = arael.load(Path(__file__).with_name("sketch.arael"))()
     sketch.points.extend(pos=[*CORNERS, (18.0, 12.0)])
     sketch.circles.append(center=sketch.points[4], radius=3.0)
@@ -41,7 +41,7 @@ def make_sketch() -> arael.Model:
 
 
 def dimensions(sketch: arael.Model) -> dict[str, float]:
-    """Width, height and hole as the sketch has them now."""
+    """Current width, height and hole of the sketch."""
     return {name: float(sketch.residuals.value(name)) for name in MEASURED}
 
 
@@ -65,7 +65,7 @@ def draw(sketches: list[tuple[str, list[list[float]], float]], path: Path) -> No
 
 
 def main(arguments: list[str] | None = None) -> list[dict[str, float]]:
-    """Solve the sketch, change dimensions, solve again; print what they are each time."""
+    """Solve the sketch, change dimensions, solve again; print them each time."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args(arguments)

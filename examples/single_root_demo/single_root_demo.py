@@ -1,4 +1,4 @@
-"""A root with parameters of its own, a part held by value, and the blocks of their Hessian.
+"""A root with parameters, a struct held by value, and the blocks of their Hessian.
 
 python single_root_demo.py [--plot single_root_demo.png]
 """

@@ -2,7 +2,7 @@
 
     python slam_demo.py [--poses 60] [--seed 42] [--trajectory s-curve|loop|eight] [--plot slam.png]
 
-The model is `slam.arael` beside this file. The same is built in as `arael demo slam`.
+The model is `slam.arael` in this folder. The command `arael demo slam` does the same.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from arael.scenes import TRAJECTORIES, demo_config
 
 
 def main() -> None:
-    """Make a scene, solve it, compare with the truth."""
+    """Generate a scene, solve it, compare with the truth."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--poses", type=int, default=60)
     parser.add_argument("--seed", type=int, default=42)

@@ -1,8 +1,8 @@
-"""Symbolic mathematics, a tour: building, differentiating, sharing, printing, parsing.
+"""Symbolic mathematics: building, differentiating, common subexpressions, printing, parsing.
 
     python sym_demo.py [--plot sym_demo.png]
 
-No model and no solver: `arael.sym` by itself.
+`arael.sym` without a model and a solver.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def rearranging() -> None:
 
 
 def sharing() -> sym.Shared:
-    """Differentiate a residual by all its variables and take out what is shared."""
+    """Differentiate a residual by all its variables and extract common subexpressions."""
     residual = sym.parse("starship(atan2(y - b, x - a) * isigma, gamma)")
     rows = sym.jacobian(residual.subs(gamma=3.0), ["a", "b"])
     shared = sym.cse(rows)
@@ -53,7 +53,7 @@ def printing(f: sym.Expr) -> None:
 
 
 def parsing() -> None:
-    """Read formulas with functions of one's own, which shadow built-in ones."""
+    """Read formulas with user-defined functions, which shadow built-in ones."""
     bag = sym.FunctionBag(
         "sigmoid(x) derivs [sigmoid(x) * (1 - sigmoid(x))] = 1 / (1 + exp(-x))",
         "abs(x) = sqrt(x^2 + 1e-6)",
@@ -65,7 +65,7 @@ def parsing() -> None:
 
 
 def rotations() -> float:
-    """Turn a vector by a quaternion and by its matrix; return how far apart the results are."""
+    """Rotate a vector by a quaternion and by its matrix; return the difference."""
     q = sym.exp(sym.Vector("w", 3))
     v = sym.Vector([1, 2, 3])
     apart = q.rotate(v) - q.rotation_matrix() @ v

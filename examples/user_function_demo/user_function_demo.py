@@ -1,9 +1,9 @@
-"""Functions of one's own in a model: a formula, and native code with derivatives beside it.
+"""User-defined functions in a model: a formula, and native code with derivatives.
 
     python user_function_demo.py [--bind ctypes|cffi|numba|python] [--plot user_function_demo.png]
 
-The model is `user_function.arael` beside this file. `my_safe_asin` is native code there; what it is
-bound to is chosen here: the C function of `safe_asin.c`, or one in Python, with numba or without.
+The model is `user_function.arael` in this folder. `my_safe_asin` is native code, bound in this
+script to the C function of `safe_asin.c`, or one in Python, with numba or without.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ MODEL = Path(__file__).with_name("user_function.arael")
 
 
 def safe_asin(x: float) -> float:
-    """Arcsine of `x` brought into -1 .. 1."""
+    """Arcsine of `x` clamped to -1 .. 1."""
     return math.asin(min(max(x, -1.0), 1.0))
 
 
 def of_python() -> Any:
-    """The plain function: called with the GIL held, which arael warns of."""
+    """The Python function: called with the GIL held, with a warning."""
     return safe_asin
 
 
 @cache
 def library() -> str:
-    """A shared library made of `safe_asin.c`."""
+    """A shared library compiled from `safe_asin.c`."""
     made = Path(tempfile.mkdtemp(prefix="safe-asin-")) / "safe_asin.so"
     compiler = os.environ.get("CC", "cc")
     source = Path(__file__).with_name("safe_asin.c")
@@ -49,7 +49,7 @@ def library() -> str:
 
 
 def of_ctypes() -> Any:
-    """The C function. ctypes must be told what it takes: arael calls nothing that does not say."""
+    """The C function through ctypes; its signature must be declared."""
     function = ctypes.CDLL(library()).safe_asin
     function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double]
     return function
@@ -113,7 +113,7 @@ def plot(instance: Any, path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Solve, and print the solution and what the model's functions say of themselves."""
+    """Solve, and print the solution and the model's functions."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--bind", choices=BINDINGS, default="ctypes")
     parser.add_argument("--plot", type=Path)

@@ -1,4 +1,4 @@
-"""Ways to check a text, for the tests of this room."""
+"""Helpers that check a text, for the tests of this folder."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def standard(name: str) -> TypedModel:
 
 
 def diagnostics(text: str, root: str | None = None) -> list[Diagnostic]:
-    """Everything there is to say of a text, warnings included."""
+    """All diagnostics of a text, warnings included."""
     findings = Findings()
     try:
         check(parse(Source("model.arael", text)), root=root, findings=findings)
@@ -33,7 +33,7 @@ def diagnostics(text: str, root: str | None = None) -> list[Diagnostic]:
 
 
 def codes(text: str) -> list[str]:
-    """Codes of everything there is to say of a text."""
+    """Codes of all diagnostics of a text."""
     return [d.code for d in diagnostics(text)]
 
 

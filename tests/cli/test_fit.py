@@ -66,7 +66,7 @@ def test_text_start_and_target(arael: Arael, points: Path) -> None:
         (("a * sine(t)",), 2, "did you mean `sin`?"),
         (("t + y",), 2, "there is nothing to fit"),
         (("(a + b) * t",), 1, "free direction: +1 a -1 b"),
-        (("a * t", "--start", "q=1"), 2, "'q' is no parameter of the formula; it has a"),
+        (("a * t", "--start", "q=1"), 2, "'q' is not a parameter of the formula; it has a"),
         (("a * t", "--start", "a=one"), 2, "expected NAME=NUMBER"),
         (("a * t", "--start", "a=1_5"), 2, "expected NAME=NUMBER"),
         (("a * t", "--y", "z"), 2, "no column 'z'; it has t, y"),
@@ -74,7 +74,7 @@ def test_text_start_and_target(arael: Arael, points: Path) -> None:
         (("a * t + 0 * c + sign(d)",), 2, "the formula does not depend on 'c', 'd'"),
         (("a * np.exp(t)",), 2, "write 'exp' for 'np.exp'"),
         (("a * math.fabs(t)",), 2, "write 'abs' for 'math.fabs'"),
-        (("y = a * t - y",), 2, 'is written "0 = a * t - y"'),
+        (("y = a * t - y",), 2, 'write a residual as "0 = a * t - y"'),
         (("y = a * t", "--y", "t"), 2, "'y' is on the left of FORMULA, and 't' is given with --y"),
         (("z = a * t",), 2, "no column 'z'; it has t, y"),
     ],
@@ -119,7 +119,7 @@ def test_as_many_parameters_as_points_have_no_scatter(arael: Arael, tmp_path: Pa
     path = tmp_path / "points.csv"
     path.write_text("x,y\n0,0\n1,2\n")
     done = arael("fit", "a * x + b", path)
-    assert "a = 2 +- unknown" in done.out and "no scatter to take a sigma from" in done.out
+    assert "a = 2 +- unknown" in done.out and "sigma cannot be estimated" in done.out
     assert arael("fit", "a * x + b", path, "--json").json["parameters"]["a"]["sigma"] is None
     known = arael("fit", "a * x + b", path, "--json", "--sigma", "1").json["parameters"]
     assert known["b"]["sigma"] == pytest.approx(1)
@@ -137,7 +137,7 @@ def test_a_formula_with_the_measured_column_is_a_residual(
             assert found["parameters"][name][what] == pytest.approx(
                 expected["parameters"][name][what], rel=1e-6
             )
-    assert "made small as a residual" in arael("fit", formula, points).out
+    assert "minimised as a residual" in arael("fit", formula, points).out
 
 
 def test_a_robust_residual(arael: Arael, points: Path) -> None:

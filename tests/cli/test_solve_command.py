@@ -321,7 +321,7 @@ def test_other_models_have_no_start_to_compute(arael: Arael, line: Path) -> None
     done = arael("solve", "line.arael", "line.json", "--init", "chordal")
     assert done.code == 2
     assert "E0843" in done.err
-    assert "`Line` of line.arael is no pose graph" in done.err
+    assert "`Line` of line.arael is not a pose graph" in done.err
     assert "start:" not in arael("solve", "line.arael", "line.json").err
 
 

@@ -47,7 +47,7 @@ def test_a_full_disk_leaves_what_was_there(
     done = arael("solve", "line.arael", "line.json", "--interpret", option, name)
     assert done.code == 2
     assert "error[E0715]: cannot write the file: no space left on device" in done.err
-    assert ("the old file is as it was" in done.err) == there
+    assert ("the old file is unchanged" in done.err) == there
     assert f"wrote {name}" not in done.out
     assert sorted(os.listdir(line)) == before
     assert not there or (line / name).read_text() == "old"

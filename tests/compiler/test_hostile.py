@@ -1,4 +1,4 @@
-"""Models from strangers: whatever the text, the stages end soon, with source or diagnostics."""
+"""Untrusted models: for any text the stages end soon, with source or diagnostics."""
 
 import time
 

@@ -87,7 +87,7 @@ def test_instances_are_sorted_by_the_pose_and_found_under_their_own_numbers(
     order = plan.orders[number]
     assert compiled.layout.groups[number].lead == (0, 2)
     assert (np.diff(rows[order, 0]) >= 0).all()
-    # Within a pose, first who is first to write a block, then the others, both as they came.
+    # Within a pose, first the first writers of a block, then the others, both in their order.
     for pose in range(4):
         seen = order[rows[order, 0] == pose]
         solved = blocks[seen] != compiled.structure.pattern.value_count

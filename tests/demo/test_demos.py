@@ -63,7 +63,7 @@ def test_landmarks_are_near_the_truth_on_most_seeds() -> None:
 
 
 def test_scale_error_is_what_its_uncertainty_says() -> None:
-    """The scale is the direction the scene knows least: its error is a draw from the posterior."""
+    """The scale is the least determined direction: its error is a sample of the posterior."""
     ratios = []
     for seed in range(1, 9):
         run = slam.run_slam(demo_config(seed=seed), QUIET)

@@ -193,7 +193,7 @@ def test_a_parameter_on_its_bound_is_not_free(tmp_path, precision: str) -> None:
     assert repr(held) == "<Covariance of 1 parameters, 1 more on bounds>"
     with pytest.raises(AraelError, match="`slope` is not solved for") as caught:
         held.marginal("slope")
-    assert caught.value.diagnostics[0].notes == ("`slope` stands on its upper bound 1",)
+    assert caught.value.diagnostics[0].notes == ("`slope` is on its upper bound 1",)
     # On a bound from which the cost leads inwards, it is free.
     model.slope = 0
     assert model.covariance().names == ["slope", "offset"]

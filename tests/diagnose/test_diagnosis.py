@@ -51,14 +51,14 @@ def test_start_is_no_minimum(model) -> None:
 def test_outlier_is_named(model) -> None:
     model.edges[4].isigma = 1000.0
     finding = next(f for f in model.diagnose().findings if f.topic == "outlier")
-    assert finding.message.startswith("`Edge.between[4] at edges[4]` alone makes ")
+    assert finding.message.startswith("`Edge.between[4] at edges[4]` alone is ")
 
 
 def test_dominant_constraint_is_named(model) -> None:
     for fix in model.fixes:
         fix.isigma = 4000.0
     finding = next(f for f in model.diagnose().findings if f.topic == "dominant")
-    assert finding.message.startswith("`Fix.fix` makes 100 % of the cost")
+    assert finding.message.startswith("`Fix.fix` is 100 % of the cost")
 
 
 def test_inactive_and_free(tmp_path) -> None:

@@ -1,4 +1,4 @@
-"""Models of examples that bear the name of a standard model are copies of it."""
+"""Models of examples with the name of a standard model are copies of it."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def test_after_baking_nothing_has_changed_but_who_has_it(found: Any) -> None:
 
 
 def test_both_wirings_carry_the_pairs_with_the_root(found: Any) -> None:
-    """What stands beside the bearings and in the triplets is what differences by hand give."""
+    """Named blocks and triplets equal central differences."""
     path = found.path
     names = path.parameter_names()
     root = [names.index(f"{p}.{a}") for p in ("global_pos", "global_ea") for a in "xyz"]

@@ -175,7 +175,7 @@ print("all refused")
 
 
 def test_keyboard_interrupt_in_a_thread_pool(warm: Place) -> None:
-    """Ctrl-C in a solve on several threads ends it with the best state, and threads go on to work."""
+    """Ctrl-C in a solve on several threads ends it with the best state, and threads still work."""
     text = (
         HEAD
         + """

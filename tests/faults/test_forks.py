@@ -71,7 +71,7 @@ print(inherited(5) == ("converged", 2.0), "all equal")
 
 @pytest.mark.parametrize("threads", [1, 4])
 def test_fork_while_another_thread_solves(warm: Place, threads: int) -> None:
-    """The child solves an instance of its own, and the parent's solve goes on."""
+    """The child solves a separate instance, and the parent's solve continues."""
     (warm.folder / "work.py").write_text(WORK)
     text = f"""
 from work import *

@@ -139,7 +139,7 @@ def test_a_function_of_ones_own_library(tmp_path: Path) -> None:
         ("f", libm("sin"), "E0822", "takes 2 arguments, but is bound to native code of signature "
          "`double (double)`"),
         ("g", ctypes.CFUNCTYPE(D, PD)(lambda x: 1.0), "E0822", "`double (double *)`"),
-        ("g", ctypes.CFUNCTYPE(ctypes.c_int, D)(int), "E0822", "does not say what it takes"),
+        ("g", ctypes.CFUNCTYPE(ctypes.c_int, D)(int), "E0822", "without a signature"),
         ("g", ctypes.CFUNCTYPE(D, D)(), "E0822", "null pointer"),
         ("g", 3.0, "E0822", "a float, which cannot be called"),
         ("g", None, "E0822", "None, which cannot be called"),

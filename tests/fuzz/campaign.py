@@ -44,7 +44,7 @@ Draw = Callable[[random.Random], Input]
 
 @dataclass(frozen=True)
 class Failure:
-    """An input with which something went wrong."""
+    """An input that caused a failure."""
 
     signature: str
     complaint: str

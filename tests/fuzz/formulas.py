@@ -25,7 +25,7 @@ def warm_up(folder: Path) -> None:
 
 
 def examine(content: bytes, name: str, rng: random.Random, folder: Path) -> str:
-    """Take a formula as far as it goes."""
+    """Run all stages on a formula, up to the first error."""
     text = content.decode("utf-8", "surrogateescape")
     outcomes = [_calculated(text, rng), _fitted(text, rng)]
     values = {name: rng.gauss(0, 2) for name in "abcxy"}

@@ -27,7 +27,7 @@ def warm_up(folder: Path) -> None:
 
 
 def examine(content: bytes, name: str, rng: random.Random, folder: Path) -> str:
-    """Take a model as far as it goes; refusals are raised."""
+    """Run all stages on a model; errors are raised."""
     path = folder / name
     path.write_bytes(content)
     loaded: Any = arael.load(path, interpret=True)

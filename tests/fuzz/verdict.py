@@ -1,4 +1,4 @@
-"""What makes a refusal useful: a code, a message in the house's form, a place that exists."""
+"""Requirements on an error: a code, a message in the common form, an existing place."""
 
 from __future__ import annotations
 

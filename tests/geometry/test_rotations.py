@@ -99,6 +99,6 @@ def test_slerp_against_scipy() -> None:
 def test_shapes_are_checked() -> None:
     with pytest.raises(AraelError, match=r"`ea` must have shape \(\.\.\., 3\), found shape \(3, 9"):
         g.rotation_matrix(np.zeros((3, 9)))
-    with pytest.raises(AraelError, match="no array of numbers") as error:
+    with pytest.raises(AraelError, match="not an array of numbers") as error:
         g.quat_log(["a", "b", "c", "d"])
     assert error.value.diagnostics[0].code == "E1031"

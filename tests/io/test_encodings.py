@@ -83,11 +83,36 @@ def test_utf_16_is_named(tmp_path: Path, name: str, encoding: str) -> None:
         (MARK + b'{"ps": [\n {"x": .5}]}', 2, 8, "invalid character in `ps[0]"),
         (b'{"ps": [\n {"x": 1, "name": "a\xffb"}]}', 2, 21, "byte 0xff in `ps[0].name`"),
         (b'{"ps": [\n {"x": 1, "\xc3\xa9\xff": 1}]}', 2, 13, "byte 0xff in `ps[0]`"),
-        (b'{"ps": [\n {"x": 1, "name": "\xc3\xa9\\ud800b"}]}', 2, 21, "`\\ud800` is half"),
-        (b'{"ps": [\n {"x": 1, "name": "\\ud800\\ud801"}]}', 2, 20, "`\\ud800` is half"),
-        (b'{"ps": [\n {"x": 1, "name": "\\ud83d\\ude00\\udc00"}]}', 2, 32, "`\\udc00` is half"),
-        (b'{"ps": [\n {"x": 1, "a\\udc00": 1}]}', 2, 13, "`ps[0]`: `\\udc00` is half"),
-        (b'{"ps": [\n {"x": 1, "name": "\\\\ud800 \\ud800 "}]}', 2, 28, "`\\ud800` is half"),
+        (
+            b'{"ps": [\n {"x": 1, "name": "\xc3\xa9\\ud800b"}]}',
+            2,
+            21,
+            "`\\ud800` is an unpaired surrogate",
+        ),
+        (
+            b'{"ps": [\n {"x": 1, "name": "\\ud800\\ud801"}]}',
+            2,
+            20,
+            "`\\ud800` is an unpaired surrogate",
+        ),
+        (
+            b'{"ps": [\n {"x": 1, "name": "\\ud83d\\ude00\\udc00"}]}',
+            2,
+            32,
+            "`\\udc00` is an unpaired surrogate",
+        ),
+        (
+            b'{"ps": [\n {"x": 1, "a\\udc00": 1}]}',
+            2,
+            13,
+            "`ps[0]`: `\\udc00` is an unpaired surrogate",
+        ),
+        (
+            b'{"ps": [\n {"x": 1, "name": "\\\\ud800 \\ud800 "}]}',
+            2,
+            28,
+            "`\\ud800` is an unpaired surrogate",
+        ),
     ],
 )
 def test_json_is_shown_at_its_place(
@@ -111,7 +136,7 @@ def test_a_whole_surrogate_pair_is_a_character(tmp_path: Path) -> None:
 def test_half_pairs_do_not_enter_a_model(text: str) -> None:
     store = Store(layout_of(MODEL))
     for given in (text, [text], ["a", text]):
-        with pytest.raises(AraelError, match="half of a surrogate pair") as failure:
+        with pytest.raises(AraelError, match="unpaired surrogate") as failure:
             store.tables["ps"].extend(1 if given == text else len(given), x=1.0, name=given)
         assert failure.value.diagnostics[0].code == "E0703"
     assert store.tables["ps"].size == 0

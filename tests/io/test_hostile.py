@@ -1,4 +1,4 @@
-"""Files from strangers: whatever is in them, reading ends with the data or with diagnostics."""
+"""Untrusted files: reading any content ends with the data or with diagnostics."""
 # ruff: noqa: E501 - lists of odd texts
 
 from __future__ import annotations

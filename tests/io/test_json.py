@@ -226,7 +226,7 @@ def test_rare_mistakes_are_named(tmp_path: Path) -> None:
         ("n", 2**63, "E0706", "n: error"),
         ("n", ..., "E0702", "`n` is missing"),
         ("cameras/1/twin", "lefd", "E0708", 'whose `name` is "lefd"'),
-        ("cameras/1/name", "left", "E0718", 'the key "left" names two rows'),
+        ("cameras/1/name", "left", "E0718", 'two rows have the key "left"'),
         ("cameras/0/q", [2, 0, 0, 0], "E0721", "its norm is 2"),
         ("cameras/0/base", [0, 0, 0, 0], "E0721", "cameras[0].base"),
         ("cameras/0/weight", "x", "E0703", "cameras[0].weight"),
@@ -303,7 +303,7 @@ def test_a_failed_write_leaves_the_old_file(
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(
-        AraelError, match=r"E0715.*no space left on device; the old file is as it was"
+        AraelError, match=r"E0715.*no space left on device; the old file is unchanged"
     ):
         io.write(store, out)
     assert out.read_text() == "old"

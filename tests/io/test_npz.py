@@ -71,7 +71,7 @@ def test_columns_are_read_by_path(tmp_path: Path) -> None:
         ("poses.info.gps", np.array([1, 0]), "E0704", "expected 2 bools"),
         ("poses.pos.fixed", np.array([True]), "E0704", "poses.pos.fixed"),
         ("poses.info.features.offsets", np.array([0, 2]), "E0704", "expected 3 integers"),
-        ("poses.info.features.offsets", np.array([0, 2, 1]), "E0704", "never fall"),
+        ("poses.info.features.offsets", np.array([0, 2, 1]), "E0704", "never decrease"),
         ("poses.info.features.offsets", np.array([0, 0, 2**60]), "E0704", "more rows than"),
         ("poses.info.features.offsets", None, "E0702", "offsets"),
         ("landmarks.frines.pose", np.array([0, 2]), "E0708", "index 2 is out of range"),
@@ -179,7 +179,7 @@ def test_nested_of_nested_and_optional_values(tmp_path: Path) -> None:
     [
         ({"ps.count": np.array(10**9)}, "1000000000 rows"),
         ({"ps.x": np.zeros((10**9, 0))}, "1000000000 rows"),
-        ({"ps.x": np.zeros(2), "ps.qs.offsets": np.array([0, 5, 10**12])}, "offsets announce"),
+        ({"ps.x": np.zeros(2), "ps.qs.offsets": np.array([0, 5, 10**12])}, "offsets declare"),
     ],
 )
 def test_announced_rows_are_checked_against_the_file(

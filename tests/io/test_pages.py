@@ -1,4 +1,4 @@
-"""Each code of the data rooms has a page: wrong data that is wrong in that way, and right data."""
+"""Each code of the data packages has a page with wrong data that raises it, and right data."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from arael.diagnostics.explain import codes, explain
 from tests.io.cases import found
 
 ROOT = Path(__file__).parents[2] / "arael"
-ROOMS = (ROOT / "io", ROOT / "face", ROOT / "runtime" / "store")
+PACKAGES = (ROOT / "io", ROOT / "face", ROOT / "runtime" / "store")
 RAISED = {
     code
-    for room in ROOMS
-    for path in room.rglob("*.py")
+    for package in PACKAGES
+    for path in package.rglob("*.py")
     for code in re.findall(r'"([EW]0\d{3})"', path.read_text())
 }
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

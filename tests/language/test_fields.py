@@ -1,4 +1,4 @@
-"""What the language says of `key`, `skip`, `constraint_index`, `fit` and `marginalize`."""
+"""The language page on `key`, `skip`, `constraint_index`, `fit` and `marginalize`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the language says of `import`, `const` and default values, sentence by sentence."""
+"""The language page on `import`, `const` and default values, sentence by sentence."""
 
 from __future__ import annotations
 

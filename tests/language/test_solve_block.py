@@ -1,4 +1,4 @@
-"""What the language says of `solve { }`: passes, settings, `freeze` and `free`; from all sides."""
+"""The language page on `solve { }`: passes, settings, `freeze` and `free`."""
 
 from __future__ import annotations
 

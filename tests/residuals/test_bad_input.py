@@ -1,4 +1,4 @@
-"""What strangers and slips give a runtime residual: bounded work, and a diagnostic for each."""
+"""Invalid or malicious runtime residuals: bounded work, and a diagnostic for each."""
 
 from __future__ import annotations
 

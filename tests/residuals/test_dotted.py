@@ -77,7 +77,7 @@ def test_what_a_formula_brings_along_shadows_dotted_names(sketch: Any) -> None:
 
 def test_a_dotted_name_is_taken_out_again(sketch: Any) -> None:
     sketch.residuals.add("L0.length - 8", label="dim")
-    with pytest.raises(AraelError, match="is needed by `dim`"):
+    with pytest.raises(AraelError, match="is used by `dim`"):
         sketch.residuals.remove("L0.length")
     sketch.residuals.remove("dim")
     sketch.residuals.remove("L0.length")

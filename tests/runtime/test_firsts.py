@@ -1,4 +1,4 @@
-"""Storing what nobody wrote before: as if everything had been emptied and added."""
+"""First writers overwrite: the result equals zeroing all blocks and adding."""
 
 from __future__ import annotations
 

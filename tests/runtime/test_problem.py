@@ -329,7 +329,7 @@ def test_unconstrained_parameter_is_named():
         run(Problem(drift_free, lonely))
     error = caught.value.diagnostics[0]
     assert error.code == "E1003"
-    assert "no constraint touches `poses[12].pos.x`, `poses[12].pos.y`" in error.message
+    assert "no constraint reads `poses[12].pos.x`, `poses[12].pos.y`" in error.message
     assert caught.value.best.status == "aborted"
     assert len(caught.value.best.x) == 39
     assert Problem(layout, store).size == 36

@@ -132,7 +132,7 @@ def test_nothing_to_start_is_no_mistake() -> None:
 def test_other_models_and_other_ways_are_refused() -> None:
     line = arael.load("linear", interpret=True)()
     assert not can_initialise(line)
-    with pytest.raises(arael.AraelError, match="is no pose graph") as caught:
+    with pytest.raises(arael.AraelError, match="is not a pose graph") as caught:
         arael.initialise(line)
     assert caught.value.diagnostics[0].code == "E0843"
     with pytest.raises(arael.AraelError, match="there is no start `best`"):

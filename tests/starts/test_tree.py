@@ -53,7 +53,7 @@ def test_each_pose_is_reached_along_the_least_sum_of_variances() -> None:
     least = np.minimum(least, least.T)
     rows, columns = np.nonzero(np.isfinite(least))
     far = dijkstra(coo_array((least[rows, columns], (rows, columns)), (n, n)), indices=0)
-    # An edge off the shortest paths is spoilt: a tree that took one would be far off.
+    # An edge off the shortest paths is overwritten: a tree that took one would be far off.
     step = far[ends[:, 1]] - far[ends[:, 0]]
     tight = np.isclose(abs(step), 1 / weight, rtol=1e-12)
     edges.position[:, 0] = np.where(tight, step, 1000.0)

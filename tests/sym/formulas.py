@@ -1,4 +1,4 @@
-"""Random formulas, for the tests of this room, and central differences."""
+"""Random formulas and central differences, for the tests of this folder."""
 
 from __future__ import annotations
 

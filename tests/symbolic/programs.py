@@ -1,4 +1,5 @@
-"""Evaluating graphs at points, and differentiating them numerically, for the tests of this room."""
+"""Evaluating graphs at points, and differentiating them numerically, for the tests of this
+folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page on the engine says of each scalar function what the table of functions says."""
+"""The page on the engine agrees with the table of scalar functions."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def test_bad_byte_is_named_with_its_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "byte order mark"])
 @pytest.mark.parametrize(
     ("bad", "label"),
-    [(b"\xe9", "not a character in UTF-8"), (b"\xed\xa0\x80", "half of a surrogate pair")],
+    [(b"\xe9", "not a character in UTF-8"), (b"\xed\xa0\x80", "an unpaired surrogate")],
     ids=["latin-1", "surrogate"],
 )
 def test_bad_byte_is_shown_in_its_place(

@@ -17,7 +17,7 @@ from tests.syntax.models import WHOLE, grammatical, mutated
 
 
 def check(text: str) -> bool:
-    """Parse `text`; where it is good, check that formatting is sound. Tell whether it is good."""
+    """Parse `text`; if it is valid, check its formatting. Return whether it is valid."""
     try:
         tree = parse(Source("m", text))
     except AraelError as error:

@@ -1,4 +1,4 @@
-"""What differs between planar and spatial pose graphs: tags, numbers per line, fields of the model.
+"""Differences between planar and spatial pose graphs: tags, numbers per line, fields of the model.
 
 A pose is a row of numbers in the file: ``x y theta`` or ``x y z qx qy qz qw``. The information
 matrix of an edge is its upper triangle, row by row.
@@ -29,13 +29,13 @@ class Kind:
     Attributes
     ----------
     name : ``SE2`` or ``SE3``
-    vertex, edge : tags that are written
-    vertices, edges : tags that are read, and for edges the order of the information's numbers
+    vertex, edge : tags for writing
+    vertices, edges : tags for reading, and for edges the order of the information's numbers
     size : numbers of a pose in the file
     tangent : rows of the information matrix
     position, rotation : shapes of the model's ``t`` and of its ``th`` or ``q``
     rotation_field : ``th`` or ``q``
-    model : the standard model of this shape
+    model : the standard model of this structure
     prior : tag of a prior on one vertex
     offset : tag of the sensor offset that a prior names after its vertex; "" if it names none
     """
@@ -56,7 +56,7 @@ class Kind:
 
     @property
     def identity(self) -> list[float]:
-        """The identity pose as the file has it."""
+        """The identity pose in the form of the file."""
         return [0.0] * self.size if self.size == 3 else [0.0] * 6 + [1.0]
 
     @property
@@ -71,14 +71,14 @@ class Kind:
         return self.tangent * (self.tangent + 1) // 2
 
     def fields(self, poses: Array) -> dict[str, Any]:
-        """Columns of the model from poses as the file has them."""
+        """Columns of the model from poses in the form of the file."""
         if self.name == "SE2":
             return {"t": poses[:, :2], "th": poses[:, 2]}
         q = poses[:, [6, 3, 4, 5]]
         return {"t": poses[:, :3], "q": rotations.normalised(q)}
 
     def numbers(self, columns: dict[str, Array]) -> Array:
-        """Poses as the file has them from columns of the model."""
+        """Poses in the form of the file from columns of the model."""
         if self.name == "SE2":
             return np.column_stack([columns["t"], columns["th"]])
         return np.column_stack([columns["t"], columns["q"][:, [1, 2, 3, 0]]])
@@ -117,7 +117,7 @@ SE3 = Kind(
 
 
 def kind_of(store: Store, name: str) -> Kind:
-    """Which kind of graph a model holds; E0722 if its shape is neither."""
+    """The kind of graph of a model; E0722 if its structure is neither."""
     for kind in (SE2, SE3):
         if _fits(store, kind):
             return kind

@@ -25,7 +25,7 @@ WORD = re.compile(r"\S+")
 
 @dataclass
 class Records:
-    """Lines of one kind: ids, numbers, and where they stand."""
+    """Lines of one kind: ids, numbers, and their line numbers."""
 
     ids: list[list[int]] = field(default_factory=list)
     numbers: Array = field(default_factory=lambda: np.empty((0, 0)))
@@ -34,7 +34,7 @@ class Records:
 
 @dataclass
 class Graph:
-    """What a file holds."""
+    """The content of a file."""
 
     text: Text
     vertices: Records
@@ -44,7 +44,7 @@ class Graph:
 
 
 class Text:
-    """The file's text, for findings that name a line."""
+    """The file's text, for messages with a line."""
 
     def __init__(self, name: str, content: bytes, report: Report) -> None:
         self.source = Source(name, content.decode("utf-8", "replace"))
@@ -132,7 +132,7 @@ class _Parser:
             self._unknown(tag, lines)
 
     def _priors(self, words: list[list[str]], lines: list[int]) -> None:
-        """Priors hold a pose with unit weight, as the model's anchors do; others cannot be kept."""
+        """Priors have unit weight, like the model's anchors; others cannot be represented."""
         kind, priors = self.kind, self.graph.priors
         numbers = kind.size + kind.information
         self._records(priors, words, lines, 2 if kind.offset else 1, numbers, None)
@@ -230,9 +230,9 @@ class _Parser:
     def _convert(
         self, rows: list[list[str]], lines: list[int], to: Callable[[str], Any], first: int
     ) -> list[Any] | None:
-        """All tokens as numbers; None after reporting those that are none.
+        """All tokens as numbers; None after reporting invalid ones.
 
-        The tokens of a line begin with its `first`-th word.
+        The first token of a line is its `first`-th word.
         """
         flat = list(chain.from_iterable(rows))
         joined = "".join(flat)

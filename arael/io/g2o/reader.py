@@ -1,4 +1,4 @@
-"""g2o files into a model: poses, edges, anchors, and the poses that hold the graph."""
+"""g2o reader: poses, edges, anchors, and the poses that fix the gauge."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def read(store: Store, content: bytes, name: str) -> None:
     any vertex the poses are composed along a spanning tree of the edges, in order of their ids.
     Edges keep the upper Cholesky factor ``u`` of their information (``u' u``). FIX fixes poses, a
     prior with unit information becomes an anchor. In each connected component without either, the
-    first pose is fixed where the file put it, and marked as ``held`` (where the model has
-    ``skip held: bool``): relative measurements leave a component free as a whole.
+    first pose is fixed at its value in the file and marked as ``held`` (if the model has ``skip
+    held: bool``), since relative measurements do not determine the position of the component.
 
     Raises
     ------
     AraelError
         With file and line, several at once: E0716 malformed, E0717 unknown tag, E0719 a vertex
         twice, E0720 an unknown vertex, E0723 information that is not positive definite, E0705 not
-        finite, E0721 a zero quaternion; E0722 where model and file are of different shape.
+        finite, E0721 a zero quaternion; E0722 model and file have different structure.
     """
     kind = kind_of(store, name)
     report = Report(name)
@@ -88,9 +88,9 @@ def _start(
     factors: Array,
     anchored: list[int],
 ) -> Array:
-    """Poses (count, size) as a file would have them, composed along the edges.
+    """Poses (count, size) in the form of a file, composed along the edges.
 
-    Each connected component starts at what its first prior measured, or at the origin.
+    Each connected component starts at the pose of its first prior, or at the origin.
     """
     d = 2 if kind.size == 3 else 3
     none, units = np.zeros(count, np.bool_), np.ones(len(anchored))
@@ -164,7 +164,7 @@ def _fixed(graph: Graph, row_of: dict[int, int]) -> NDArray[np.bool_]:
 
 
 def _anchored(graph: Graph, row_of: dict[int, int]) -> list[int]:
-    """Rows of the poses that priors hold."""
+    """Rows of the poses with priors."""
     for ids, line in zip(graph.priors.ids, graph.priors.lines, strict=True):
         if ids[0] not in row_of:
             graph.text.add("E0720", f"vertex {ids[0]} is not in the file", line, 1)

@@ -1,4 +1,4 @@
-"""Pose graph models as g2o files."""
+"""g2o writer."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Array = NDArray[Any]
 
 
 def dump(store: Store, name: str) -> bytes:
-    """Return the graph as g2o text; read back it has the same cost.
+    """Return the graph as g2o text; reading it gives the same cost.
 
-    Fixed poses are written as FIX, except those that the reader fixed because nothing held their
-    component (``held``): it does so again. Anchors are written as priors with unit information.
+    Fixed poses are written as FIX, except those that the reader fixed to remove a gauge freedom
+    (``held``), which it will fix again. Anchors are written as priors with unit information.
 
     Raises
     ------
     AraelError
-        E0722 for what g2o cannot say: a model of another shape, half a pose fixed; E0705 not
-        finite, E0709 a stale ref, E0719 an id twice.
+        E0722 for data that g2o cannot express: a model of another structure, half a pose fixed;
+        E0705 not finite, E0709 a stale ref, E0719 an id twice.
     """
     kind = kind_of(store, name)
     poses, edges = store.tables["poses"], store.tables["edges"]
@@ -68,7 +68,7 @@ def _refuse_not_finite(table: Table) -> None:
 
 
 def _ids(poses: Table) -> list[int]:
-    """Ids of the poses: those the model carries, or the row numbers where it carries none."""
+    """Ids of the poses: those stored in the model, or else the row numbers."""
     if "id" not in poses.data or not poses.column("id").any():
         return list(range(poses.size))
     ids: list[int] = poses.column("id").tolist()
@@ -87,7 +87,7 @@ def _fixed(poses: Table, kind: Kind) -> NDArray[np.bool_]:
 
 
 def _held(poses: Table) -> NDArray[np.bool_]:
-    """Poses that the reader fixed of itself."""
+    """Poses that the reader fixed to remove a gauge freedom."""
     if "held" not in poses.data:
         return np.zeros(poses.size, np.bool_)
     held: NDArray[np.bool_] = poses.column("held").astype(np.bool_)

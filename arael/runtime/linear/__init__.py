@@ -1,1 +1,1 @@
-"""Linear solvers for the steps of a solve; `auto.make_solver` is the way in."""
+"""Linear solvers for the steps of a solve; `auto.make_solver` creates them."""

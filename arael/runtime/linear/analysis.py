@@ -1,4 +1,4 @@
-"""Symbolic analysis of a block pattern: orderings tried, the cheapest kept, its cost known."""
+"""Symbolic analysis of a block pattern: the cheapest of several orderings, and its cost."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def adjacency(pattern: BlockPattern) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Analysis:
-    """A symbolic factor and its price.
+    """A symbolic factor and its cost.
 
     Attributes
     ----------
     ordering : str
-        Name of the ordering that was kept.
+        Name of the chosen ordering.
     supernodes : Supernodes
     nnz : int
         Scalars of the factor's lower triangle, merged supernodes' explicit zeros included.
@@ -65,7 +65,7 @@ class Analysis:
 
 
 def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
-    """Eliminate in the order the entities stand in, those coupled with nearly everything last."""
+    """Eliminate in the order of the entities, those coupled with nearly all others last."""
     return np.concatenate(apart(start))
 
 
@@ -75,12 +75,12 @@ ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {
     "nested_dissection": nested_dissection,
 }
 
-# Nested dissection takes longer than the others, in milliseconds per neighbour of a vertex, so it
-# must have something to win: twenty factorisations, say, of which it saves two fifths of the time.
+# Nested dissection takes longer than the others, in milliseconds per neighbour of a vertex. It is
+# tried only if it can save time: two fifths of twenty factorisations.
 _DISSECTION = 2e-3
 _WINS = 8.0
 
-# Where this part of all entities are coupled, there are no separators to find.
+# Above this fraction of coupled pairs there are no useful separators.
 _CROWDED = 0.25
 
 
@@ -98,9 +98,9 @@ def analyse(
     ordering : str
         One of `ORDERINGS`, or ``"auto"``.
     known : Analysis, optional
-        A symbolic factor in an order found elsewhere, which only nested dissection may better.
+        A symbolic factor in a given order, which only nested dissection may replace.
     price : float
-        Milliseconds for which another solver does the same.
+        Milliseconds of another solver for the same system.
     """
     start, neighbours = adjacency(pattern)
     names = list(ORDERINGS) if ordering == "auto" else [ordering]
@@ -112,7 +112,7 @@ def analyse(
             wins = _WINS * min(best.milliseconds, price)
             if crowded or wins < _DISSECTION * len(neighbours):
                 continue
-        # An entity without unknowns still takes part in the graph.
+        # An entity without unknowns is still a vertex of the graph.
         order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
         found = _price(name, pattern, start, neighbours, order, tried)
         if best is None or found.milliseconds < best.milliseconds:
@@ -122,7 +122,7 @@ def analyse(
 
 
 def analyse_order(pattern: BlockPattern, name: str, order: Ints) -> Analysis:
-    """Symbolic factorisation in an order found elsewhere, called `name`."""
+    """Symbolic factorisation in a given order, called `name`."""
     start, neighbours = adjacency(pattern)
     return _price(name, pattern, start, neighbours, order, {})
 

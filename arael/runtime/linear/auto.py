@@ -1,4 +1,4 @@
-"""Makes linear solvers by name, and chooses one by predicted cost."""
+"""Creates linear solvers by name, and chooses one by predicted cost."""
 
 from __future__ import annotations
 
@@ -20,29 +20,30 @@ if TYPE_CHECKING:
 
 __all__ = ["CANDIDATES", "SOLVERS", "make_solver"]
 
-#: Direct solvers that `auto` chooses from; they need nothing that may be missing.
+#: Direct solvers that `auto` chooses from; none needs an optional dependency.
 CANDIDATES = ("dense", "band", "sparse", "schur")
 
-# `schur_pcg` is taken where it is predicted to be this many times as fast as all direct ones: its
-# iterations are a guess, and its steps are not finished.
+# `schur_pcg` is chosen if it is predicted to be faster than all direct solvers by this factor: its
+# iteration count is estimated, and its steps are inexact.
 _MARGIN = 4.0
 
-# Nor is it considered where a direct solver is predicted to take less than so many milliseconds:
-# nothing or next to nothing may be left to iterate on then.
+# It is not considered if a direct solver is predicted to take less than this many milliseconds,
+# since the reduced system may then be empty or tiny.
 _DIRECT_ENOUGH = 0.1
 
 # With more entities, minimum degree on the whole system takes longer than the elimination of a kind
-# of entities that makes up half of it, and hardly ever finds a better order.
+# of entities that makes up half of it, and rarely finds a better order.
 _MANY = 2000
 
-# Scalars of the matrix from which giving memory back is worth its milliseconds.
+# Scalars of the matrix above which freed memory is returned to the system, which takes
+# milliseconds.
 _HEAVY = 500_000
 
 
 def make_solver(
     name: str, pattern: BlockPattern, single: bool = False, **options: Any
 ) -> LinearSolver:
-    """Make the linear solver `name` for a pattern.
+    """Create the linear solver `name` for a pattern.
 
     Parameters
     ----------
@@ -55,24 +56,24 @@ def make_solver(
     **options
         ``ordering`` (`sparse`, `auto`): ``"auto"`` or one of
         `arael.runtime.linear.analysis.ORDERINGS`. ``half_bandwidth`` in scalars,
-        ``block_half_bandwidth`` in entities (`band`, `lapack_band`): the band the problem is
-        declared to have. ``eliminate`` (`schur`, `schur_pcg`, `auto`): ``"auto"``, or block rows
-        no two of which are coupled. ``reduced`` (`schur`): solver for what is left, ``"auto"`` or
-        one of `arael.runtime.linear.reduced.INNER`. `schur_pcg`: ``formed``, whether the reduced
-        system is formed or only applied (``"auto"``, True, False); ``preconditioner``
-        (``"cluster"``, ``"tridiagonal"``, ``"jacobi"``); ``tolerance`` (0.1) and ``floor`` (1e-6),
-        bounds of the forcing term; ``iterations`` (500), the most of one solve.
+        ``block_half_bandwidth`` in entities (`band`, `lapack_band`): the declared band of the
+        problem. ``eliminate`` (`schur`, `schur_pcg`, `auto`): ``"auto"``, or pairwise uncoupled
+        block rows. ``reduced`` (`schur`): solver for the reduced system, ``"auto"`` or one of
+        `arael.runtime.linear.reduced.INNER`. `schur_pcg`: ``formed``, whether the reduced system is
+        formed or only applied (``"auto"``, True, False); ``preconditioner`` (``"cluster"``,
+        ``"tridiagonal"``, ``"jacobi"``); ``tolerance`` (0.1) and ``floor`` (1e-6), bounds of the
+        forcing term; ``iterations`` (500), the maximum per solve.
 
     Returns
     -------
     LinearSolver
-        Its `plan` tells what was chosen and why, and what the other solvers would have cost.
+        Its `plan` reports the choice, its reason, and the predicted costs of the other solvers.
 
     Raises
     ------
     AraelError
-        E0840 for an unknown solver, E0841 where `cholmod` is missing, E0842 for an unknown or
-        impossible option, E1020 for an entity outside the declared band.
+        E0840 for an unknown solver, E0841 if `cholmod` is missing, E0842 for an unknown or invalid
+        option, E1020 for an entity outside the declared band.
     """
     check_options(name, options)
     small = small_solver(name, pattern, single, options)
@@ -112,7 +113,7 @@ def make_solver(
 
 
 def _cheapest(costs: dict[str, Cost], reduction: Reduction) -> str:
-    """Name of the solver that `auto` takes."""
+    """Name of the solver that `auto` chooses."""
     able = [candidate for candidate in CANDIDATES if candidate in costs]
     direct = min(able, key=lambda candidate: costs[candidate].milliseconds)
     if (
@@ -130,7 +131,7 @@ def _is_kind(reduction: Reduction) -> bool:
 
 
 def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced | None) -> Analysis:
-    """Symbolic factor of the whole system; the elimination's own order where that will do."""
+    """Symbolic factor of the whole system; in the elimination's order if that is sufficient."""
     if reduced is None or ordering != "auto" or name not in ("auto", "schur", "schur_pcg"):
         return analyse(pattern, ordering)
     if name != "auto" or (_is_kind(reduced.reduction) and pattern.block_count > _MANY):
@@ -142,7 +143,7 @@ def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced 
 
 
 def _part(single: bool) -> Callable[[BlockPattern], LinearSolver]:
-    """Maker of direct solvers for parts of a reduced system."""
+    """Factory of direct solvers for parts of a reduced system."""
 
     def make(part: BlockPattern) -> LinearSolver:
         analysis = analyse(part, "minimum_degree")
@@ -195,20 +196,20 @@ def _construct(
 
 
 def _reason(asked: str, chosen: str, pattern: BlockPattern, costs: dict[str, Cost]) -> str:
-    """Why this solver, in a sentence."""
+    """The reason for the choice, in one sentence."""
     if asked != "auto":
-        return f"{asked} was asked for"
+        return f"{asked} was requested"
     rest = sorted(
         (costs[name].milliseconds, name) for name in CANDIDATES if name in costs and name != chosen
     )
     mine = costs[chosen].milliseconds
     others = ", ".join(f"{name} {time:.3g} ms" for time, name in rest)
     what = {
-        "dense": "nearly everything is coupled with everything, or there is little of it",
+        "dense": "nearly all entities are coupled with each other, or the system is small",
         "band": "entities are coupled with close neighbours only",
         "sparse": "couplings are few and fill-in stays low in a good order",
-        "schur": "many entities are coupled only with others than themselves and go block by block",
-        "schur_pcg": "what is left when many entities have gone is too large to factorise",
+        "schur": "many entities are uncoupled with each other and are eliminated block by block",
+        "schur_pcg": "the reduced system is too large to factorise",
     }[chosen]
     does = "solve for" if chosen == "schur_pcg" else "factorise"
     unknowns = f"{pattern.size} unknown{'' if pattern.size == 1 else 's'}"

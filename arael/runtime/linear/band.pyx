@@ -1,10 +1,10 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Banded Cholesky in the order the entities stand in, O(n kd^2): for trajectories and chains.
+"""Banded Cholesky in the order of the entities, O(n kd^2): for trajectories and chains.
 
 Entry (i, j) of the factor lies at ``i + j * ld``: a dense column-major matrix whose leading
-dimension is barely more than the half-bandwidth. So the dense kernels work on it as they are, as
-long as the rows a vector may overshoot are kept zero behind each column. It is also LAPACK's lower
-band storage, and LAPACK factorises bands so wide that they do not fit the caches.
+dimension is slightly larger than the half-bandwidth. The dense kernels apply to it unchanged, if
+the rows that a vector may overshoot are zero after each column. It is also LAPACK's lower band
+storage; LAPACK factorises bands that do not fit the caches.
 """
 
 from libc.math cimport isfinite
@@ -21,10 +21,10 @@ from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
 from arael.runtime.linear.memory import aligned
 
-# Entries above the diagonal that the kernels spoil; they lie at the far end of the column before.
+# Entries above the diagonal that the kernels overwrite, at the end of the previous column.
 cdef enum:
     SPOILT = 6
-    WIDE = 1536                     # from this half-bandwidth on LAPACK is faster
+    WIDE = 1536                     # half-bandwidth above which LAPACK is faster
 
 
 cdef class BandSolver(LinearSolver):
@@ -36,14 +36,14 @@ cdef class BandSolver(LinearSolver):
     single : bool
         f32 if true, else f64.
     half_bandwidth : int, optional
-        Scalars that a row may lie below a column; by default what the pattern needs.
+        Maximum distance of a row below a column in scalars; by default that of the pattern.
     block_half_bandwidth : int, optional
         The same in entities: 1 for a chain.
 
     Raises
     ------
     AraelError
-        E1020 where the pattern couples entities farther apart than declared.
+        E1020 if the pattern couples entities farther apart than declared.
     """
 
     cdef object _keep
@@ -113,9 +113,9 @@ cdef class BandSolver(LinearSolver):
 
     cdef Py_ssize_t _factor_wide(self, real* matrix, real* inverse) noexcept nogil:
         cdef Py_ssize_t n = self.n, ld = self._leading, i
-        cdef int width = <int>min(self._height - 1, n - 1)  # LAPACK wants a band inside the matrix
+        cdef int width = <int>min(self._height - 1, n - 1)  # LAPACK needs a band within the matrix
         cdef Py_ssize_t status = blas.pbtrf(<int>n, width, matrix, <int>(ld + 1))
-        # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+        # Optimised LAPACKs do not check for NaN, which then is on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):
             if not isfinite(<double>matrix[i + i * ld]):
                 return i + 1

@@ -11,7 +11,7 @@ from arael.runtime.linear.pattern import BlockPattern
 def half_bandwidth(
     pattern: BlockPattern, scalars: int | None = None, blocks: int | None = None
 ) -> int:
-    """Scalars that the farthest entry lies below the diagonal.
+    """Largest distance of an entry below the diagonal, in scalars.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def half_bandwidth(
     Returns
     -------
     int
-        `scalars` where declared, else what the pattern needs.
+        `scalars` if declared, else that of the pattern.
 
     Raises
     ------
     AraelError
-        E1020, naming the first pair of entities outside the declared band; E0842 where the declared
+        E1020, naming the first pair of entities outside the declared band; E0842 if the declared
         width is negative.
     """
     for option, width in (("half_bandwidth", scalars), ("block_half_bandwidth", blocks)):
@@ -58,7 +58,7 @@ def half_bandwidth(
 
 
 def band_flops(n: int, kd: int) -> float:
-    """Count additions and multiplications of a banded Cholesky factorisation, its end cut off."""
+    """Additions and multiplications of a banded Cholesky factorisation with truncated end."""
     kd = min(kd, max(n - 1, 0))
     return float(n - kd) * (kd + 1) ** 2 + kd * (kd + 1) * (2 * kd + 1) / 6
 
@@ -77,8 +77,8 @@ def _off_band(
             f"outside the declared band of {declared}",
             origin="solver band",
             help=(
-                f"declare {enough}, which holds every coupling",
-                "or use the solver 'sparse' or 'auto', which take any pattern",
+                f"declare {enough}, which includes every coupling",
+                "or use the solver 'sparse' or 'auto', which accept any pattern",
             ),
         )
     )

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""The common face of the linear solvers, and a way to use one from Python."""
+"""The common interface of the linear solvers, and its use from Python."""
 
 import numpy as np
 
@@ -40,12 +40,12 @@ cdef class LinearSolver:
         self.solve(b)
 
     def restart(self):
-        """Forget what the systems of an earlier solve taught; what the pattern taught stays."""
+        """Reset values adapted during an earlier solve; the symbolic analysis is kept."""
 
     def use_threads(self, int threads):
-        """Let `factor` and `solve` share their work among so many threads.
+        """Set the number of threads of `factor` and `solve`.
 
-        Results do not depend on the number, except where a solver says so.
+        Results do not depend on the number, unless a solver documents it.
         """
         self.threads = threads
 
@@ -55,7 +55,7 @@ cdef class LinearSolver:
         return np.dtype(np.float32 if self.single else np.float64)
 
     def report(self):
-        """Return the plan, and what came of it."""
+        """Return the plan with results of the solves."""
         return dict(self.plan)
 
     def factorise(self, values, diagonal):
@@ -65,7 +65,7 @@ cdef class LinearSolver:
         ----------
         values : (value_count,) array
         diagonal : (n,) array
-            Damped diagonal that stands in for the one in `values`.
+            Damped diagonal that replaces the one in `values`.
         """
         v, d = self._system(values, diagonal)
         cdef size_t pv = v.ctypes.data, pd = d.ctypes.data
@@ -76,7 +76,7 @@ cdef class LinearSolver:
         return status
 
     def step(self, values, diagonal, b):
-        """Factorise and solve in one go, as Levenberg-Marquardt does.
+        """Factorise and solve together, like a Levenberg-Marquardt step.
 
         Parameters
         ----------
@@ -88,7 +88,7 @@ cdef class LinearSolver:
         status : int
             As of `factorise`.
         x : (n,) array, or None
-            The solution, where the status is 0.
+            The solution, if the status is 0.
         """
         v, d = self._system(values, diagonal)
         x = np.array(b, dtype=self.dtype, ndmin=1)

@@ -1,10 +1,9 @@
 # cython: language_level=3
 """BLAS and LAPACK from the SciPy wheel, without importing `scipy.linalg`.
 
-`scipy.linalg.cython_blas` and `cython_lapack` hold pointers to every routine, meant for compiled
-code. Importing them the usual way runs ``scipy/linalg/__init__.py`` first, a tenth of a second that
-nobody who only wants the pointers should wait for. So the two extension modules are loaded by file;
-where that fails, by name.
+`scipy.linalg.cython_blas` and `cython_lapack` export pointers to every routine for compiled code. A
+normal import runs ``scipy/linalg/__init__.py`` first, which takes a tenth of a second. Therefore
+the two extension modules are loaded by file, or by name if that fails.
 """
 
 import os
@@ -19,12 +18,12 @@ cdef bint loaded = False
 
 
 def is_loaded():
-    """Whether a solver has asked for BLAS in this process."""
+    """Whether a solver has loaded BLAS in this process."""
     return bool(loaded)
 
 
 def _extension(name):
-    """Module `scipy.linalg.<name>`, loaded without its package where that is possible."""
+    """Module `scipy.linalg.<name>`, loaded without its package if possible."""
     full = f"scipy.linalg.{name}"
     if full in sys.modules:
         return sys.modules[full]
@@ -44,7 +43,7 @@ def _extension(name):
 
 
 cdef void* _pointer(module, str name, int arguments) except NULL:
-    """Address of routine `name`, checked to take as many arguments as we shall pass."""
+    """Address of routine `name`, after a check of its number of arguments."""
     capsule = module.__pyx_capi__[name]
     cdef const char* signature = PyCapsule_GetName(capsule)
     text = signature.decode()
@@ -60,7 +59,7 @@ def load():
     Raises
     ------
     ImportError
-        Where SciPy is missing or its routines are not the ones known here.
+        If SciPy is missing or its routines have other signatures.
     """
     global loaded, dgemm, sgemm, dsyrk, ssyrk, dtrsm, strsm, dtrsv, strsv, dgemv, sgemv
     global dpotrf, spotrf, dpotrs, spotrs, dpbtrf, spbtrf, dpbtrs, spbtrs

@@ -1,8 +1,8 @@
 /* Copying row-major blocks to column-major places. Included once for each scalar T, with names by F.
  *
- * Blocks are small and of few sizes: those of planes, planar and spatial poses and cameras, and
- * of landmarks with these, are copied by loops that the C compiler unrolls. Blocks of a front lie
- * apart, so they are asked for AHEAD of time.
+ * Blocks are small and of few sizes: those of planes, planar and spatial poses and cameras, and of
+ * landmarks with these, are copied by unrolled loops. The blocks of a front are scattered in
+ * memory, so they are prefetched AHEAD of use.
  */
 
 /* Rows become rows. */

@@ -52,16 +52,16 @@ def table_of(first, height, width, place, leading, how):
     Parameters
     ----------
     first, height, width : (n,) int
-        Where the block's values begin, and its size.
+        Offset of the block's values, and its size.
     place, leading : (n,) int
-        Where it goes, and how far columns are apart there.
+        Offset of its target, and the leading dimension there.
     how : (n,) int
         0 copy, 1 copy transposed, 2 copy the strict lower triangle.
 
     Returns
     -------
     (n, 4) int64
-        First value, place, leading dimension, and the rest in one number.
+        First value, place, leading dimension, and the others packed into one number.
     """
     size = np.left_shift(np.asarray(how, dtype=np.int64), 2 * HALF)
     size |= np.left_shift(np.asarray(height, dtype=np.int64), HALF)
@@ -70,13 +70,13 @@ def table_of(first, height, width, place, leading, how):
 
 
 def block_table(pattern, Py_ssize_t leading):
-    """Table for `put` that lays the lower triangle out as one matrix.
+    """Table for `put` that assembles the lower triangle as one matrix.
 
     Parameters
     ----------
     pattern : BlockPattern
     leading : int
-        Entry (i, j) goes to ``i + j * leading``.
+        Entry (i, j) is stored at ``i + j * leading``.
     """
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     offsets = pattern.offsets

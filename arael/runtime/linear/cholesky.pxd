@@ -1,4 +1,4 @@
-# Dense Cholesky on threads, with the same bits on any number of them.
+# Multithreaded dense Cholesky, bit-identical for any number of threads.
 
 from arael.runtime.linear.blas cimport real
 
@@ -12,8 +12,8 @@ cdef void divide_rows(
     int threads, Py_ssize_t r, Py_ssize_t k, const real* l, Py_ssize_t ld, const real* inverse,
     real* x, Py_ssize_t ldx) noexcept nogil
 
-# The n first columns of the lower triangle of u = -x x', x of shape (r, k); what lies above it is
-# spoilt.
+# The n first columns of the lower triangle of u = -x x', x of shape (r, k); entries above it are
+# overwritten.
 cdef void outer_product(
     int threads, Py_ssize_t r, Py_ssize_t n, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
     Py_ssize_t ldu) noexcept nogil

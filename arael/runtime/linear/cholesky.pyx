@@ -1,8 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Dense Cholesky on threads: the kernels of tiles.h on pieces of rows that threads share.
+"""Multithreaded dense Cholesky: the kernels of tiles.h on pieces of rows.
 
-Rows are cut where tiles end, so that every entry is summed as one thread would do it, and results
-have the same bits on any number of threads.
+Rows are split at tile boundaries, so that every entry is summed in the same order, and results are
+bit-identical for any number of threads.
 """
 
 from arael.runtime.linear cimport tiles
@@ -17,12 +17,12 @@ cdef extern from *:
 cdef Py_ssize_t DENSE = PY_SSIZE_T_MAX // 2
 
 cdef enum:
-    OVERSHOOT = 16      # rows behind the last that a kernel may touch, at most
+    OVERSHOOT = 16      # maximum number of rows after the last one that a kernel may touch
 
-# Floating-point operations from which a piece of rows pays.
+# Minimum floating-point operations of a piece of rows.
 cdef Py_ssize_t GRAIN = 2_000_000
 
-# What threads work on: rows of x to be divided, or of u from which products of x are taken.
+# Work of the threads: rows of x to divide, or of u from which products of x are subtracted.
 cdef struct Rows:
     bint single, minus
     Py_ssize_t r, n, k, ld, ldx, piece, pieces
@@ -39,7 +39,7 @@ cdef Py_ssize_t factor_triangle(
     cdef real* corner
     if threads <= 1 or k <= 2 * DEPTH:
         return tiles.potrf(k, k, DENSE, l, ld, inverse)
-    # As `potrf` does it, with the rows below each corner shared.
+    # As in `potrf`, with the rows below each corner distributed among threads.
     while True:
         corner, columns = l + begin * (ld + 1), min(k - begin, <Py_ssize_t>DEPTH)
         rest = k - begin - columns
@@ -59,7 +59,7 @@ cdef Py_ssize_t factor_triangle(
 cdef void keep_rows(
     Py_ssize_t columns, Py_ssize_t rest, real* below, Py_ssize_t ld, real* kept, bint away
 ) noexcept nogil:
-    """Put the rows behind a corner, which its factorisation overshoots, aside or back."""
+    """Save or restore the rows after a corner, which its factorisation overwrites."""
     cdef Py_ssize_t i, j, rows = min(rest, <Py_ssize_t>OVERSHOOT)
     for j in range(columns):
         for i in range(rows):
@@ -138,6 +138,6 @@ cdef void products(
 
 
 cdef void cut(Rows* job, Py_ssize_t flops) noexcept nogil:
-    """Pieces of rows of so many floating-point operations each that a piece pays."""
+    """Pieces of rows with enough floating-point operations each."""
     job.piece = PIECE * max(<Py_ssize_t>1, GRAIN // max(<Py_ssize_t>1, flops * PIECE))
     job.pieces = (job.r + job.piece - 1) // job.piece

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""CHOLMOD as one of the linear solvers: for comparison, and as a second opinion."""
+"""CHOLMOD as one of the linear solvers, for comparison."""
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from arael.runtime.linear.openmp import OpenMP
 
 
 cdef class CholmodSolver(LinearSolver):
-    """Sparse Cholesky by SuiteSparse; works in f64 whatever the precision of the problem.
+    """Sparse Cholesky by SuiteSparse; works in f64 for problems of either precision.
 
-    Takes the GIL inside `factor` and `solve`. Loops of its own stay on the calling thread; its BLAS
-    has as many threads as BLAS is given.
+    Acquires the GIL inside `factor` and `solve`. Its own loops run on the calling thread; its BLAS
+    uses the threads configured for BLAS.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ cdef class CholmodSolver(LinearSolver):
     Raises
     ------
     AraelError
-        E0841 where scikit-sparse is missing.
+        E0841 if scikit-sparse is missing.
     """
 
     cdef object _matrix             # lower triangle in CSC format, its data in _data
@@ -59,7 +59,7 @@ cdef class CholmodSolver(LinearSolver):
         self._row = <const int*>address(self._matrix.indices, np.intc, self._count)
         self._right = <double*>writable(self._b, np.float64, self.n)
         self._factor = new_factor(self._matrix) if self.n else None
-        self._openmp = OpenMP()     # CHOLMOD is loaded by now
+        self._openmp = OpenMP()     # CHOLMOD is loaded here
         self.plan = {"solver": "cholmod", "n": self.n}
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -76,7 +76,7 @@ cdef class CholmodSolver(LinearSolver):
             try:
                 with self._openmp.on_one_thread():
                     return 1 + <Py_ssize_t>self._factor.factorise(self._matrix)
-            except BaseException as failure:  # KeyboardInterrupt must end the solve as well
+            except BaseException as failure:  # includes KeyboardInterrupt, which must end the solve
                 self._keep_failure(failure)
                 return 1
 
@@ -103,7 +103,7 @@ cdef class CholmodSolver(LinearSolver):
         self.raised.keep(failure)
 
     cdef Py_ssize_t _fill(self, const real* values, const real* diagonal) noexcept nogil:
-        """Copy the entries; CHOLMOD does not look for NaN, so 1 + its row is returned here."""
+        """Copy the entries; CHOLMOD does not check for NaN, so 1 + its row is returned here."""
         cdef Py_ssize_t k
         cdef long long s
         cdef Py_ssize_t status = 0

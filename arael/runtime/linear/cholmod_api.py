@@ -1,4 +1,4 @@
-"""SuiteSparse's CHOLMOD through scikit-sparse, whichever of its two interfaces is installed."""
+"""SuiteSparse's CHOLMOD through either of the two interfaces of scikit-sparse."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 class Factor(Protocol):
-    """A factorisation that keeps its symbolic part."""
+    """A factorisation that reuses its symbolic part."""
 
     def factorise(self, matrix: Any) -> int:
         """Factorise a matrix of the same pattern; -1, or the row at whose pivot it failed."""
@@ -29,7 +29,7 @@ class Factor04:
 
     def __init__(self, module: Any, matrix: Any) -> None:
         self._module = module
-        # Only the supernodal code stops at a negative pivot; the other one computes L D L'.
+        # Only the supernodal code stops at a negative pivot; the simplicial one computes L D L'.
         self._factor = module.analyze(matrix, mode="supernodal")
 
     def factorise(self, matrix: Any) -> int:
@@ -58,7 +58,7 @@ class Factor05:
         try:
             self._factor.factorize(matrix, ldl=False, beta=0.0)
         except self._module.CholmodNotPositiveDefiniteError as failure:
-            # This interface gives the column in the text of its message only.
+            # This interface reports the column only in the text of its message.
             column = re.search(r"column (\d+)", str(failure))
             return _row(self._factor.get_perm(), int(column[1]) if column else 0)
         return -1
@@ -78,7 +78,7 @@ def new_factor(matrix: Any) -> Factor:
     Raises
     ------
     AraelError
-        E0841 where scikit-sparse is missing or does not load.
+        E0841 if scikit-sparse is missing or does not load.
     """
     try:
         module = import_module("sksparse.cholmod")

@@ -1,4 +1,4 @@
-"""Groups of kept entities that see much of the same, for a preconditioner."""
+"""Clusters of kept entities with many common eliminated ones, for a preconditioner."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ Ints = NDArray[np.int64]
 
 
 def visibility_clusters(reduction: Reduction, largest: int = 12) -> Ints:
-    """Group kept entities that share eliminated ones, strongest ties first.
+    """Cluster kept entities by the number of shared eliminated ones, largest first.
 
-    Ties are counted between entities that follow each other in the list of an eliminated one, which
-    is as telling as all pairs and far fewer. After A. Kushal and S. Agarwal, "Visibility based
+    Only consecutive entities in the list of an eliminated one are counted, which are far fewer than
+    all pairs and give similar clusters. After A. Kushal and S. Agarwal, "Visibility based
     preconditioning for bundle adjustment", CVPR 2012, with single linkage and bounded groups.
 
     Parameters
     ----------
     reduction : Reduction
     largest : int
-        Entities of a group at most.
+        Maximum entities of a group.
 
     Returns
     -------

@@ -4,11 +4,11 @@
 M. R. Hestenes and E. Stiefel, J. Res. Nat. Bur. Standards 49 (1952); on the Schur complement of
 bundle adjustment: S. Agarwal, N. Snavely, S. Seitz, R. Szeliski, "Bundle adjustment in the large",
 ECCV 2010. Started from zero, every iterate x of the method satisfies ``x'(b - S x) = 0``, so that
-the model's decrease at an unfinished step is what Levenberg-Marquardt computes for a finished one.
+the predicted decrease of an inexact step is computed as for an exact one.
 
 Iterations end when the residual in the preconditioner's norm has fallen to a forcing term, chosen
 as by S. Eisenstat and H. Walker, "Choosing the forcing terms in an inexact Newton method", SIAM
-J. Sci. Comput. 17 (1996), choice 2: loose far from the optimum, tight near it.
+J. Sci. Comput. 17 (1996), choice 2: large far from the optimum, small near it.
 """
 
 import numpy as np
@@ -25,15 +25,15 @@ from arael.runtime.linear.eliminate import BLOCK
 from arael.runtime.linear.elimination import Elimination, Sums
 from arael.runtime.linear.memory import aligned
 
-# Of Eisenstat and Walker: eta = GAMMA (norm of the gradient / norm of the one before)^2, and no
-# sudden fall while eta was large.
+# Of Eisenstat and Walker: eta = GAMMA (norm of the gradient / norm of the one before)^2, with a
+# lower bound while eta was large.
 cdef double GAMMA = 0.9, LARGE = 0.1
-# A step that was refused is tried again with this much more care.
+# Factor of the forcing term after a rejected step.
 cdef double CARE = 0.1
 
 
 cdef class ConjugateSolver(LinearSolver):
-    """Elimination of an independent set, and an iterative solution of what is left.
+    """Elimination of an independent set, and an iterative solution of the reduced system.
 
     Parameters
     ----------
@@ -45,17 +45,17 @@ cdef class ConjugateSolver(LinearSolver):
         Of the whole reduced system if `formed`, else of the kept entities before the reduction.
     formed : bool
     parts : sequence of (Products, LinearSolver)
-        Preconditioners: part of the reduced system and a solver for it. The first that is positive
-        definite is taken; the last must be block diagonal, so that its failure is the system's.
+        Preconditioners: part of the reduced system and a solver for it. The first positive definite
+        one is used; the last must be block diagonal, so that its failure is that of the system.
     tolerance, floor : float
         Bounds of the forcing term, relative to the right-hand side in the preconditioner's norm.
     iterations : int
-        Most iterations of a solve.
+        Maximum iterations per solve.
 
     Attributes
     ----------
     solves, steps : int
-        Solves and iterations of all of them so far.
+        Number of solves and total iterations.
     """
 
     cdef readonly Py_ssize_t solves, steps
@@ -88,7 +88,7 @@ cdef class ConjugateSolver(LinearSolver):
         if len(parts) > 1:
             first_products, self._better = parts[0]
             self._better_sums = Sums(self._elimination, first_products, self.dtype)
-        # Below the rounding of the sums there is nothing to gain.
+        # A tolerance below the rounding of the sums has no effect.
         self._floor = max(floor, 4 * float(np.finfo(self.dtype).eps))
         self._tolerance, self._most = max(tolerance, self._floor), iterations
         table = _table(blocks.pattern)
@@ -111,14 +111,14 @@ cdef class ConjugateSolver(LinearSolver):
         }
 
     def use_threads(self, int threads):
-        """Let the elimination and the preconditioners share their work among so many threads."""
+        """Set the number of threads of the elimination and the preconditioners."""
         self.threads = self._elimination.threads = threads
         self._jacobi.use_threads(threads)
         if self._better is not None:
             self._better.use_threads(threads)
 
     def report(self):
-        """Return the plan, and how many iterations it took so far."""
+        """Return the plan with the number of iterations so far."""
         return {**self.plan, "solves": self.solves, "iterations": self.steps}
 
     cdef Py_ssize_t factor(self, const void* values, const void* diagonal) noexcept nogil:
@@ -131,7 +131,7 @@ cdef class ConjugateSolver(LinearSolver):
             return status
         self._plain = self._better is None
         if not self._plain:
-            # A part of a positive definite matrix need not be so.
+            # A part of a positive definite matrix need not be positive definite.
             self._plain = self._better.factor(
                 self._better_sums._values, self._better_sums._damped) != 0
         if self._plain:
@@ -167,7 +167,7 @@ cdef class ConjugateSolver(LinearSolver):
         self._elimination.ascend(<real*>self._x, b)
 
     def restart(self):
-        """Forget the right-hand sides of an earlier solve, so that a warm run is as a cold one."""
+        """Reset the norms of an earlier solve, so that a warm run equals a cold one."""
         self._norm, self.forcing = 0, self._tolerance
         self.solves = self.steps = 0
 
@@ -187,7 +187,7 @@ cdef class ConjugateSolver(LinearSolver):
         self._norm = norm
 
     cdef bint _iterate(self, real* x) noexcept nogil:
-        """Solve for the right-hand side in `_r`; false where the matrix is not positive definite.
+        """Solve for the right-hand side in `_r`; false if the matrix is not positive definite.
 
         Sums in f64.
         """
@@ -240,7 +240,7 @@ cdef class ConjugateSolver(LinearSolver):
 
 
 cdef double dot(Py_ssize_t n, const real* a, const real* b) noexcept nogil:
-    """Inner product, four sums side by side."""
+    """Inner product with four partial sums."""
     cdef double s0 = 0, s1 = 0, s2 = 0, s3 = 0
     cdef Py_ssize_t i, whole = n - n % 4
     for i in range(0, whole, 4):
@@ -256,7 +256,7 @@ cdef double dot(Py_ssize_t n, const real* a, const real* b) noexcept nogil:
 cdef void complete(
     const Block* blocks, Py_ssize_t count, real* values, const real* diagonal
 ) noexcept nogil:
-    """Make the diagonal blocks whole: lower triangle mirrored, the diagonal put in."""
+    """Complete the diagonal blocks: mirror the lower triangle, insert the diagonal."""
     cdef Py_ssize_t k, i, j, w
     cdef real* block
     for k in range(count):
@@ -271,7 +271,7 @@ cdef void complete(
 
 
 def _table(pattern):
-    """Blocks of a pattern as the kernel reads them, and an end."""
+    """Blocks of a pattern in the form of the kernel, with an end marker."""
     from arael.runtime.linear.reduction import PADDING
 
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))

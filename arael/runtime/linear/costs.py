@@ -1,8 +1,9 @@
-"""What each linear solver would cost on a pattern, before anything is computed.
+"""Predicted cost of each linear solver for a pattern.
 
-The times are a model, fitted to measurements on one core with 512-bit vectors. Another machine has
-other times, but the ratios, which are all that a choice needs, vary much less: with the kernels of
-smaller instruction sets a choice costs 0.04 ms at most (docs/internals/sparse.md has the figures).
+The times are a model, fitted to measurements on one core with 512-bit vectors. Times differ on
+other machines, but their ratios, which determine the choice, vary much less: with the kernels of
+smaller instruction sets a wrong choice costs 0.04 ms at most (docs/internals/sparse.md has the
+figures).
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from arael.runtime.linear.price import SINGLE, Cost, dense_cost
 
 __all__ = ["Cost", "predict"]
 
-# Scalars of the second cache, and nanoseconds to reach a place behind it.
+# Scalars of the second cache, and nanoseconds of an access that misses it.
 _CACHE = 128 * 1024
 _PLACE = 2.2
 
-# Half-bandwidth up to which the columns at work stay in the second cache.
+# Half-bandwidth up to which the active columns stay in the second-level cache.
 _NARROW = 360
 
 
@@ -45,7 +46,7 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     banded = (band_flops(n, kd), n * (kd + 1))
     scale = SINGLE if single else 1.0
     lapack = 100.0 + n * (30.0 + 3.0 * kd) + banded[0] / 60.0
-    # CHOLMOD pays for its index work by the scalar.
+    # The index work of CHOLMOD is per scalar.
     scattered = _scattered(pattern, analysis)
     cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0 + scattered * 1e6
     return {
@@ -74,10 +75,10 @@ def sparse_cost(pattern: BlockPattern, single: bool, analysis: Analysis) -> Cost
 
 
 def _scattered(pattern: BlockPattern, analysis: Analysis) -> float:
-    """Milliseconds for update matrices of fronts whose parents do not fit the second cache.
+    """Milliseconds for update matrices of fronts whose parents exceed the second-level cache.
 
-    Each column of a block that is added to such a parent is a place in memory of its own, which the
-    time of a front does not know of.
+    Each column of a block that is added to such a parent is a separate cache miss, which the model
+    of a front does not include.
     """
     nodes = analysis.supernodes
     width = pattern.sizes[nodes.order].astype(np.float64)

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Dense Cholesky: own kernels; LAPACK for large matrices where vectors are narrow."""
+"""Dense Cholesky: own kernels, or LAPACK for large matrices on processors with narrow vectors."""
 
 from libc.math cimport isfinite
 from libc.string cimport memset
@@ -69,7 +69,7 @@ cdef class DenseSolver(LinearSolver):
     cdef Py_ssize_t _factor(self, const real* values, const real* diagonal) noexcept nogil:
         cdef Py_ssize_t n = self.n, ld = self._leading, i, status
         cdef real* matrix = <real*>self._matrix
-        # The blocks need not cover the triangle, and what lies between them was overwritten.
+        # The blocks need not cover the triangle, and entries between them were overwritten.
         memset(matrix, 0, n * ld * sizeof(real))
         put(self._blocks, 0, self._count, values, matrix)
         for i in range(n):
@@ -77,7 +77,7 @@ cdef class DenseSolver(LinearSolver):
         if not self._large:
             return factor_triangle(self.threads, n, matrix, ld, <real*>self._inverse)
         status = blas.potrf(<int>n, matrix, <int>ld)
-        # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+        # Optimised LAPACKs do not check for NaN, which then is on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):
             if not isfinite(<double>matrix[i + i * ld]):
                 return i + 1

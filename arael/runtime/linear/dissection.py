@@ -1,4 +1,4 @@
-"""Nested dissection: part the graph by separators, order the parts first and separators last."""
+"""Nested dissection: split the graph by separators; order the parts first, separators last."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arael.runtime.linear.separators import find_separator
 
 Ints = NDArray[np.int64]
 
-# Parts with fewer vertices are left to minimum degree.
+# Parts with fewer vertices are ordered by minimum degree.
 _LEAF = 120
 
 
@@ -18,8 +18,8 @@ def nested_dissection(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
     """Order the vertices of an undirected graph for little fill and a bushy elimination tree.
 
     After A. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer. Anal. 10
-    (1973). Parts that need no more cutting are ordered by minimum degree, which sees the separators
-    around them as vertices that stay.
+    (1973). Small parts are ordered by minimum degree, with the surrounding separators as vertices
+    that are not eliminated.
 
     Parameters
     ----------
@@ -34,11 +34,12 @@ def nested_dissection(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
     n = len(weights)
     order = np.empty(n, dtype=np.int64)
     local = np.full(n, -1, dtype=np.int64)
-    # What touches nearly everything, as parameters of the root do, would be in every separator and
-    # brings all vertices close together: it goes last, and the others are parted without it.
+    # Vertices coupled with nearly all others, such as parameters of the root, would be in every
+    # separator and reduce all distances: they are ordered last, and the others are split without
+    # them.
     sparse, dense = apart(start)
     order[len(sparse) :] = dense
-    # Vertices still to be parted, and where their stretch of the order ends.
+    # Vertices still to be split, and the end of their range in the order.
     waiting = [(sparse, len(sparse))]
     while waiting:
         vertices, end = waiting.pop()
@@ -61,7 +62,8 @@ def nested_dissection(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
 def apart(start: Ints) -> tuple[Ints, Ints]:
     """Vertices of a graph with few neighbours, and those with very many, both ascending.
 
-    Many are more than ten times the root of the number of vertices, as in `minimum_degree`.
+    Many means more than ten times the square root of the number of vertices, as in
+    `minimum_degree`.
     """
     degree = np.diff(start)
     dense = degree > max(16.0, 10.0 * len(degree) ** 0.5)
@@ -69,7 +71,7 @@ def apart(start: Ints) -> tuple[Ints, Ints]:
 
 
 def _leaf(start: Ints, neighbours: Ints, weights: Ints, vertices: Ints, local: Ints) -> Ints:
-    """Order a part by minimum degree, the vertices around it staying."""
+    """Order a part by minimum degree without eliminating the vertices around it."""
     around = neighbours[_entries(start, vertices)]
     local[vertices] = 0
     around = np.unique(around[local[around] < 0])

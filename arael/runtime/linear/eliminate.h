@@ -1,13 +1,12 @@
-/* Kernels that eliminate entities block by block. Included by instances.h, which tells the names.
+/* Kernels that eliminate entities block by block. Included by instances.h, which defines the names.
  *
  * An eliminated entity e of d scalars has a diagonal block D = L L' and, for every kept entity i
- * that it is coupled with, a block W_i of d x s_i scalars. What the kernels keep is
- *   L     d x d, row-major, 1 / diagonal on the diagonal,
- *   Z_i = L^-1 W_i, d x s_i, row-major, the entity's blocks one after the other,
- * because the reduced system needs Z_i' Z_j = W_i' D^-1 W_j and nothing else.
+ * that it is coupled with, a block W_i of d x s_i scalars. The kernels store L     d x d,
+ * row-major, 1 / diagonal on the diagonal, Z_i = L^-1 W_i, d x s_i, row-major, the entity's blocks
+ * one after the other, because the reduced system needs Z_i' Z_j = W_i' D^-1 W_j and nothing else.
  *
- * Vectors over the kept entities are padded, so that whole vectors may be taken from any entity;
- * Z has a cache line of slack behind it.
+ * Vectors over the kept entities are padded, so that whole vectors can be read from any entity; Z
+ * is followed by a cache line of padding.
  */
 
 #if VB
@@ -25,7 +24,7 @@ typedef T F(half_wide) __attribute__((vector_size(32), aligned(sizeof(T)), may_a
 typedef T F(quarter_wide) __attribute__((vector_size(16), aligned(sizeof(T)), may_alias));
 #endif
 
-/* Do ONE(type, c) for pieces c of s columns: whole vectors, then ever smaller ones. */
+/* Do ONE(type, c) for pieces c of s columns: whole vectors, then smaller ones. */
 #if VB >= 64
 #define HALF_PIECE(ONE, s) if ((s) - c >= W / 2) { ONE(F(half_wide), c); c += W / 2; }
 #else
@@ -140,8 +139,8 @@ static ptrdiff_t F(eliminate)(ptrdiff_t count, const Entity *entities, const Cou
 }
 
 /* Rows r0 to r0 + rn of the h x w block: block -= sum of Za' Zb. `vectors` of the block's columns
- * are summed in registers, garbage behind them included, and `columns` of them are kept. */
-KERNEL_INLINE void F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
+are summed in registers, including padding, and `columns` of them are stored. */ KERNEL_INLINE void
+F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
                                 const int c0, const int vectors, const int columns,
                                 ptrdiff_t count, const int *pairs, const T *z, T *block) {
     V acc[16][2];
@@ -178,9 +177,9 @@ KERNEL_INLINE void F(gram_rows)(const int d, const int h, const int w, const int
     }
 }
 
-/* The same for a square block of one whole vector and one column more: the last column is summed
- * along the rows, which leaves one scalar over. */
-KERNEL_INLINE void F(gram_odd)(const int d, ptrdiff_t count, const int *pairs, const T *z,
+/* The same for a square block with one column more than a vector: the last column is summed along
+the rows, with one remaining scalar. */ KERNEL_INLINE void F(gram_odd)(const int d, ptrdiff_t count,
+const int *pairs, const T *z,
                                T *block) {
     const int n = W + 1;
     V acc[W + 1], last = (V){0};
@@ -278,7 +277,7 @@ static void F(gram)(int d, int h, int w, ptrdiff_t count, const int *pairs, cons
     F(gram_any)(d, h, w, count, pairs, z, block);
 }
 
-/* Entities are not in the order of their scalars, which are fetched ahead of their turn. */
+/* Entities are not in the order of their scalars, which are prefetched. */
 #define SCALARS_AHEAD(v) KERNEL_AHEAD(v + (e + PAIRS_AHEAD < count ? at[PAIRS_AHEAD].scalar : 0))
 
 /* y -= Z' t for one entity, y padded over the kept entities */
@@ -347,7 +346,7 @@ static void F(descend)(ptrdiff_t count, const Entity *entities, const Coupling *
     }
 }
 
-/* b = L^-T (t - Z x) of the eliminated; t is spoilt */
+/* b = L^-T (t - Z x) of the eliminated; t is overwritten */
 static void F(ascend)(ptrdiff_t count, const Entity *entities, const Coupling *couplings,
                       const T *factors, const T *z, const T *x, T *t, T *b) {
     ptrdiff_t e;
@@ -388,9 +387,9 @@ static void F(apply)(ptrdiff_t count, const Entity *entities, const Coupling *co
     }
 }
 
-/* y += B x for a symmetric matrix of blocks of which the lower triangle is stored, diagonal blocks
- * whole. Vectors are padded, those that are read with zeros. */
-static void F(symmetric)(ptrdiff_t count, const Block *blocks, const T *values, const T *x, T *y) {
+/* y += B x for a symmetric matrix of blocks of which the lower triangle is stored, with full
+diagonal blocks. Vectors are padded, inputs with zeros. */ static void F(symmetric)(ptrdiff_t count,
+const Block *blocks, const T *values, const T *x, T *y) {
     const Block *at;
     T lanes[W];
     int c, r;

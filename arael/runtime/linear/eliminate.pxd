@@ -6,13 +6,13 @@ cdef extern from *:
     """
     #ifndef ARAEL_ELIMINATE_TABLES
     #define ARAEL_ELIMINATE_TABLES
-    /* Pairs of places that are fetched before their turn; a list has as many more behind it. */
+    /* Number of prefetched pairs of places; a list is padded by as many. */
     #define PAIRS_AHEAD 8
     typedef struct {
         long long scalar;       /* first scalar in the whole system */
         long long source;       /* diagonal block in the values */
         long long factor;       /* L in its storage */
-        long long couplings;    /* first of its couplings; they end where the next one's begin */
+        long long couplings;    /* first of its couplings; they end at the first of the next */
         long long size;
     } Entity;
     typedef struct {
@@ -20,7 +20,7 @@ cdef extern from *:
         long long place;        /* Z */
         int padded;             /* the kept entity in a padded vector */
         int width;              /* scalars of the kept entity */
-        int turned;             /* whether the block lies transposed in the values */
+        int turned;             /* whether the block is stored transposed in the values */
         int kept;               /* number of the kept entity */
     } Coupling;
     typedef struct {
@@ -118,7 +118,7 @@ cdef inline void ascend(
     Py_ssize_t count, const Entity* entities, const Coupling* couplings, const real* factors,
     const real* z, const real* x, real* t, real* b
 ) noexcept nogil:
-    """b = L^-T (t - Z x) of the eliminated; x is padded with zeros, t is spoilt."""
+    """b = L^-T (t - Z x) of the eliminated; x is padded with zeros, t is overwritten."""
     if real is double:
         f64.ascend(count, entities, couplings, factors, z, x, t, b)
     else:
@@ -139,7 +139,7 @@ cdef inline void apply(
 cdef inline void symmetric(
     Py_ssize_t count, const Block* blocks, const real* values, const real* x, real* y
 ) noexcept nogil:
-    """y += B x by the blocks of a lower triangle, diagonal ones whole; x and y padded."""
+    """y += B x by the blocks of a lower triangle with full diagonal blocks; x and y padded."""
     if real is double:
         f64.symmetric(count, blocks, values, x, y)
     else:

@@ -1,10 +1,10 @@
 # cython: language_level=3
 # distutils: include_dirs = arael/runtime/linear
 # distutils: depends = arael/runtime/linear/eliminate.h arael/runtime/linear/instances.h
-"""Choice of the kernels in eliminate.h for the processor at hand.
+"""Selection of the kernels in eliminate.h for the current processor.
 
-The header is compiled for several instruction sets; the best one that this processor has is taken
-when the module is imported. `use` takes another one, for tests and comparisons.
+The header is compiled for several instruction sets; the best one that the processor supports is
+selected at import. `use` selects another one, for tests and comparisons.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ cdef extern from *:
 
 _NAMES = ("base", "avx2", "avx512")
 
-#: Rows of the tables as the kernels read them.
+#: Records of the tables for the kernels.
 ENTITY = np.dtype(
     [(name, np.int64) for name in ("scalar", "source", "factor", "couplings", "size")]
 )
@@ -53,7 +53,7 @@ check_record("Coupling", COUPLING, (<const Coupling*>address(one, COUPLING))[0],
 one = probe_of(BLOCK)
 check_record("Block", BLOCK, (<const Block*>address(one, BLOCK))[0], sizeof(Block))
 
-#: int32 that a list of pairs must have behind it.
+#: Padding of a list of pairs, in int32.
 SLACK = PAIRS_AHEAD + 2
 
 
@@ -70,12 +70,12 @@ cdef void _take(int which):
 
 
 def available():
-    """Names of the instruction sets this processor has, the best one last."""
+    """Names of the supported instruction sets, the best one last."""
     return _NAMES[: kernel_sets()]
 
 
 def use(name):
-    """Take the kernels of instruction set `name` from now on, in the whole process."""
+    """Select the kernels of instruction set `name` for the whole process."""
     if name not in available():
         raise ValueError(f"instruction set {name!r} is not among {available()}")
     _take(_NAMES.index(name))

@@ -3,12 +3,12 @@
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
-# What the threads of one pass work on.
+# Work of the threads of one pass.
 cdef struct Pass:
     void* of                            # Elimination or Sums
-    const void* values                  # or the vector that is read
+    const void* values                  # or the input vector
     const void* diagonal
-    const void* b                       # right-hand side, where it is taken along
+    const void* b                       # right-hand side, if it is processed together
     void* out
 
 
@@ -24,17 +24,17 @@ cdef class Elimination:
     cdef Py_ssize_t _padded_size
     cdef void* _factors
     cdef void* _stored                  # Z
-    cdef void* _eliminated              # the eliminated scalars of a vector, at their own places
+    cdef void* _eliminated              # the eliminated scalars of a vector
     cdef void* _work                    # one eliminated entity
     cdef void* _input                   # padded vectors
     cdef void* _output
     cdef readonly bint single           # f32 if true, else f64
     cdef public int threads
     cdef Py_ssize_t _parts, _sweeps     # parts of the entities; of sweeps, with an output each
-    cdef bint _together                 # whether a sweep may be taken along with the elimination
+    cdef bint _together                 # whether a sweep can be combined with the elimination
     cdef const long long* _part_ends    # [parts + 1] entities
     cdef const long long* _sweep_ends
-    cdef const long long* _tails        # [sweeps] entities swept when all are eliminated
+    cdef const long long* _tails        # [sweeps] entities swept after all are eliminated
     cdef long long* _failed             # [parts]
     cdef void* _outputs                 # [sweeps - 1] padded vectors
     cdef Py_ssize_t _work_stride
@@ -42,19 +42,19 @@ cdef class Elimination:
     # Factor the eliminated diagonal blocks; 0 or 1 + the scalar of the whole system that failed.
     cdef Py_ssize_t eliminate(self, const real* values, const real* diagonal) noexcept nogil
 
-    # Both this and `descend`, for a right-hand side that is there already: what was just written is
-    # read again while it is in the caches.
+    # Combines this with `descend` for a known right-hand side: data is read again while it is in
+    # the caches.
     cdef Py_ssize_t eliminate_with(
         self, const real* values, const real* diagonal, const real* b, real* reduced
     ) noexcept nogil
 
-    # Right-hand side of the reduced system; `b` of the whole one is kept for `ascend`.
+    # Right-hand side of the reduced system; `b` of the whole one is stored for `ascend`.
     cdef void descend(self, const real* b, real* reduced) noexcept nogil
 
     # Solution of the whole system from that of the reduced one.
     cdef void ascend(self, const real* reduced, real* x) noexcept nogil
 
-    # y = B x, and B x - W' D^-1 W x if `whole` is false: B is not reduced then.
+    # y = B x, or B x - W' D^-1 W x if `whole` is false, in which case B is not reduced.
     cdef void multiply(
         self, Py_ssize_t count, const Block* blocks, const real* values, bint whole, const real* x,
         real* y
@@ -89,7 +89,7 @@ cdef class Sums:
     cdef void* _values
     cdef void* _damped                  # (n,) diagonal
     cdef Py_ssize_t _parts
-    cdef bint _together                 # whether a sweep may be taken along with the elimination
+    cdef bint _together                 # whether a sweep can be combined with the elimination
     cdef const long long* _part_ends    # [parts + 1][3] blocks, scalars and tasks
 
     # Sum the blocks of the reduced system into `_values` and its diagonal into `_damped`.

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, cdivision=True
-"""Block elimination of an independent set: the Schur complement and what is needed to go back.
+"""Block elimination of an independent set: Schur complement and back substitution.
 
 With the eliminated entities first, ``[D W; W' K] [x; y] = [a; b]``. D is block diagonal; with its
 Cholesky factor L and ``Z = L^-1 W`` the reduced system is ``(K - Z'Z) y = b - Z' L^-1 a``, and
@@ -23,7 +23,7 @@ from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK
 from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.reduction import PADDING
 
-# Entities that are swept as soon as they are eliminated: a fraction of a second-level cache.
+# Entities that are swept directly after their elimination: a fraction of a second-level cache.
 cdef enum:
     TOGETHER = 128
 
@@ -54,7 +54,7 @@ cdef class Elimination:
         work = aligned((len(sweep_ends) - 1) * self._work_stride, dtype)
         before = aligned(reduction.padded_size, dtype)
         after = aligned(reduction.padded_size, dtype)
-        # Blocks of couplings are fetched ahead of their turn.
+        # Blocks of couplings are prefetched.
         ahead = np.zeros(SLACK, reduction.couplings.dtype)
         couplings = np.append(reduction.couplings, ahead)
         scalars, padded = np.append(reduction.scalars, 0), np.append(reduction.padded, 0)
@@ -63,7 +63,7 @@ cdef class Elimination:
         self.threads = 1
         self.single = np.dtype(dtype) == np.float32
         self._parts, self._sweeps = len(part_ends) - 1, len(sweep_ends) - 1
-        # Fewer sweeps than threads would hold the elimination up.
+        # Fewer sweeps than threads would delay the elimination.
         self._together = self._sweeps >= min(self._parts, parts.SWEEPS)
         self._part_ends = <const long long*>address(part_ends, np.int64)
         self._sweep_ends = <const long long*>address(sweep_ends, np.int64)
@@ -121,14 +121,14 @@ cdef class Elimination:
         return 0
 
     cdef void _put_kept(self, const real* b) noexcept nogil:
-        """Begin a sweep with what `b` has for the kept entities."""
+        """Initialise a sweep with the kept entities of `b`."""
         cdef Py_ssize_t i
         cdef real* y = <real*>self._output
         for i in range(self.n):
             y[self._padded[i]] = b[self._scalar[i]]
 
     cdef void _take_kept(self, real* reduced) noexcept nogil:
-        """What all parts of a sweep came to."""
+        """Combine the results of all parts of a sweep."""
         cdef Py_ssize_t i
         cdef real* y = <real*>self._output
         self._add_outputs(y)
@@ -165,7 +165,7 @@ cdef class Elimination:
             y[i] = after[self._padded[i]]
 
     cdef void _add_outputs(self, real* y) noexcept nogil:
-        """Add what the parts of a sweep have in vectors of their own, in their order."""
+        """Add the vectors of the parts of a sweep, in order."""
         cdef Py_ssize_t i
         cdef const real* part = <const real*>self._outputs
         for _ in range(self._sweeps - 1):
@@ -221,7 +221,7 @@ cdef class Elimination:
                       <real*>self._work + k * self._work_stride, self._output_of(k, _))
 
     cdef real* _output_of(self, Py_ssize_t k, const real* _) noexcept nogil:
-        """Where part k of a sweep adds up: the first in the output itself, the others in zeros."""
+        """Output vector of part k of a sweep: the output itself for the first, else zeros."""
         cdef real* y = self._place_of(k, _)
         if k > 0:
             memset(y, 0, self._padded_size * sizeof(real))
@@ -234,9 +234,9 @@ cdef class Elimination:
 
 
 def _tails(reduction, ends):
-    """First entity of each part whose sweep would read what the part behind it stores.
+    """First entity of each part whose sweep would read data that the next part stores.
 
-    Kernels read whole vectors, though they use only what belongs to a row.
+    Kernels read whole vectors, though they use only the entries of a row.
     """
     behind = np.append(reduction.couplings["place"], reduction.stored_size)
     behind = behind[reduction.entities["couplings"][1:]]

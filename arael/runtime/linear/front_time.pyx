@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""A model of the machine: what a front costs.
+"""A cost model of fronts.
 
 Only ratios matter: the model decides which supernodes to merge and compares orderings and solvers.
 Fitted to measured refactorisations, f64 on one core with wide vectors; the terms are a constant for
-the calls, the chain of square roots along the diagonal, floating-point work, zeroing and reading
+the calls, the dependent square roots along the diagonal, floating-point work, zeroing and reading
 the columns, and moving the update matrix to the parent.
 """
 

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""The work plan of a multifrontal factorisation: sizes, places and moves, all known beforehand."""
+"""The layout of a multifrontal factorisation: sizes, offsets and copies."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from arael.runtime.linear.subtrees import bundle_subtrees
 
 
 cdef class Fronts:
-    """Everything the numeric factorisation needs to know about its supernodes, in scalars.
+    """Description of the supernodes for the numeric factorisation, in scalars.
 
     Attributes
     ----------
@@ -19,23 +19,23 @@ cdef class Fronts:
     first : (ns,) int64
         First column, in the order of elimination.
     triangle, panel : (ns,) int64
-        Where the (k, k) triangle and the (r, k) panel of the factor begin in its storage. Under the
+        Offsets of the (k, k) triangle and the (r, k) panel in the storage of the factor. Below the
         panel is a row for the right-hand side.
     storage : int
         Scalars of the factor's storage.
     alone, together : Stacks
-        Sequence of the fronts and places of their (r, r) update matrices, where one thread does
-        all, and where several do.
+        Sequence of the fronts and offsets of their (r, r) update matrices, for one thread and for
+        several.
     bundle : (ns,) int64
         Bundle of subtrees that a front belongs to, -1 for the fronts above all of them.
     bundles : int
     child_start, children : int64
         Children of front s: ``children[child_start[s]:child_start[s + 1]]``.
     run_start, run_inside : int64
-        Runs of front s: ``run_start[s]:run_start[s + 1]``; those before ``run_inside[s]`` go to
-        columns of the parent, the others to its update matrix.
+        Runs of front s: ``run_start[s]:run_start[s + 1]``; those before ``run_inside[s]`` are added
+        to columns of the parent, the others to its update matrix.
     runs : (m, 3) int32
-        Consecutive rows of a front that stay consecutive in its parent: first row, count, first row
+        Rows of a front that are consecutive also in its parent: first row, count, first row
         in the parent.
     strip_start : (ns + 1,) int64
     strips : (m, 2) int32
@@ -58,7 +58,7 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     pad : int
         Rows are padded to a multiple of this many scalars.
     large : int
-        Fronts with more columns are factored by BLAS, which may have threads of its own.
+        Fronts with more columns are factored by BLAS, which may be multithreaded.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     weight_of_rows = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
     f.below = np.diff(weight_of_rows[row_start])
     tall, low = leading(f.columns, pad), leading(f.below + 1, pad)
-    # Triangle and panel of a front lie side by side; a vector may overshoot each by `pad`.
+    # Triangle and panel of a front are adjacent; a vector may overshoot each by `pad`.
     size = f.columns * (tall + low) + 2 * pad
     place = np.concatenate(([0], np.cumsum(size)))
     f.triangle = np.ascontiguousarray(place[:ns])
@@ -119,7 +119,7 @@ cdef _moves(Fronts f, supernodes, offsets):
     cdef long long[::1] r0 = run_start, r1 = inside, t0 = strip_start
     cdef long long[::1] columns = f.columns
     cdef long long[::1] child_start = f.child_start, children = f.children
-    # Runs must stand by front, but rows of the parent are numbered once for all its children.
+    # Runs are grouped by front, but rows of the parent are numbered once for all its children.
     cdef long long[::1] place = np.empty(total, dtype=np.int64)
     for parent in range(ns):
         if child_start[parent] == child_start[parent + 1]:

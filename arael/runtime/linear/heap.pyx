@@ -1,5 +1,5 @@
 # cython: language_level=3
-"""What the C library keeps of memory that was freed."""
+"""Return of freed memory from the C library to the system."""
 
 cdef extern from *:
     """
@@ -15,9 +15,10 @@ cdef extern from *:
 
 
 def give_back():
-    """Give the system what was freed and lies between what is in use.
+    """Return freed memory between used blocks to the system.
 
-    An analysis leaves many holes that the few large arrays of a factorisation do not fit into.
+    An analysis fragments the heap, and the few large arrays of a factorisation do not fit into the
+    gaps.
     """
     with nogil:
         heap_trim()

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, cdivision=True
-"""Which entities to eliminate first: a set of which no two are coupled."""
+"""Choice of an independent set of entities to eliminate first."""
 
 import numpy as np
 
@@ -7,19 +7,19 @@ cimport cython
 
 from arael.diagnostics.records import AraelError, Diagnostic
 
-# An entity coupled with this many times as many others as the average would fill the reduced
-# system, and stays; few couplings never hurt.
+# An entity with more couplings than this multiple of the average would fill the reduced system and
+# is kept; entities with few couplings are always eliminated.
 _HUB = 10
 _FEW = 64
 
 
 def independent_set(pattern):
-    """Choose entities to eliminate, no two of them coupled.
+    """Choose pairwise uncoupled entities to eliminate.
 
-    Entities of one size are taken for one kind (points, landmarks); a kind that is uncoupled within
-    itself and makes up half of the entities is taken as a whole, but for hubs that nearly
-    everything is coupled with. Otherwise entities are taken one by one, those with the fewest
-    couplings first.
+    Entities of one size are treated as one kind (points, landmarks). A kind without couplings
+    within itself that is half of the entities is taken as a whole, except for hubs coupled with
+    nearly all others. Otherwise entities are taken one by one, those with the fewest couplings
+    first.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def independent_set(pattern):
 
 
 def named_set(pattern, blocks):
-    """Check a set that the user names.
+    """Check a set given by the user.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _greedy(Py_ssize_t nb, low, high, sizes, usable):
     start_array = np.searchsorted(here[sequence], np.arange(nb + 1)).astype(np.int64)
     there_array = np.append(there[sequence], 0).astype(np.int64)
     order_array = np.argsort(coupled, kind="stable").astype(np.int64)
-    # 1 taken, 2 beside one that is taken or not usable.
+    # 1 taken, 2 coupled with a taken one or not usable.
     state_array = np.append(np.where(usable, 0, 2), 0).astype(np.int8)
     cdef long long[::1] start = start_array, other = there_array, order = order_array
     cdef signed char[::1] state = state_array

@@ -123,7 +123,7 @@
 
 #endif
 
-/* How many of base, avx2, avx512 this processor has. */
+/* Number of supported sets of base, avx2, avx512. */
 static int kernel_sets(void) {
 #if KERNEL_X86
     __builtin_cpu_init();

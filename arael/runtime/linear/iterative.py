@@ -19,23 +19,23 @@ if TYPE_CHECKING:
 #: Preconditioners.
 PRECONDITIONERS = ("jacobi", "tridiagonal", "cluster")
 
-#: Options that are handed on to the solver.
+#: Options passed to the solver.
 BOUNDS = ("tolerance", "floor", "iterations")
 
-# Iterations that a step is expected to take, for predictions only.
+# Expected iterations of a step, for predictions only.
 EXPECTED = 30
 
 _SINGLE = 0.65
 
 
 def predict_iterative(reduction: Reduction, reduced: Reduced | None, single: bool) -> Cost:
-    """Cost of a step, formed or not, whichever is less.
+    """Cost of a step with the formed or unformed reduced system, the lower of the two.
 
     Parameters
     ----------
     reduction : Reduction
     reduced : Reduced or None
-        Its reduced system, if that is planned.
+        Its reduced system, if planned.
     single : bool
         f32 if true, else f64.
     """
@@ -47,7 +47,7 @@ def predict_iterative(reduction: Reduction, reduced: Reduced | None, single: boo
 
 
 def is_formed(reduction: Reduction, reduced: Reduced | None, single: bool) -> bool:
-    """Whether it pays to form the reduced system."""
+    """Whether forming the reduced system is faster."""
     if reduced is None:
         return False
     formed = _cost(reduction, single, reduced.products)
@@ -82,7 +82,7 @@ def iterative_solver(
     make: Callable[[BlockPattern], LinearSolver],
     options: dict[str, Any],
 ) -> LinearSolver:
-    """Make the solver.
+    """Create the solver.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ def iterative_solver(
         f32 if true, else f64.
     reduction : Reduction
     reduced : Reduced or None
-        Its reduced system, if that is planned.
+        Its reduced system, if planned.
     make : callable
-        Makes a direct solver for a part of the reduced system.
+        Creates a direct solver for a part of the reduced system.
     options : dict
         ``formed``, ``preconditioner``, ``tolerance``, ``floor``, ``iterations``.
     """

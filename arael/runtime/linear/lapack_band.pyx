@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Banded Cholesky by LAPACK's pbtrf, as a yardstick for `band` and for very wide bands."""
+"""Banded Cholesky by LAPACK's pbtrf, for comparison with `band` and for very wide bands."""
 
 from libc.math cimport isfinite
 from libc.string cimport memset
@@ -32,11 +32,11 @@ cdef class LapackBandSolver(LinearSolver):
     def __init__(self, pattern, bint single=False, half_bandwidth=None, block_half_bandwidth=None):
         super().__init__(pattern, single)
         load_blas()
-        # LAPACK wants a band that fits into the matrix.
+        # LAPACK requires a band that fits into the matrix.
         kd = bandwidth.half_bandwidth(pattern, half_bandwidth, block_half_bandwidth)
         kd = min(kd, max(self.n - 1, 0))
         matrix = aligned((kd + 1) * self.n, self.dtype)
-        # Entry (i, j) lies at i - j + j (kd + 1): a full matrix of leading dimension kd.
+        # Entry (i, j) is at i - j + j (kd + 1): a full matrix of leading dimension kd.
         table = block_table(pattern, kd)
         self._keep = (matrix, table)
         self._matrix = writable(matrix, self.dtype)
@@ -74,7 +74,7 @@ cdef class LapackBandSolver(LinearSolver):
         for i in range(n):
             matrix[i * (kd + 1)] = diagonal[i]
         status = blas.pbtrf(<int>n, <int>kd, matrix, <int>kd + 1)
-        # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+        # Optimised LAPACKs do not check for NaN, which then is on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):
             if not isfinite(<double>matrix[i * (kd + 1)]):
                 return i + 1

@@ -1,4 +1,4 @@
-"""Arrays for the solvers' kernels: aligned to cache lines, with room behind."""
+"""Arrays for the solvers' kernels: aligned to cache lines and padded."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ Ints = NDArray[np.int64]
 
 LINE = 64
 
-# Lines of a column from which conflicts matter.
+# Minimum cache lines of a column for conflicts to matter.
 _TALL = 16
 
 
 def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
-    """Zeros, `count` scalars and a cache line of slack, beginning on a cache line."""
+    """Zeros, `count` scalars and a cache line of padding, aligned to a cache line."""
     size = np.dtype(dtype).itemsize
     raw = np.zeros(count * size + 3 * LINE, dtype=np.uint8)
     skip = -raw.__array_interface__["data"][0] % LINE
@@ -23,10 +23,10 @@ def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
 
 
 def leading(rows: Ints | int, pad: int) -> Ints | int:
-    """Leading dimension for matrices of so many rows: padded, and without conflicts in the caches.
+    """Leading dimension for matrices of the given rows: padded, and without cache conflicts.
 
-    Columns an even number of cache lines apart crowd into few sets of a cache; in tall matrices an
-    odd number is worth a line more.
+    Columns an even number of cache lines apart map to few sets of a cache; for tall matrices an odd
+    number is used.
 
     Parameters
     ----------

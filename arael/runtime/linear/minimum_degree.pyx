@@ -1,13 +1,12 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Approximate minimum degree ordering of a weighted graph.
 
-Eliminates, again and again, a vertex whose neighbourhood is (nearly) the lightest. The eliminated
-part is kept as a quotient graph of *elements*, the cliques that eliminations leave behind, so that
-no more memory is used than the graph came with. After P. Amestoy, T. Davis, I. Duff, "An
-approximate minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996): approximate
-external degrees, element absorption (also aggressive), mass elimination, and indistinguishable
-vertices merged into supervariables. Here a vertex is an entity and weighs as much as it has
-scalars.
+Repeatedly eliminates a vertex of (approximately) minimum external degree. The eliminated part is
+stored as a quotient graph of *elements*, the cliques created by eliminations, so that no more
+memory is needed than for the original graph. After P. Amestoy, T. Davis, I. Duff, "An approximate
+minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996): approximate external
+degrees, element absorption (also aggressive), mass elimination, and indistinguishable vertices
+merged into supervariables. Here a vertex is an entity with its number of scalars as weight.
 """
 
 import numpy as np
@@ -16,15 +15,15 @@ cdef enum:
     VARIABLE = 0    # still to be eliminated
     ELEMENT = 1     # eliminated, its clique alive
     GONE = 2        # absorbed element, or variable merged into another
-    DENSE = 3       # coupled with so much that it is ordered last
+    DENSE = 3       # dense vertex, ordered last
     STAYING = 4     # a variable that is never eliminated
 
 
 cdef class _Graph:
     """Quotient graph: the list of vertex v is `at[start[v]:start[v] + length[v]]`.
 
-    A variable lists the elements it belongs to first (`elements[v]` of them), then the variables
-    next to it; an element lists its variables.
+    A variable lists the elements it belongs to first (`elements[v]` of them), then its neighbouring
+    variables; an element lists its variables.
     """
 
     cdef Py_ssize_t n, free, room
@@ -34,7 +33,7 @@ cdef class _Graph:
     cdef int lightest
     cdef long long[::1] mark                # of an element: outside weight, offset by `stamp`
     cdef long long stamp
-    cdef int[::1] merged                    # supervariable or element that took this vertex, or -1
+    cdef int[::1] merged                    # supervariable or element that absorbed it, or -1
     cdef int[::1] bucket, chain, code    # hash lists of the new element's variables
 
     def __init__(self, start, neighbours, weights):
@@ -85,7 +84,7 @@ cdef class _Graph:
         """Move all live lists to the front of the memory."""
         cdef Py_ssize_t p, to = 0, last
         cdef int v
-        # The first entry of each live list changes places with the vertex itself, negated.
+        # The first entry of each live list is exchanged with the negated vertex itself.
         for v in range(self.n):
             if self.kind[v] != GONE and self.kind[v] != DENSE and self.length[v] > 0:
                 p = self.start[v]
@@ -121,7 +120,7 @@ def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
     weights : (n,) int
         Positive weight of each vertex.
     staying : int
-        The last so many vertices are not to be eliminated; they only make others heavier.
+        Number of last vertices that are not eliminated; they only contribute to degrees.
 
     Returns
     -------
@@ -135,7 +134,7 @@ def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
     pivots = np.empty(n, dtype=np.intc)
     cdef int[::1] sequence = pivots
     cdef Py_ssize_t count
-    # A vertex coupled with nearly everything (a global offset, a calibration) only slows down.
+    # A vertex coupled with nearly all others (a global offset, a calibration) only slows down.
     cdef int dense = <int>max(16.0, 10 * np.sqrt(n))
     with nogil:
         count = _eliminate(g, sequence, dense, n - staying)
@@ -189,7 +188,7 @@ cdef Py_ssize_t _eliminate(
 
 
 cdef int _prepare(_Graph g, int dense, Py_ssize_t stay) noexcept nogil:
-    """Set dense vertices aside, list by degree those to eliminate; return the weight not dense."""
+    """Remove dense vertices, list the others by degree; return the weight of the latter."""
     cdef Py_ssize_t p, begin
     cdef int v, u, kept, left = 0
     for v in range(g.n):
@@ -219,15 +218,15 @@ cdef int _prepare(_Graph g, int dense, Py_ssize_t stay) noexcept nogil:
 
 
 cdef void _form(_Graph g, int pivot) noexcept nogil:
-    """Make the pivot an element: all variables next to it, directly or through its elements.
+    """Make the pivot an element: all variables adjacent to it, directly or through its elements.
 
-    While the element is being worked on, its variables carry their weight with a minus sign and
-    stand in no list of degrees. The pivot's own weight stays negative for good.
+    While the element is processed, its variables have negated weights and are in no degree list.
+    The pivot's weight remains negative.
     """
     cdef Py_ssize_t p, q, first, end
     cdef int k, e = -1, u, heavy = 0, parts = g.elements[pivot]
     if parts == 0:
-        first = g.start[pivot]          # fits into the pivot's own place
+        first = g.start[pivot]          # fits into the pivot's list
     else:
         if g.free + min(<Py_ssize_t>g.degree[pivot], g.n) > g.room:
             g.compress()
@@ -279,7 +278,7 @@ cdef void _compare(_Graph g, int pivot) noexcept nogil:
 
 
 cdef int _update(_Graph g, int pivot) noexcept nogil:
-    """Rewrite the lists of the element's variables; return the weight eliminated on the way."""
+    """Rewrite the lists of the element's variables; return the weight of mass elimination."""
     cdef Py_ssize_t p, q, begin, to, middle
     cdef int v, u, e, d, outside, gone = 0
     cdef unsigned int code
@@ -300,7 +299,7 @@ cdef int _update(_Graph g, int pivot) noexcept nogil:
                 g.at[to] = e
                 to += 1
             else:
-                g.kind[e] = GONE                # all of it lies in the new element
+                g.kind[e] = GONE                # absorbed by the new element
         middle = to
         for q in range(begin + g.elements[v], begin + g.length[v]):
             u = g.at[q]
@@ -310,14 +309,14 @@ cdef int _update(_Graph g, int pivot) noexcept nogil:
                 g.at[to] = u
                 to += 1
         if d == 0 and g.kind[v] == VARIABLE:
-            # Coupled with nothing but this element: goes with the pivot at no cost.
+            # Coupled only within this element: eliminated with the pivot (mass elimination).
             gone -= g.weight[v]
             g.weight[v] = 0
             g.kind[v] = GONE
             g.merged[v] = pivot
             continue
-        # What connected v with the pivot was dropped, so there is room for one entry more. The
-        # first variable makes way for the first element, and that one for the new element.
+        # The connection of v with the pivot was removed, so one entry is free. The first variable
+        # moves there, the first element to its place, and the new element comes first.
         g.at[to] = g.at[middle]
         g.at[middle] = g.at[begin]
         g.at[begin] = pivot
@@ -332,7 +331,7 @@ cdef int _update(_Graph g, int pivot) noexcept nogil:
 
 
 cdef void _merge(_Graph g, int pivot) noexcept nogil:
-    """Variables of the element with equal lists are one from now on."""
+    """Merge variables of the element with equal lists into supervariables."""
     cdef Py_ssize_t p, q
     cdef int v, u, previous, bucket
     cdef bint equal
@@ -371,7 +370,7 @@ cdef void _merge(_Graph g, int pivot) noexcept nogil:
 
 
 cdef void _finish(_Graph g, int pivot, int left) noexcept nogil:
-    """Give the element's variables their weights and degrees back, and list them again."""
+    """Restore the weights and degrees of the element's variables, and list them again."""
     cdef Py_ssize_t p, first = g.start[pivot], to = first, end = first + g.length[pivot]
     cdef int v, w
     for p in range(first, end):

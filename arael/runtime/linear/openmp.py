@@ -1,7 +1,7 @@
-"""OpenMP in other people's libraries, kept to the calling thread.
+"""Restricts OpenMP in other libraries to the calling thread.
 
-CHOLMOD before its version 4 asks for four threads by number, whatever `OMP_NUM_THREADS` or
-`omp_set_num_threads` say. What it heeds is how deep parallel regions may nest: not at all.
+CHOLMOD before version 4 requests four threads explicitly, ignoring `OMP_NUM_THREADS` and
+`omp_set_num_threads`. It respects the maximum nesting of parallel regions, which is set to 0.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from contextlib import contextmanager
 
 
 class OpenMP:
-    """The OpenMP runtimes in this process when the object is made."""
+    """The OpenMP runtimes of this process at construction."""
 
     def __init__(self) -> None:
         from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
         found = [one["filepath"] for one in threadpool_info() if one["user_api"] == "openmp"]
         libraries = [ctypes.CDLL(path) for path in found]
-        # Microsoft's runtime is older than nesting.
+        # Microsoft's runtime does not support nesting.
         self._runtimes = [x for x in libraries if hasattr(x, "omp_set_max_active_levels")]
 
     @contextmanager
     def on_one_thread(self) -> Iterator[None]:
-        """Run parallel regions that this thread enters on this thread alone."""
+        """Context in which parallel regions entered by this thread run on this thread only."""
         before = [one.omp_get_max_active_levels() for one in self._runtimes]
         for one in self._runtimes:
             one.omp_set_max_active_levels(0)

@@ -1,4 +1,4 @@
-"""Names of the linear solvers and their options, and the check of what a caller asks for."""
+"""Names of the linear solvers and their options, and their validation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arael.diagnostics.suggest import closest
 
 _BANDS = ("half_bandwidth", "block_half_bandwidth")
 
-#: Solvers by name, with the options each of them takes.
+#: Solvers by name, with their options.
 SOLVERS: dict[str, tuple[str, ...]] = {
     "auto": ("ordering", "eliminate"),
     "dense": (),
@@ -34,13 +34,13 @@ _NAMES = ("ordering", "reduced", "preconditioner")
 
 
 def typed_options(name: Any, options: Any) -> dict[str, Any]:
-    """Options as a caller gave them, as a dict of values of the right types.
+    """Convert the caller's options to a dict of values of the right types.
 
     Raises
     ------
     AraelError
-        E0840 where `name` is no string, E0842 where `options` is no mapping by name or a value is
-        of the wrong type.
+        E0840 if `name` is not a string, E0842 if `options` is not a mapping by name or a value has
+        the wrong type.
     """
     if not isinstance(name, str):
         raise _unknown(name)
@@ -81,7 +81,7 @@ def _is(value: Any, kind: type) -> bool:
 
 
 def check_options(name: str, options: dict[str, Any]) -> None:
-    """Raise E0840 for an unknown solver, E0842 for an option it does not take or cannot use."""
+    """Raise E0840 for an unknown solver, E0842 for an unknown option or an invalid value."""
     if name not in SOLVERS:
         raise _unknown(name)
     if not options:

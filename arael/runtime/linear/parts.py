@@ -1,7 +1,7 @@
-"""Splits the passes of a block elimination into parts that threads may do side by side.
+"""Splits the passes of a block elimination into parts for parallel execution.
 
-The parts follow from the problem and not from the number of threads, so that sums over parts have
-the same bits on any number.
+The parts follow from the problem and not from the number of threads, so that sums over parts are
+bit-identical for any number.
 """
 
 from __future__ import annotations
@@ -14,28 +14,28 @@ from arael.runtime.linear.reduction import Products, Reduction
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-#: Most parts of a pass, and predicted nanoseconds from which a part pays.
+#: Maximum parts of a pass, and minimum predicted nanoseconds of a part.
 PARTS = 16
 GRAIN = 100_000.0
 
-# A pass of fewer grains stays whole.
+# A pass of fewer grains is not split.
 _SHORT = 10
 
-#: Most parts of a sweep.
+#: Maximum parts of a sweep.
 SWEEPS = 8
 
-# Parts of a sweep have a vector each, which together may be this fraction of what is swept.
+# Maximum size of the vectors of all parts of a sweep, as a fraction of the data swept.
 _ROOM = 0.25
 
 
 def count(nanoseconds: float) -> int:
-    """Number of parts of a pass that takes so long."""
-    # Waking a helper may take as long as a short pass, and longer where others use the machine.
+    """Number of parts of a pass of the given duration."""
+    # Waking a helper may take as long as a short pass, and longer on a loaded machine.
     return int(min(PARTS, nanoseconds // GRAIN)) if nanoseconds >= _SHORT * GRAIN else 1
 
 
 def sweeps(reduction: Reduction, nanoseconds: float) -> int:
-    """Number of parts of a sweep, each with a padded vector of its own."""
+    """Number of parts of a sweep, each with a padded vector."""
     fit = 1 + int(_ROOM * reduction.stored_size) // max(1, reduction.padded_size)
     return min(SWEEPS, fit, count(nanoseconds / 2))
 
@@ -53,7 +53,7 @@ def entity_costs(reduction: Reduction) -> Floats:
 
 
 def split(costs: Floats, parts: int) -> Ints:
-    """(parts + 1,) where consecutive parts of about equal cost begin and end."""
+    """(parts + 1,) bounds of consecutive parts of about equal cost."""
     before = np.concatenate(([0.0], np.cumsum(costs)))
     ends = np.searchsorted(before, before[-1] * np.arange(parts + 1) / parts)
     ends[0], ends[-1] = 0, len(costs)
@@ -72,7 +72,7 @@ def split_columns(products: Products) -> Ints:
     pattern = products.pattern
     place, height, width, depth, _, pairs = products.tasks.astype(np.float64).T
     each = 12.0 + 0.15 * height * width + pairs * (4.0 + depth * height * width / 28.0)
-    # Tasks stand in the order of their blocks, and blocks in that of their columns.
+    # Tasks are in the order of their blocks, and blocks in that of their columns.
     by_place = np.argsort(pattern.value_start)
     found = np.searchsorted(pattern.value_start[by_place], place)
     block = by_place[found] if len(place) else np.zeros(0, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The block pattern of a symmetric matrix: what is coupled, and where each block lives."""
+"""The block pattern of a symmetric matrix: coupled pairs and offsets of their blocks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class BlockPattern:
     value_start : (nblocks,) int64
         Offset of each block's first scalar in the array of values.
     name_of : callable
-        Name of scalar ``i`` in the model's own words (``poses[3].ea.z``), for messages.
+        Name of scalar ``i`` in the model (``poses[3].ea.z``), for messages.
     """
 
     sizes: Ints
@@ -67,7 +67,7 @@ class BlockPattern:
         return int(heights @ self.sizes)
 
     def same_as(self, other: BlockPattern) -> bool:
-        """Whether the same blocks of the same sizes are there, in the same places."""
+        """Whether both have the same blocks with the same sizes and offsets."""
         return self is other or (
             np.array_equal(self.sizes, other.sizes)
             and np.array_equal(self.column_start, other.column_start)
@@ -83,10 +83,10 @@ class BlockPattern:
         name_of: Callable[[int], str] | None = None,
         by_rows: bool = False,
     ) -> BlockPattern:
-        """Build from coupled pairs in any order; diagonal blocks are always there.
+        """Build from coupled pairs in any order; diagonal blocks are always included.
 
-        `by_rows` lets values lie by block rows instead of by columns. Who writes them goes through
-        memory in that order, or all over it.
+        `by_rows` orders the values by block rows instead of columns, for sequential memory access
+        of the writer.
         """
         nb = len(sizes)
         low = np.minimum(rows, columns).astype(np.int64)

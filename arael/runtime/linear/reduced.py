@@ -1,4 +1,4 @@
-"""Plans a block elimination: what is eliminated, how the rest is solved, what that costs."""
+"""Plans a block elimination: eliminated entities, solver of the reduced system, costs."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Ints = NDArray[np.int64]
 #: Solvers for the reduced system.
 INNER = ("dense", "band", "sparse")
 
-# Beyond this many products their list would be larger than most problems.
+# Maximum number of products, which bounds the size of their list.
 _TOO_MANY = 100_000_000
 
-# Scalars of the stored blocks from which they no longer fit the second cache, f64.
+# Scalars of the stored blocks that fit the second-level cache, f64.
 _CACHE = 128 * 1024
 
 _SINGLE = 0.65
@@ -30,7 +30,7 @@ _SINGLE = 0.65
 
 @dataclass(frozen=True)
 class Reduced:
-    """A planned elimination and the solver for what is left.
+    """A planned elimination and the solver for the reduced system.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Reduced:
         )
 
     def order(self) -> Ints:
-        """Elimination order of the whole system that does the same: the eliminated first."""
+        """Equivalent elimination order of the whole system: the eliminated entities first."""
         gone = np.flatnonzero(self.reduction.eliminated)
         return np.concatenate((gone, self.reduction.kept[self.analysis.supernodes.order]))
 
@@ -89,7 +89,7 @@ def choose_set(pattern: BlockPattern, eliminate: str | Sequence[int] | Ints) -> 
 def plan_reduced(
     reduction: Reduction, single: bool, ordering: str = "auto", patient: bool = True
 ) -> Reduced | None:
-    """Plan the reduced system of an elimination and price it.
+    """Plan the reduced system of an elimination and predict its cost.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def plan_reduced(
     ordering : str
         For the sparse solver of the reduced system.
     patient : bool
-        Whether to plan however long it takes; if not, None is returned where an elimination would
-        be out of proportion.
+        Whether to plan regardless of time; otherwise None is returned if the elimination would be
+        disproportionate.
     """
     if not patient and product_count(reduction) > _TOO_MANY:
         return None
@@ -111,7 +111,7 @@ def plan_reduced(
 
 
 def elimination_cost(reduction: Reduction, blocks: Products, single: bool) -> Cost:
-    """Predict what forming the reduced system costs; fitted to measurements like `costs`."""
+    """Predicted cost of forming the reduced system, fitted to measurements like `costs`."""
     d = reduction.entities["size"][:-1].astype(np.float64)
     of = reduction.entity_of
     width = reduction.couplings["width"].astype(np.float64)

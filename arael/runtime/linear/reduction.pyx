@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, cdivision=True
-"""The work plan of a block elimination: what is eliminated, what it touches, where sums go.
+"""The plan of a block elimination: eliminated entities, their couplings, places of the sums.
 
 For every block (i, j) of the reduced system the plan lists all pairs of stored blocks whose product
 is subtracted from it, so that a block is summed in registers and written once.
@@ -13,12 +13,12 @@ from libc.stdlib cimport qsort
 from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK
 from arael.runtime.linear.pattern import BlockPattern
 
-# Scalars that padded vectors are a multiple of, whatever the precision.
+# Padded vectors are a multiple of this many scalars, in either precision.
 PADDING = 16
 
 
 cdef class Reduction:
-    """Everything an elimination needs to know beforehand.
+    """Precomputed tables of an elimination.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ cdef class Reduction:
         Of the whole system.
     eliminated : (nb,) bool
     entities : (ne + 1,) ENTITY
-        The eliminated, by size, and an end.
+        The eliminated entities, by size, with an end marker.
     couplings : (m,) COUPLING
         Stored blocks of each of them, by kept entity.
     entity_of : (m,) int64
@@ -49,7 +49,7 @@ cdef class Reduction:
 
 
 def reduce(pattern, eliminated):
-    """Plan the elimination of a set of entities, no two of them coupled.
+    """Plan the elimination of a set of pairwise uncoupled entities.
 
     Parameters
     ----------
@@ -106,9 +106,9 @@ def reduce(pattern, eliminated):
 
 
 def _by_place(gone, sizes, away, other):
-    """The eliminated by size, and among those by the first and last kept entity they touch.
+    """The eliminated entities by size, then by the first and last kept entity coupled with them.
 
-    So what is summed into one block of the reduced system lies close together in memory.
+    Contributions to one block of the reduced system are then close together in memory.
     """
     first = np.full(len(sizes), len(sizes), dtype=np.int64)
     last = np.full(len(sizes), -1, dtype=np.int64)
@@ -118,19 +118,19 @@ def _by_place(gone, sizes, away, other):
 
 
 cdef class Products:
-    """Blocks of a reduced system, and how each is summed.
+    """Blocks of a reduced system, and the sums for each.
 
     Attributes
     ----------
     pattern : BlockPattern
         Of the reduced system; its scalars are named as in the whole one.
     sources : (nblocks,) int64
-        Where each block begins in the values of the whole system, -1 for a block that fills in.
+        Offset of each block in the values of the whole system, -1 for fill-in.
     tasks : (nt, 6) int64
-        Place of a block in the reduced values, its height and width, the scalars of the eliminated
+        Offset of a block in the reduced values, its height and width, the scalars of the eliminated
         entities, first pair and number of pairs.
     pairs : (np + slack, 2) int32
-        Places of the two stored blocks.
+        Offsets of the two stored blocks.
     """
 
     cdef readonly object pattern, sources, tasks, pairs
@@ -143,7 +143,7 @@ cdef int _ascending(const void* a, const void* b) noexcept nogil:
 
 @cython.wraparound(False)
 def products(Reduction r, group=None, reach=None):
-    """Lay out the blocks of the reduced system, all of them or a part.
+    """Lay out the blocks of the reduced system, all or a part.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def products(Reduction r, group=None, reach=None):
     cdef long long[::1] direct_begin = direct_start
     cdef long long[::1] direct_place = np.append(direct_source, 0).astype(np.int64)
 
-    # Mark and list what each column holds: once to count blocks, once to fill them in.
+    # Mark and list the blocks of each column: once to count them, once to store them.
     cdef long long[::1] stamp = np.full(nk + 1, -1, dtype=np.int64)
     cdef long long[::1] found = np.zeros(nk + 1, dtype=np.int64)
     cdef long long[::1] at = np.zeros(nk + 1, dtype=np.int64)
@@ -285,7 +285,7 @@ def kept_blocks(Reduction r):
 
 
 def _direct(Reduction r):
-    """Blocks that couple kept entities, by columns: rows, starts, places in the values."""
+    """Blocks that couple kept entities, by columns: rows, starts, offsets in the values."""
     pattern = r.pattern
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     chosen = np.flatnonzero(~r.eliminated[pattern.rows] & ~r.eliminated[columns])

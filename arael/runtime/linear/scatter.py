@@ -1,4 +1,4 @@
-"""Where each block of a matrix goes in the storage of its multifrontal factor."""
+"""Offsets of the blocks of a matrix in the storage of its multifrontal factor."""
 
 from __future__ import annotations
 

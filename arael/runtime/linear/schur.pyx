@@ -1,5 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Elimination of an independent set of entities, and another direct solver on what is left."""
+"""Elimination of an independent set of entities, and another direct solver for the reduced
+system."""
 
 from arael.runtime.address cimport writable
 from arael.runtime.linear.base cimport LinearSolver
@@ -51,7 +52,7 @@ cdef class SchurSolver(LinearSolver):
         }
 
     def use_threads(self, int threads):
-        """Let the elimination and the inner solver share their work among so many threads."""
+        """Set the number of threads of the elimination and the inner solver."""
         self.threads = self._elimination.threads = threads
         self.inner.use_threads(threads)
 
@@ -106,7 +107,7 @@ cdef class SchurSolver(LinearSolver):
     cdef Py_ssize_t _reduce(
         self, const real* values, const real* diagonal, const void* b
     ) noexcept nogil:
-        """The reduced system, with its right-hand side if `b` is one."""
+        """Form the reduced system, with its right-hand side if `b` is given."""
         cdef Py_ssize_t status
         if b == NULL:
             status = self._elimination.eliminate(values, diagonal)

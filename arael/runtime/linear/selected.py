@@ -1,7 +1,8 @@
-"""Entries of the inverse on the pattern of the factor, without the rest of the inverse.
+"""Selected inverse: entries of the inverse on the pattern of the factor.
 
 With ``H = L L'`` the inverse Z obeys ``Z = L^-T L^-1`` on its upper triangle and is symmetric, so
-that its entries at the places of L follow from the last column to the first without any others:
+that its entries on the pattern of L can be computed from the last column to the first without any
+others:
 
     Z_rc = -Z_rr Y,    Z_cc = (L_cc L_cc')^-1 - Y' Z_rc,    Y = L_rc L_cc^-1
 
@@ -23,7 +24,7 @@ Ints = NDArray[np.int64]
 
 
 class SelectedInverse:
-    """Blocks of the inverse of a factorised matrix, where the factor has blocks.
+    """Blocks of the inverse of a factorised matrix on the pattern of the factor.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def _backward(
 
     count = len(rows)
     found: list[Floats] = [np.zeros((0, 0))] * count
-    # Squares of the fronts on the way from the root: children take the square of their rows.
+    # Squares of the fronts on the path from the root: children read the square of their rows.
     whole: list[Floats | None] = [None] * count
     waiting = np.diff(table[:, 11])
     parent = _parents(table, rows)
@@ -131,7 +132,7 @@ def _backward(
 
 
 def _parents(table: Ints, rows: list[Ints]) -> list[int]:
-    """Front that holds the first row of each front as a column; -1 for roots."""
+    """Front that has the first row of each front as a column; -1 for roots."""
     first = table[1:, 4]
     return [int(np.searchsorted(first, r[0], side="right")) - 1 if len(r) else -1 for r in rows]
 

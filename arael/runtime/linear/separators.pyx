@@ -1,11 +1,12 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Vertex separators of a weighted graph, by the multilevel method.
 
-The graph is coarsened by contracting a heavy matching until it is small, parted there by growing a
-region, and the separator is refined on each level on the way back. After G. Karypis, V. Kumar, "A
-fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J. Sci. Comput. 20
-(1998); refinement by moving separator vertices to a side (C. Ashcraft, J. Liu, "Applications of the
-Dulmage-Mendelsohn decomposition and network flow to graph bisection improvement", 1998, section 1).
+The graph is coarsened by contracting a heavy matching until it is small, split there by growing a
+region, and the separator is refined on each level during uncoarsening. After G. Karypis, V. Kumar,
+"A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J. Sci. Comput.
+20 (1998); refinement by moving separator vertices to a side (C. Ashcraft, J. Liu, "Applications of
+the Dulmage-Mendelsohn decomposition and network flow to graph bisection improvement", 1998, section
+1).
 """
 
 import numpy as np
@@ -15,7 +16,7 @@ cdef enum:
     COARSE = 200        # vertices of the coarsest graph
     SEEDS = 6           # regions grown there
     PASSES = 6          # refinements on each level
-    PATIENCE = 60       # moves without improvement after which a pass ends
+    PATIENCE = 60       # moves without improvement that end a pass
 
 cdef double TOLERANCE = 0.95
 
@@ -35,7 +36,7 @@ cdef class _Level:
 
 
 def find_separator(start, neighbours, weights):
-    """Part a graph in two sides of similar weight with no edge between them.
+    """Split a graph into two sides of similar weight with no edge between them.
 
     Parameters
     ----------
@@ -59,13 +60,13 @@ def find_separator(start, neighbours, weights):
     if graph.n <= COARSE:
         return direct
     found = _multilevel(graph)
-    # Fronts of a search through the graph as it is lie across its grain, and leave parts that are
-    # easier to part again; that is worth a slightly heavier separator.
+    # Fronts of a breadth-first search through the original graph leave parts that are easier to
+    # split again; a slightly heavier separator is accepted for this.
     return found if _quality(graph, found) < TOLERANCE * _quality(graph, direct) else direct
 
 
 cdef _multilevel(_Level graph):
-    """Coarsen, part the coarsest graph, refine on the way back."""
+    """Coarsen, split the coarsest graph, refine during uncoarsening."""
     levels = [graph]
     cdef _Level fine = graph, coarse
     cdef signed char[::1] side, finer
@@ -158,7 +159,7 @@ cdef _part(_Level g):
         parts = np.ones(g.n, dtype=np.int8)
         seed = (attempt // 2 * g.n) // tries
         if attempt % 2:
-            # From the far end of the graph: fronts are shorter there.
+            # Start at a peripheral vertex: fronts are shorter there.
             last = _grow(g, seed, g.total, parts, queue)
             parts[:] = 1
             seed = last
@@ -171,10 +172,10 @@ cdef _part(_Level g):
 
 
 cdef Py_ssize_t _grow(_Level g, Py_ssize_t seed, long long enough, parts, queued):
-    """Give side 0 a region around the seed, and the separator the front before it.
+    """Assign a region around the seed to side 0, and its front to the separator.
 
-    Breadth first; where the graph falls apart, on with any vertex that is left. Returns the vertex
-    reached last.
+    Breadth-first; in a disconnected graph it continues with any remaining vertex. Returns the last
+    vertex reached.
     """
     cdef signed char[::1] side = parts
     cdef long long[::1] queue = queued
@@ -202,19 +203,19 @@ cdef Py_ssize_t _grow(_Level g, Py_ssize_t seed, long long enough, parts, queued
 
 
 cdef double _quality(_Level g, parts):
-    """Weight of the separator, dearer the more the sides differ."""
+    """Weight of the separator plus a penalty for the imbalance of the sides."""
     weights = np.bincount(parts, weights=np.asarray(g.weight), minlength=3)
     return float(weights[2] * (1.0 + abs(weights[0] - weights[1]) / max(g.total, 1)))
 
 
 cdef void _refine(_Level g, parts):
-    """Move vertices out of the separator as long as that makes it lighter."""
+    """Move vertices out of the separator while that lowers its cost."""
     cdef signed char[::1] side = parts
     cdef long long[::1] outside0 = np.zeros(g.n, dtype=np.int64)
     cdef long long[::1] outside1 = np.zeros(g.n, dtype=np.int64)
     cdef char[::1] locked = np.zeros(g.n, dtype=np.int8)
     cdef int[::1] members = np.empty(g.n, dtype=np.intc)
-    # A move changes one vertex's side and those it pulls into the separator: undone from a log.
+    # A move changes one vertex and those it pulls into the separator; a log allows undoing it.
     cdef int[::1] log = np.empty(8 * g.n + 16, dtype=np.intc)
     cdef Py_ssize_t _
     with nogil:
@@ -227,7 +228,7 @@ cdef bint _pass(
     _Level g, signed char[::1] side, long long[::1] outside0, long long[::1] outside1,
     char[::1] locked, int[::1] members, int[::1] log
 ) noexcept nogil:
-    """One round of moves, the best prefix of which is kept; whether it helped."""
+    """One round of moves, of which the best prefix is kept; returns whether it improved."""
     cdef Py_ssize_t v, u, p, i, k, count = 0, logged = 0, kept = 0, waited = 0, best_at
     cdef long long weight[3]
     cdef long long gain, best_gain, limit
@@ -251,7 +252,8 @@ cdef bint _pass(
     least = _price(weight, g.total)
     quality = least
     while count > 0 and waited < PATIENCE and logged + 2 * g.n < 8 * g.n + 16:
-        # The best move: v leaves the separator for `target`, its neighbours there come in.
+        # The best move: v leaves the separator for `target`, its neighbours on the other side
+        # enter.
         best_at = -1
         best_gain = 0
         best_target = 0
@@ -300,7 +302,7 @@ cdef bint _pass(
             least = quality
             kept = logged
             waited = 0
-    # Undo what came after the best state, from the end; each move ends with its target.
+    # Undo the moves after the best state in reverse order; each log entry ends with its target.
     while logged > kept:
         logged -= 1
         target = log[logged]
@@ -315,7 +317,7 @@ cdef bint _pass(
 
 
 cdef inline double _price(const long long* weight, long long total) noexcept nogil:
-    """Weight of the separator, dearer the more the sides differ."""
+    """Weight of the separator plus a penalty for the imbalance of the sides."""
     return weight[2] * (1.0 + <double>abs(weight[0] - weight[1]) / <double>max(total, 1))
 
 
@@ -323,7 +325,7 @@ cdef inline void _move(
     _Level g, signed char[::1] side, long long[::1] outside0, long long[::1] outside1,
     Py_ssize_t v, int target, long long* weight
 ) noexcept nogil:
-    """Change the side of v, and tell its neighbours in the separator."""
+    """Change the side of v, and update its neighbours in the separator."""
     cdef Py_ssize_t p, u
     cdef int source = side[v]
     weight[source] -= g.weight[v]

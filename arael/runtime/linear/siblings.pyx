@@ -1,24 +1,24 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Children of one front that touch nearly the same rows, merged into one front.
+"""Merges children of one front that have nearly the same rows.
 
-Landmarks seen from the same poses are leaves of the elimination tree that do not touch each other,
-so merging children with their parents never brings them together; yet each of them would make an
-update matrix of its own out of three columns, written, read and added entry by entry. Merged, their
-update matrices are summed in registers. The price is zeros: between the columns, which are not
-coupled, and where one of them lacks a row that another has.
+Landmarks seen from the same poses are uncoupled leaves of the elimination tree, so merging children
+with parents never merges them; yet each of them would have a separate update matrix from three
+columns, which is written, read and added entry by entry. After merging, their update matrices are
+summed in registers. The cost is explicit zeros: between the columns, which are not coupled, and
+where one of them lacks a row that another has.
 """
 
 import numpy as np
 
 from arael.runtime.linear.front_time cimport front_time
 
-# Groups that a child may join: the latest of its parent's. Children come sorted by their rows.
+# Number of candidate groups of a child: the latest ones of its parent. Children are sorted by rows.
 cdef enum:
     OPEN = 24
 
 
 def join_siblings(start, parent, row_start, rows, weights):
-    """Group children of the same front wherever that makes the factorisation faster.
+    """Merge children of the same front where that makes the factorisation faster.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def join_siblings(start, parent, row_start, rows, weights):
     cdef long long[::1] begin = start
     into = np.arange(ns, dtype=np.int64)
     cdef long long[::1] last = into
-    # Children of one parent stand together, those with similar first and last rows side by side.
+    # Children of one parent are grouped, sorted by first and last rows.
     has = np.flatnonzero(parent >= 0)
     low, high = rows[row_start[has]], rows[row_start[has + 1] - 1]
     sequence = has[np.lexsort((high, low, parent[has]))].astype(np.int64)
@@ -90,7 +90,7 @@ def join_siblings(start, parent, row_start, rows, weights):
                     last[first] = lead[best] = c
                 else:
                     last[c] = first
-            # Rows of the group that the child has too are marked, so that only new ones are added.
+            # Rows of the group are marked, so that only new ones of the child are added.
             for j in range(size[best]):
                 seen[held[best, j]] = -1
             for p in range(rs[c], rs[c + 1]):

@@ -1,19 +1,18 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Block sparse Cholesky: multifrontal, on the block pattern.
 
-Front by front, children before parents: zero the front's columns, put the blocks of the matrix
-there, add what the children's update matrices say about them, factor them (`potrf`, `trsm`), form
-the front's own update matrix (`syrk`) and add the rest of the children's to it. Each step is a
-dense kernel on columns of whole blocks; index work is by runs of blocks. After J. Liu, "The
-multifrontal method for sparse matrix solution", SIAM Review 34 (1992).
+Front by front, children before parents: zero the front's columns, copy the blocks of the matrix,
+add the corresponding columns of the children's update matrices, factor them (`potrf`, `trsm`), form
+the front's update matrix (`syrk`) and add the rest of the children's to it. Each step is a dense
+kernel on columns of whole blocks; index work is by runs of blocks. After J. Liu, "The multifrontal
+method for sparse matrix solution", SIAM Review 34 (1992).
 
 The right-hand side is a row below each front's panel and below its update matrix, so that the
-forward sweep is a few more rows of the same products while all is in the cache. `solve` with a
-factor that is already there leaves its forward sweep in the same rows; one backward sweep serves
-both.
+forward sweep adds a few rows to the same products while the data is in the cache. `solve` with an
+existing factor writes its forward sweep to the same rows; both use the same backward sweep.
 
-Threads first take bundles of subtrees, then share the rows and columns of the wide fronts above;
-backwards they share the bundles.
+Threads first process bundles of subtrees, then parts of rows and columns of the wide fronts above;
+the backward sweep is parallel over bundles.
 """
 
 import numpy as np
@@ -46,8 +45,8 @@ cdef struct Front:
     long long first             # first column in the order of elimination
     long long triangle          # places in the factor
     long long panel
-    long long update            # place in the room of a thread, or
-    long long shared            # in the room that all of them share; see `Stacks`
+    long long update            # offset in the workspace of a thread, or
+    long long shared            # in the shared workspace; see `Stacks`
     long long bundled           # whether it may be in a bundle
     long long blocks            # ends of its lists, begun by the front before
     long long children
@@ -64,7 +63,7 @@ probe = probe_of(FRONT)
 check_record("Front", FRONT, (<const Front*>address(probe, FRONT))[0], sizeof(Front))
 
 
-# What threads work on: bundles of subtrees ...
+# Work of the threads: bundles of subtrees ...
 cdef struct Values:
     void* solver
     const void* values
@@ -86,7 +85,7 @@ cdef struct Columns:
 
 
 cdef enum:
-    WIDE = 100_000              # scalars of a front from which its assembly is shared ...
+    WIDE = 100_000              # scalars of a front above which its assembly is parallel ...
     PIECES = 32                 # ... in so many pieces
 
 
@@ -101,12 +100,12 @@ cdef class SparseSolver(LinearSolver):
     ordering : str
         ``"auto"``, or one of `arael.runtime.linear.analysis.ORDERINGS`.
     analysis : Analysis, optional
-        Symbolic factor of the same pattern, where it is already known.
+        Symbolic factor of the same pattern, if it is already known.
     """
 
     cdef object _keep
     cdef Py_ssize_t _count
-    cdef const Front* _fronts           # one more than there are: the first holds zeros
+    cdef const Front* _fronts           # with an additional first front of zeros
     cdef const long long* _blocks       # (nblocks, 4), see `table_of`
     cdef const long long* _children
     cdef const int* _runs
@@ -117,7 +116,7 @@ cdef class SparseSolver(LinearSolver):
     cdef void* _x                       # solution in the order of elimination
     cdef Py_ssize_t _widest             # scalars of a front's part of it
     cdef Py_ssize_t _large              # fronts with more columns go to BLAS
-    # What depends on the number of threads.
+    # Members that depend on the number of threads.
     cdef object _alone, _together, _stacks, _hold
     cdef void* _waiting                 # update matrices of roots of bundles
     cdef void** _room                   # of each thread: stacks, then a front's part of x
@@ -189,7 +188,7 @@ cdef class SparseSolver(LinearSolver):
         }
 
     def use_threads(self, int threads):
-        """Let `factor` and `solve` share their work among so many threads, with a room for each."""
+        """Set the number of threads of `factor` and `solve`, and allocate a workspace for each."""
         self.threads = threads
         stacks = self._together if threads > 1 else self._alone
         cdef int count = max(1, min(threads, stacks.bundles))
@@ -238,7 +237,7 @@ cdef class SparseSolver(LinearSolver):
         distribute(self.threads, self._bundles, ascend_bundle, &work)
 
     def parts(self):
-        """The factor as it lies in memory, for what is done with it outside of a solve.
+        """The factor in its memory layout, for use outside of a solve.
 
         Returns
         -------
@@ -262,7 +261,7 @@ cdef class SparseSolver(LinearSolver):
                 first = b + 1
         if first:
             return self._pivot[first - 1]
-        # One thread meets the fronts in another order, but what fails within bundles comes first.
+        # One thread visits the fronts in another order, but failures within bundles have priority.
         for i in range(self._ends[self._bundles], self._ends[self._bundles + 1]):
             s = self._sequence[i]
             if found and not self._fronts[s].bundled:
@@ -324,13 +323,13 @@ cdef class SparseSolver(LinearSolver):
         return 0
 
     cdef real* _update(self, const Front* f, real* room) noexcept nogil:
-        """Where a front's update matrix is, for who works in `room`."""
+        """Address of a front's update matrix, for the workspace `room`."""
         return (<real*>self._waiting if f.shared else room) + f.update
 
     cdef void _extend_columns(
         self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
     ) noexcept nogil:
-        """Add what the children say about some of a front's columns."""
+        """Add the children's update matrices to some of a front's columns."""
         cdef Py_ssize_t i
         cdef const Front* f = self._fronts + s
         cdef const Front* c
@@ -345,7 +344,7 @@ cdef class SparseSolver(LinearSolver):
     cdef void _extend_update(
         self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
     ) noexcept nogil:
-        """Add what the children say about some columns of a front's own update matrix."""
+        """Add the children's update matrices to some columns of a front's update matrix."""
         cdef Py_ssize_t i
         cdef const Front* f = self._fronts + s
         cdef const Front* c
@@ -359,7 +358,7 @@ cdef class SparseSolver(LinearSolver):
     cdef void _descend(self, Py_ssize_t s, const real* b, real* room) noexcept nogil:
         """The forward sweep over a front whose children are done.
 
-        What a front has for the rows below it stands where its update matrix was.
+        The contributions of a front to the rows below it are stored in place of its update matrix.
         """
         cdef Py_ssize_t i, j, k, to
         cdef const Front* f = self._fronts + s
@@ -487,7 +486,7 @@ cdef Py_ssize_t eliminate(
                 outer_product(threads, r + 1, r, k, panel, f.low, update, f.low)
         return status
     status = blas.potrf(<int>k, triangle, <int>f.tall)
-    # Optimised LAPACKs do not look for NaN; it then stands on the diagonal of the factor.
+    # Optimised LAPACKs do not check for NaN, which then is on the diagonal of the factor.
     for i in range(k if status == 0 else status - 1):
         if not isfinite(<double>triangle[i * (f.tall + 1)]):
             return i + 1
@@ -496,6 +495,6 @@ cdef Py_ssize_t eliminate(
         blas.trsm(<int>(r + 1), <int>k, triangle, <int>f.tall, panel, <int>f.low)
         if r > 0:
             blas.syrk(<int>r, <int>k, panel, <int>f.low, <real>0, update, <int>f.low)
-            # The last row, with those before it from where work may be cut.
+            # The last row, with the preceding rows since the last possible split.
             tiles.syrk(r // PIECE * PIECE, r + 1, r, k, panel, f.low, update, f.low)
     return status

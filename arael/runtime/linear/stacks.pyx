@@ -1,32 +1,32 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Who works on which front when, and where update matrices wait for their parents.
+"""Order of the fronts, and storage of update matrices until their parents are assembled.
 
-Two stacks, one for even and one for odd depths of the tree: when a front is worked on, the updates
-of its children are the top of one stack and its own goes onto the other, so that nothing has to be
-moved when the children are taken away.
+Two stacks, one for even and one for odd depths of the tree: when a front is processed, the updates
+of its children are on top of one stack and its own is pushed onto the other, so that nothing has to
+be moved when the children are popped.
 """
 
 import numpy as np
 
 
 cdef class Stacks:
-    """A sequence of fronts and the places of their update matrices.
+    """A sequence of fronts and the offsets of their update matrices.
 
     Attributes
     ----------
     bundles : int
-        Bundles of subtrees that threads may take; the fronts above them come last.
+        Number of bundles of subtrees for threads; the fronts above them come last.
     sequence : (ns,) int64
         Fronts, bundle by bundle, children before parents.
     ends : (bundles + 2,) int64
         Bundle b is ``sequence[ends[b]:ends[b + 1]]``, the fronts above are the last.
     update : (ns,) int64
-        Where the front's update matrix begins: in the room of whoever works on the bundle, or,
-        where its parent is not in the bundle, in the room that all share.
+        Offset of the front's update matrix: in the workspace of the thread of the bundle, or, if
+        its parent is not in the bundle, in the shared workspace.
     shared : (ns,) bool
-        Which of the two.
+        Whether it is the shared one.
     room, shared_room : int
-        Scalars of both.
+        Scalars of both workspaces.
     """
 
     cdef readonly object sequence, ends, update, shared, bundles, room, shared_room
@@ -35,8 +35,8 @@ cdef class Stacks:
 def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
     """Place the update matrices of a tree.
 
-    Each bundle, and what is above all of them, finds both stacks empty, one behind the other in the
-    same room; only the updates of roots of bundles wait elsewhere.
+    Each bundle, and the fronts above all bundles, starts with both stacks empty, in one workspace;
+    only the updates of roots of bundles are stored in the shared one.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
     bundle : (ns,) int64
         Bundle of each front, -1 for those above.
     bundles : int
-        Their number; 0 where one thread goes through the tree from the first front to the last.
+        Their number; 0 if one thread processes the fronts in order.
     pad : int
         Rows are padded to a multiple of this many scalars.
 
@@ -59,7 +59,7 @@ def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
     cdef Py_ssize_t ns = len(parents), s, own, waiting = 0
     cdef long long[::1] parent = parents
     cdef long long[::1] size = np.ascontiguousarray(sizes, dtype=np.int64)
-    # By bundle, what is above them as the last.
+    # By bundle; the fronts above are the last.
     group = np.where(bundle >= 0, bundle, bundles)
     cdef long long[::1] of = np.ascontiguousarray(group, dtype=np.int64)
     parities = np.zeros(ns, dtype=np.int8)

@@ -1,10 +1,10 @@
 """Splits the tree of a multifrontal factorisation into bundles of subtrees and a top.
 
-Subtrees share nothing, so threads may factor them side by side; the fronts above come after them
-and are wide enough for threads to work within. The split follows from the tree and not from the
+Subtrees are independent, so threads factor them in parallel; the fronts above come after them and
+are wide enough for parallelism within a front. The split follows from the tree and not from the
 number of threads. After A. Geist and E. Ng, "Task scheduling for parallel sparse Cholesky
-factorization", Int. J. Parallel Programming 18 (1989): the dearest subtree is opened until none is
-dear.
+factorization", Int. J. Parallel Programming 18 (1989): the most expensive subtree is split until
+all are below the limit.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-#: A subtree dearer than this fraction of the whole is opened.
+#: A subtree with more than this fraction of the total cost is split.
 FRACTION = 1 / 8
 
-#: Predicted nanoseconds from which a bundle pays.
+#: Minimum predicted nanoseconds of a bundle.
 GRAIN = 500_000.0
 
-#: Bundles are filled up to this fraction of the whole.
+#: Bundles are filled up to this fraction of the total.
 BUNDLE = 1 / 16
 
 
 def bundle_subtrees(parent: Ints, cost: Floats, alone: NDArray[np.bool_]) -> tuple[Ints, int]:
-    """Bundle of each front, -1 for the top, and the number of bundles, the dearest first.
+    """Bundle of each front, -1 for the top, and the number of bundles, the most expensive first.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def bundle_subtrees(parent: Ints, cost: Floats, alone: NDArray[np.bool_]) -> tup
 
 
 def _open(parent: Ints, cost: Floats, limit: float) -> list[tuple[int, float]]:
-    """Roots and costs of disjoint subtrees, none dearer than `limit`."""
+    """Roots and costs of disjoint subtrees, each of cost at most `limit`."""
     above, whole = parent.tolist(), cost.tolist()
     children: list[list[int]] = [[] for _ in above]
     for s, p in enumerate(above):
@@ -78,7 +78,7 @@ def _open(parent: Ints, cost: Floats, limit: float) -> list[tuple[int, float]]:
     while heap and -heap[0][0] > limit:
         _, s = heapq.heappop(heap)
         if not children[s]:
-            continue  # a front that is dear by itself belongs to the top
+            continue  # a front above the limit by itself belongs to the top
         for c in children[s]:
             heapq.heappush(heap, (-whole[c], c))
     closed += [(s, -price) for price, s in heap]

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Supernodes of a block factor: runs of columns that share their rows, merged where that pays."""
+"""Supernodes of a block factor: runs of columns with equal rows, merged where that is faster."""
 
 import numpy as np
 
@@ -70,7 +70,7 @@ def find_supernodes(start, neighbours, weights, order):
 
 
 def _gather(order, owner, tree):
-    """Order, beginnings and parents once the columns of each supernode stand together.
+    """Order, starts and parents with the columns of each supernode contiguous.
 
     Within a supernode columns keep their order.
     """
@@ -85,7 +85,7 @@ def _gather(order, owner, tree):
 
 
 def _relabel(order, parents, sequence):
-    """Order and parents after the positions are put into `sequence`."""
+    """Order and parents after reordering the positions by `sequence`."""
     inverse = np.empty(len(sequence), dtype=np.int64)
     inverse[sequence] = np.arange(len(sequence))
     moved = parents[sequence]
@@ -93,7 +93,7 @@ def _relabel(order, parents, sequence):
 
 
 def _maximal(parents, counts):
-    """First columns of runs in which each column has the rows of the next, and the next itself."""
+    """First columns of runs in which each column has the rows of the next plus the next itself."""
     n = len(parents)
     if n == 0:
         return np.zeros(0, dtype=np.int64)
@@ -102,7 +102,7 @@ def _maximal(parents, counts):
 
 
 cdef _amalgamate(first, parents, weight, below):
-    """Merge supernodes into their parents wherever that makes the factorisation faster.
+    """Merge supernodes into their parents where that makes the factorisation faster.
 
     Returns the merged supernode of each column, and the parent of each merged supernode.
     """
@@ -129,7 +129,7 @@ cdef _amalgamate(first, parents, weight, below):
         if p >= 0:
             parent[s] = node_of[p]
     for s in range(ns):
-        # All children of s have been here and hang on its list.
+        # All children of s were visited and are in its list.
         while True:
             most = 0
             best = best_previous = previous = -1
@@ -146,7 +146,7 @@ cdef _amalgamate(first, parents, weight, below):
             into[best] = s
             k[s] += k[best]
             t[s] = front_time(k[s], r[s])
-            # The grandchildren take the place of the child.
+            # The grandchildren replace the child.
             if best_previous < 0:
                 head[s] = sibling[best]
             else:
@@ -173,7 +173,7 @@ cdef _amalgamate(first, parents, weight, below):
 
 
 cdef _structure(start, neighbours, order, begin, tree):
-    """Rows below each supernode: those of the matrix and those its children hand up."""
+    """Rows below each supernode: those of the matrix and those of its children."""
     cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count
     cdef long long[::1] s0 = np.ascontiguousarray(start, dtype=np.int64)
     cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)

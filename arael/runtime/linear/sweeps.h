@@ -1,7 +1,7 @@
-/* Solving with the factor that the kernels of tiles.h made: vectors instead of matrices.
+/* Solves with the factor of the kernels of tiles.h: vectors instead of matrices.
  *
- * Included by tiles.h with its macros. Here a few columns are read once, so what counts is that
- * neither chains of additions nor the sums along vectors hold up the reading.
+ * Included by tiles.h with its macros. A few columns are read once, so the loops avoid that
+ * dependent additions or horizontal sums limit the memory bandwidth.
  */
 
 /* y = -x b, x of shape (r, k); y is padded like the rows of x */
@@ -53,7 +53,7 @@ static void F(multiply)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, con
 #endif
 #endif
 
-/* sums[j] = the lanes of acc[j] added up, for nc columns; there is room for NC + 1 vectors */
+/* sums[j] = sum of the lanes of acc[j], for nc columns; the array has NC + 1 vectors */
 TILE_INLINE void F(fold)(const int nc, const V *acc, T *sums) {
 #if !VB
     int j;
@@ -85,7 +85,7 @@ TILE_INLINE void F(fold)(const int nc, const V *acc, T *sums) {
 }
 #define FOLDED (NC + 64 / BYTES)
 
-/* acc[j] += column j of x times y over whole vectors of up to r rows; where it stopped */
+/* acc[j] += column j of x times y over whole vectors of up to r rows; returns the end */
 TILE_INLINE ptrdiff_t F(along)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
                                V *acc) {
     ptrdiff_t i = 0;
@@ -183,7 +183,7 @@ static void F(backward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld,
     }
 }
 
-/* to = from for a column of h scalars, as `add` goes about it */
+/* to = from for a column of h scalars, in the way of `add` */
 TILE_INLINE void F(copy)(ptrdiff_t h, const T *from, T *to) {
     ptrdiff_t i = 0;
     for (; i + W <= h; i += W) *(V *)(to + i) = *(const V *)(from + i);
@@ -200,7 +200,7 @@ TILE_INLINE void F(copy)(ptrdiff_t h, const T *from, T *to) {
 }
 
 #if VB
-/* From place W - n on: n lanes of ones, the rest zeros. */
+/* From index W - n on: n lanes of ones, the rest zeros. */
 static const INTEGER F(mask)[2 * (VB / BYTES)] __attribute__((aligned(64))) = {
     -1, -1,
 #if VB / BYTES >= 4
@@ -232,7 +232,7 @@ TILE_INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdif
     at = F(along)(nc, left, below, ldt, behind, acc);
 #if VB
     if (at < left) {
-        /* What stands behind the last row is not a number of this matrix. */
+        /* The data after the last row does not belong to this matrix. */
         const F(lanes) kept = *(const F(lanes) *)(F(mask) + W - (left - at));
         const V v = *(const V *)(behind + at);
         TILE_UNROLL
@@ -253,7 +253,7 @@ TILE_INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdif
 }
 
 /* own = l^-T (t - p' x) for a front of k columns: l its triangle, p its panel of r rows, t row r of
- * the panel. Strips (first, count) tell where in x the rows are. */
+ * the panel. Strips (first, count) give the rows in x. */
 static void F(ascend)(const int *strips, ptrdiff_t count, ptrdiff_t r, ptrdiff_t k,
                       const T *triangle, ptrdiff_t ldt, const T *panel, ptrdiff_t ldp,
                       const T *inverse, const T *x, T *own, T *work) {

@@ -1,13 +1,12 @@
 /* Dense kernels for the panels of a Cholesky factor, on tiles that stay in vector registers.
  *
- * Included by tiles.pyx once per scalar type and instruction set, with
- *   T     scalar,  VB  bytes of a vector (0: plain scalars),  RV  vectors of rows in a tile,
- *   F(x)  the name of function x in this instance.
- * All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is 6, so that
- * the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the callers:
- * a kernel may touch up to one vector beyond the last row. Large matrices go by blocks, TILE_BLOCK
- * columns of one operand by a depth of TILE_DEPTH: multiples of the rows and columns of any tile.
- * So is TILE_PIECE: work may be cut there without a change in any result.
+ * Included by tiles.pyx once per scalar type and instruction set, with T     scalar,  VB  bytes of
+ * a vector (0: plain scalars),  RV  vectors of rows in a tile, F(x)  the name of function x in this
+ * instance. All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is
+ * 6, so that the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the
+ * callers: a kernel may touch up to one vector beyond the last row. Large matrices are processed by
+ * blocks, TILE_BLOCK columns of one operand by a depth of TILE_DEPTH: multiples of the rows and
+ * columns of any tile. So is TILE_PIECE: work may be split there without changing any result.
  */
 #ifndef TILE_BLOCK
 #define TILE_BLOCK 96
@@ -24,7 +23,7 @@ typedef T F(vec);
 #endif
 #define V F(vec)
 #if VB
-/* Whole numbers as wide as scalars: masks, and where the lanes of a shuffle come from. */
+/* Integers of the width of scalars: masks and indices of shuffles. */
 typedef INTEGER F(lanes) __attribute__((vector_size(VB), aligned(sizeof(T)), may_alias));
 #endif
 #if VB >= 64
@@ -125,7 +124,7 @@ TILE_INLINE void F(divide)(const int rv, const int nc, ptrdiff_t depth, const T 
     else { TILE_COLUMNS(f, 1, __VA_ARGS__) }
 #endif
 
-/* Vectors of the next tile when `rows` rows are left. */
+/* Vectors of the next tile for `rows` remaining rows. */
 static inline int F(vectors)(ptrdiff_t rows) {
     ptrdiff_t v = (rows + W - 1) / W;
     return v < RV ? (int)v : RV;
@@ -133,8 +132,8 @@ static inline int F(vectors)(ptrdiff_t rows) {
 
 /* Factor of the nc x nc matrix d into `factor` (leading dimension NC); 0 or 1 + failing pivot.
  *
- * As L D L' first, so that no square root stands in the chain from pivot to pivot; the columns are
- * multiplied by the roots of D together at the end. */
+ * Computed as L D L' first, so that the dependency chain between pivots contains no square roots;
+ * the columns are multiplied by the roots of D at the end. */
 TILE_INLINE int F(pivot_block)(const int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
     T a[NC][NC], pivot[NC];
     int i, j, l, failed = 0;
@@ -181,7 +180,7 @@ static int F(pivots)(int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
     }
 }
 
-/* First column of which all rows up to the ends of both operands may be addressed. */
+/* First column in which all rows up to the ends of both operands may be addressed. */
 static inline ptrdiff_t F(first)(ptrdiff_t end, ptrdiff_t other, ptrdiff_t reach) {
     const ptrdiff_t p = (end > other ? end : other) - 1 - reach;
     return p > 0 ? p : 0;
@@ -189,10 +188,10 @@ static inline ptrdiff_t F(first)(ptrdiff_t end, ptrdiff_t other, ptrdiff_t reach
 
 /* Cholesky factor in place of a symmetric matrix of which only a band is stored or touched.
  *
- * Entry (i, j) lies at l[i + j ld]. `height` rows from the diagonal on may be non-zero in a column
+ * Entry (i, j) is at l[i + j ld]. `height` rows from the diagonal on may be non-zero in a column
  * (the diagonal counts; n or more: dense) and `reach` rows below the diagonal may be addressed and
  * are zero beyond the band. 1 / diagonal goes to `inverse`. Returns 0 or 1 + the failing pivot.
- * Up to NC - 1 entries above the diagonal are spoilt: in a band they alias the rows that many
+ * Up to NC - 1 entries above the diagonal are overwritten: in a band they alias the rows that many
  * places before ld below the diagonal of the column before, so there reach is at most ld - NC.
  */
 static ptrdiff_t F(potrf_near)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
@@ -225,10 +224,10 @@ static ptrdiff_t F(potrf_near)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T
     return 0;
 }
 
-/* c = c - a b' for m x n entries of c and depth k; if `lower` only what lies in tiles on or below the
- * diagonal. Goes by blocks of b that stay in the second cache. Rows before `begin`, a multiple of
- * TILE_PIECE, are left out. */
-static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, const T *a,
+/* c = c - a b' for m x n entries of c and depth k; if `lower` only tiles on or below the diagonal.
+Processed by blocks of b that stay in the second-level cache. Rows before `begin`, a multiple of
+TILE_PIECE, are skipped. */ static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n,
+ptrdiff_t k, const T *a,
                       ptrdiff_t lda, const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc, int lower) {
     ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
@@ -247,7 +246,7 @@ static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, co
     }
 }
 
-/* x = x l^-T, x of shape (r, k), for k so small that l stays in the second cache */
+/* x = x l^-T, x of shape (r, k), for k so small that l stays in the second-level cache */
 static void F(trsm_near)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T *inverse, T *x,
                          ptrdiff_t ldx) {
     ptrdiff_t i, j0;
@@ -279,7 +278,7 @@ static void F(trsm)(ptrdiff_t r, ptrdiff_t k, const T *l, ptrdiff_t ld, const T 
 }
 
 /* Rows `begin`, a multiple of TILE_PIECE, to r of the n first columns of the lower triangle of
- * u = -x x', x of shape (r, k); what lies above the diagonal is spoilt. */
+ * u = -x x', x of shape (r, k); entries above the diagonal are overwritten. */
 static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t n, ptrdiff_t k, const T *x,
                     ptrdiff_t ldx, T *u, ptrdiff_t ldu) {
     const ptrdiff_t near = k < TILE_DEPTH + TILE_DEPTH / 2 ? k : TILE_DEPTH;
@@ -304,10 +303,10 @@ static void F(syrk)(ptrdiff_t begin, ptrdiff_t r, ptrdiff_t n, ptrdiff_t k, cons
     }
 }
 
-/* The factor of a dense matrix, as `potrf_near` finds it, block by block of columns. */
+/* The factor of a dense matrix, as in `potrf_near`, by blocks of columns. */
 static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, ptrdiff_t ld,
                           T *inverse) {
-    /* A vector of rows below the corner, which its own factorisation overshoots. */
+    /* A vector of rows below the corner, which the factorisation of the corner overshoots. */
     V kept[TILE_DEPTH];
     ptrdiff_t j, c;
     if (n <= 2 * TILE_DEPTH || height < n || reach < n * ld)
@@ -328,7 +327,7 @@ static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, 
     return 0;
 }
 
-/* to += from for a column of h scalars: whole vectors, then ever smaller ones */
+/* to += from for a column of h scalars: whole vectors, then smaller ones */
 TILE_INLINE void F(add)(ptrdiff_t h, const T *from, T *to) {
     ptrdiff_t i = 0;
     for (; i + W <= h; i += W) *(V *)(to + i) += *(const V *)(from + i);
@@ -347,7 +346,7 @@ TILE_INLINE void F(add)(ptrdiff_t h, const T *from, T *to) {
 /* to += from for w columns of h scalars */
 static void F(add_block)(ptrdiff_t h, ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to,
                          ptrdiff_t ldt) {
-    /* The blocks of planar and spatial poses, with their loops unrolled. */
+    /* The blocks of planar and spatial poses, with unrolled loops. */
     if (h == 3)
         for (; w > 0; w--, from += ldf, to += ldt) F(add)(3, from, to);
     else if (h == 6)
@@ -362,7 +361,8 @@ TILE_INLINE void F(add_row)(ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to, pt
 }
 
 /* Add to columns `begin` to `end` of a front the update matrix u of its child. Rows of the child
- * move in runs (row, count, row in the parent); the runs up to `inside` are columns of the parent,
+are mapped in runs (row, count, row in the parent); the runs up to `inside` are columns of the
+parent,
  * its k first rows. The right-hand side is row `side` of u and row `own` of the parent's panel. */
 static void F(extend_columns)(const int *runs, ptrdiff_t inside, ptrdiff_t count, ptrdiff_t k,
                               const T *u, ptrdiff_t ldu, T *triangle, ptrdiff_t ldt, T *panel,

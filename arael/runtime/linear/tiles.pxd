@@ -1,14 +1,14 @@
 # Dense kernels for panels of a Cholesky factor, as pointers to the best build for this processor.
 #
 # Column-major. Rows of a panel are padded to a multiple of `PAD` scalars, and every panel is
-# followed by `PAD` scalars of slack, because the kernels work by whole vectors.
+# followed by `PAD` scalars of padding, because the kernels use whole vectors.
 
 from arael.runtime.linear.blas cimport real
 
 cdef enum:
     PAD_BYTES = 64
     DEPTH = 240         # columns of a block of a large matrix, TILE_DEPTH in tiles.h
-    PIECE = 48          # rows that work may be cut at, TILE_PIECE
+    PIECE = 48          # rows at which work may be split, TILE_PIECE
 
 ctypedef Py_ssize_t (*potrf64_t)(Py_ssize_t, Py_ssize_t, Py_ssize_t, double*, Py_ssize_t,
                                  double*) noexcept nogil
@@ -92,7 +92,7 @@ ctypedef struct Tiles32:
 cdef Tiles64 f64
 cdef Tiles32 f32
 
-# Columns from which BLAS and LAPACK are faster than the kernels taken.
+# Columns above which BLAS and LAPACK are faster than the selected kernels.
 cdef Py_ssize_t large
 
 
@@ -127,7 +127,7 @@ cdef inline void syrk(
 ) noexcept nogil:
     """Rows `begin` to r, n columns, of the lower triangle of u = -x x', x of shape (r, k).
 
-    What lies above the triangle is spoilt.
+    Entries above the triangle are overwritten.
     """
     if real is double:
         f64.syrk(begin, r, n, k, x, ldx, u, ldu)
@@ -222,8 +222,8 @@ cdef inline void ascend(
 ) noexcept nogil:
     """own = l^-T (t - p' x) for a front of k columns, l its triangle, p its panel of r rows.
 
-    Row r of the panel holds t = l^-1 b. Strips (first, count) tell where in x the rows are. `work`
-    has room for the leading dimensions of both.
+    Row r of the panel holds t = l^-1 b. Strips (first, count) give the rows in x. `work` has the
+    size of both leading dimensions.
     """
     if real is double:
         f64.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)

@@ -1,10 +1,10 @@
 # cython: language_level=3
 # distutils: include_dirs = arael/runtime/linear
 # distutils: depends = arael/runtime/linear/tiles.h arael/runtime/linear/sweeps.h
-"""Choice of the dense kernels in tiles.h for the processor at hand.
+"""Selection of the dense kernels in tiles.h for the current processor.
 
-The header is compiled for several instruction sets; the best one that this processor has is taken
-when the module is imported. `use` takes another one, for tests and comparisons.
+The header is compiled for several instruction sets; the best one that the processor supports is
+selected at import. `use` selects another one, for tests and comparisons.
 """
 
 cdef extern from *:
@@ -159,7 +159,7 @@ cdef extern from *:
     #endif
     };
 
-    /* How many of base, avx2, avx512 this processor has. */
+    /* Number of supported sets of base, avx2, avx512. */
     static int tile_sets(void) {
     #if TILE_X86
         __builtin_cpu_init();
@@ -179,7 +179,7 @@ cdef extern from *:
 _NAMES = ("base", "avx2", "avx512")
 
 
-# Without wide vectors the BLAS of the wheel, which has kernels for every processor, is ahead.
+# Without wide vectors the BLAS of the wheel, which has kernels for every processor, is faster.
 cdef Py_ssize_t NARROW = 1536
 
 
@@ -203,12 +203,12 @@ cdef void _take(int which):
 
 
 def available():
-    """Names of the instruction sets this processor has, the best one last."""
+    """Names of the supported instruction sets, the best one last."""
     return _NAMES[: tile_sets()]
 
 
 def use(name):
-    """Take the kernels of instruction set `name` from now on, in the whole process."""
+    """Select the kernels of instruction set `name` for the whole process."""
     if name not in available():
         raise ValueError(f"instruction set {name!r} is not among {available()}")
     _take(_NAMES.index(name))

@@ -61,7 +61,7 @@ def postorder(parents, rank=None):
     cdef Py_ssize_t n = len(parents), i, v, top, count = 0
     cdef long long[::1] parent = np.ascontiguousarray(parents, dtype=np.int64)
     by = np.arange(n)[::-1] if rank is None else np.argsort(rank, kind="stable")
-    # Children are pushed in front of their brothers, so the last one linked is visited first.
+    # Children are pushed in front of their siblings, so the last one linked is visited first.
     cdef long long[::1] sequence = np.ascontiguousarray(by, dtype=np.int64)
     cdef long long[::1] head = np.full(n + 1, -1, dtype=np.int64)
     cdef long long[::1] sibling = np.full(n, -1, dtype=np.int64)
@@ -91,10 +91,10 @@ def postorder(parents, rank=None):
 
 
 def column_counts(start, neighbours, order, parents, weights):
-    """Rows below the diagonal in each column of the factor, counted and weighed.
+    """Rows below the diagonal in each column of the factor, as counts and weights.
 
-    Walks the row subtrees: row i of the factor is non-zero in the columns on the tree paths from
-    its entries up to i.
+    Traverses the row subtrees: row i of the factor is non-zero in the columns on the tree paths
+    from its entries up to i.
 
     Parameters
     ----------

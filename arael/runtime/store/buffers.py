@@ -1,7 +1,7 @@
-"""Arrays that grow together: the memory of a table.
+"""Growing arrays of equal length: the memory of a table.
 
-Rows live in a window ``start : start + size`` of every array, so that a deque can let go of its
-front without moving anything. A view is valid until rows are added or removed.
+Rows live in a window ``start : start + size`` of every array, so that a deque can remove rows at
+its front without moving others. A view is valid until rows are added or removed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Buffers:
         self._arrays: dict[str, Array] = {}
 
     def add(self, name: str, dtype: Any, shape: tuple[int, ...] = ()) -> None:
-        """Declare a column; call before any row is there."""
+        """Declare a column; to be called before rows are added."""
         self._arrays[name] = np.empty((self._capacity, *shape), dtype)
 
     def __contains__(self, name: str) -> bool:
@@ -33,7 +33,7 @@ class Buffers:
 
     @property
     def row_bytes(self) -> int:
-        """Bytes that a row takes."""
+        """Bytes per row."""
         return sum(a.itemsize * prod(a.shape[1:]) for a in self._arrays.values())
 
     def view(self, name: str) -> Array:
@@ -54,12 +54,12 @@ class Buffers:
         return moved
 
     def _make_room(self, front: int, back: int) -> bool:
-        """Reallocate if there is no room; capacity doubles, so that appends are amortised."""
+        """Reallocate if the capacity is exceeded; it doubles, so that appends are amortised."""
         if self.start >= front and self.start + self.size + back <= self._capacity:
             return False
         needed = front + self.size + back
         capacity = max(2 * needed, 8)
-        # Room on the side that grows; a window that only wandered is moved back.
+        # Free capacity on the growing side; a window that only shifted is moved back.
         start = capacity - self.size - (capacity - needed) // 2 if front else 0
         for name, old in self._arrays.items():
             fresh = np.empty((capacity, *old.shape[1:]), old.dtype)
@@ -70,7 +70,7 @@ class Buffers:
         return moved
 
     def drop_front(self, count: int) -> None:
-        """Let go of the first `count` rows; no other row moves."""
+        """Remove the first `count` rows; no other row moves."""
         self._forget(slice(self.start, self.start + count))
         self.start += count
         self.size -= count
@@ -84,7 +84,7 @@ class Buffers:
         self.size = left
 
     def _forget(self, rows: slice) -> None:
-        """Release objects (strings) that rows no longer in the window hold."""
+        """Release objects (strings) of rows outside the window."""
         for array in self._arrays.values():
             if array.dtype == object:
                 array[rows] = None

@@ -1,4 +1,4 @@
-"""The values of a table: an array per field; presence, `fixed` and `optimize` flags beside it."""
+"""The values of a table: an array per field; presence, `fixed` and `optimize` flags."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Rows = slice | NDArray[np.int64] | int
 
 
 def flags_of(column: layout.Column) -> tuple[str, ...]:
-    """Paths of the flags of a parameter that Python sets: ``pose.optimize_scale``."""
+    """Paths of the flags of a parameter set from Python: ``pose.optimize_scale``."""
     if column.param is None:
         return ()
     names = ("optimize", *(f"optimize_{part.name}" for part in column.param.parts))
@@ -33,14 +33,14 @@ class Columns:
     """Columns of one table by path.
 
     Paths are those of the layout; ``path?`` is the presence of an optional, ``path.fixed`` the flag
-    that keeps a parameter out of every solve.
+    that fixes a parameter in every solve.
 
     Attributes
     ----------
     fields : the tree of fields
-    data, optionals : columns with values, and those that mark presence, by path
-    missing : fields of the root without default that nobody has given yet (other tables: empty)
-    optimize_new : the `optimize` flags of rows to come, by their paths
+    data, optionals : columns with values, and presence masks, by path
+    missing : fields of the root without default that are not set yet (other tables: empty)
+    optimize_new : the `optimize` flags of rows added later, by their paths
     """
 
     def __init__(self, model: layout.Layout, table: layout.Table) -> None:
@@ -62,7 +62,7 @@ class Columns:
                 for flag in flags_of(column):
                     self.buffers.add(flag, np.bool_)
         self.missing: set[str] = set()
-        # New rows start with the flag last set for the whole collection.
+        # New rows get the flag that was last set for the whole collection.
         self.optimize_new = {flag: True for c in self.data.values() for flag in flags_of(c)}
         params = [c.path for c in self.data.values() if c.role == "param"]
         self._flags = [
@@ -83,7 +83,7 @@ class Columns:
     def column(self, path: str) -> Array:
         """Live view (size, *shape) of a column, valid until rows are added or removed.
 
-        Of an optional struct: its presence (size,). ``path?`` is the presence of anything optional.
+        For an optional struct: its presence (size,). ``path?`` is the presence of any optional.
         Refs are handles; see `target_rows` for rows.
         """
         if path in self.data or path.endswith("?"):
@@ -95,14 +95,14 @@ class Columns:
         )
 
     def present(self, path: str) -> Bools:
-        """Whether each row has what is at `path` and every optional around it (size,)."""
+        """Whether `path` and its enclosing optionals are present in each row (size,)."""
         found = np.ones(self.size, np.bool_)
         for optional in self._ancestors.get(path, ()):
             found &= self.buffers.view(f"{optional}?")
         return found
 
     def fixed(self, path: str) -> Bools:
-        """Live view (size,): parameters that the data keeps fixed."""
+        """Live view (size,): parameters fixed by the data."""
         return self.buffers.view(f"{path}.fixed")
 
     def column_of_flags(self, path: str, name: str) -> Bools:
@@ -110,11 +110,11 @@ class Columns:
         return self.buffers.view(f"{path}.{name}")
 
     def optimize(self, path: str) -> Bools:
-        """Live view (size,): parameters that Python lets be solved for."""
+        """Live view (size,): the `optimize` flags set from Python."""
         return self.buffers.view(f"{path}.optimize")
 
     def free(self, path: str) -> Bools:
-        """Parameters that are solved for (size,): there, not fixed, and to be optimised."""
+        """Free parameters (size,): present, not fixed, and to be optimised."""
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
 
     @property
@@ -136,11 +136,11 @@ class Columns:
     def prepare(
         self, given: Mapping[str, Any], count: int, many: bool, origin: Origin, below: str = ""
     ) -> dict[str, Array]:
-        """Arrays for every data column of `count` new rows, refs left out.
+        """Arrays for every data column of `count` new rows, without refs.
 
         `given` maps paths to values: arrays with a leading axis of `count`, or one value for all.
-        What is left out takes its default; what has none and is not within an absent optional is
-        E0702. Only fields under the path `below` are considered (all for "").
+        Missing columns get their default; without one, unless in an absent optional, E0702 is
+        raised. Only fields under the path `below` are considered (all for "").
         """
 
         def name_of(path: str) -> Any:
@@ -212,7 +212,7 @@ class Columns:
     def _presence(
         self, given: Mapping[str, Any], count: int, many: bool, origin: Origin, below: str
     ) -> dict[str, Bools]:
-        """Which optionals the new rows have: as said, else by whether values are given for them."""
+        """Presence of optionals in the new rows: as given, else whether they have values."""
         presence: dict[str, Bools] = {}
         for path in self.optionals:
             if not f"{path}.".startswith(below):
@@ -239,7 +239,7 @@ class Columns:
     def _mask_out(
         self, column: layout.Column, values: Any, mask: Bools, count: int, many: bool
     ) -> Any:
-        """Values with harmless content where the field is absent, whatever was given there."""
+        """Values with neutral content where the field is absent, ignoring values given there."""
         if not many:
             return values if mask.all() else blank(column)
         array = np.asarray(values)
@@ -253,7 +253,7 @@ class Columns:
         return array
 
     def fill(self, rows: slice, ready: Mapping[str, Array]) -> None:
-        """Put prepared arrays into new rows; refs become null."""
+        """Copy prepared arrays into new rows; refs become null."""
         for path, array in ready.items():
             self.buffers.view(path)[rows] = array
         for path, column in self.data.items():

@@ -1,4 +1,4 @@
-"""Refs by the `key` text of their target, made into the indices that data files count."""
+"""Conversion of refs by `key` text of their target to indices."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from arael.runtime.store.table import Table
 
 MAX_TOLD = 20
-"""Findings of one column."""
+"""Errors of one column."""
 
 
 def has_text(given: Any) -> bool:
-    """Whether some of what is given for a ref column is text."""
+    """Whether a ref column contains text."""
     if isinstance(given, np.ndarray) and given.dtype.kind in "UO":
         given = given.tolist()
     if isinstance(given, (list, tuple)):
@@ -30,7 +30,7 @@ def has_text(given: Any) -> bool:
 
 
 def nulls_as_indices(given: Any) -> Any:
-    """Indices with -1 in the place of None; other values as they are."""
+    """Indices with -1 in place of None; other values unchanged."""
     if isinstance(given, np.ndarray) and given.dtype.kind == "O" and given.ndim == 1:
         given = given.tolist()
     if isinstance(given, (list, tuple)) and any(item is None for item in given):
@@ -39,7 +39,7 @@ def nulls_as_indices(given: Any) -> Any:
 
 
 def as_objects(given: Any) -> NDArray[Any]:
-    """Keys and indices as an array that leaves them as they are: NumPy would make 3 into "3"."""
+    """Keys and indices as an object array, since NumPy would convert 3 to "3"."""
     if isinstance(given, np.ndarray):
         return given.astype(object)
     if isinstance(given, str):
@@ -50,28 +50,28 @@ def as_objects(given: Any) -> NDArray[Any]:
 
 
 def unknown_key(column: Column, target: Table, value: str, known: list[str]) -> tuple[str, str]:
-    """What is wrong with a key that no row has, and what helps."""
+    """Message and help for a key that no row has."""
     assert column.target is not None
     message = f'`{column.target.text}` has no row whose `{target.layout.key}` is "{shorten(value)}"'
     return message, suggestion(value, known) if known else ""
 
 
 def double_key(key: str) -> str:
-    """What is wrong with a key that two rows have."""
-    return f'the key "{shorten(key)}" names two rows'
+    """Message for a key that two rows have."""
+    return f'two rows have the key "{shorten(key)}"'
 
 
 def indices(
     target: Table, column: Column, given: NDArray[Any], owners: Ints, name: Callable[[int], str]
 ) -> Ints:
-    """Indices, within the collection of each row's owner, of keys; indices and None among them too.
+    """Indices within the collection of each row's owner, from keys, indices and None.
 
     Parameters
     ----------
     target : the table whose rows have the keys
     column : the ref column
     given : text, indices or None (n,)
-    owners : dense row of the owner that each ref counts in (n,); -1 where there is none
+    owners : dense row of the owner of each ref's target collection (n,); -1 if there is none
     name : of a row, for messages
 
     Raises
@@ -94,7 +94,7 @@ def indices(
         if value is None:
             continue
         if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
-            found[i] = min(max(int(value), -2), 2**62)  # what is out of range is told later
+            found[i] = min(max(int(value), -2), 2**62)  # indices out of range are reported later
             continue
         if not isinstance(value, str):
             expected = f"the index of a `{target.layout.struct}` or its `{target.layout.key}`"

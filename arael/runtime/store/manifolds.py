@@ -1,6 +1,6 @@
-"""Values that are not free numbers: the forms in which they are given, and what makes them valid.
+"""Values on manifolds: accepted representations, and their validation.
 
-A form is told by its shape. Matrices of transforms are homogeneous, or their upper three rows.
+The shape determines the form. Matrices of transforms are homogeneous, or their upper three rows.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FORMS: dict[str, tuple[Shape, ...]] = {
 _XYZ = (".x", ".y", ".z")
 _WXYZ = (".w", *_XYZ)
 _RIGID = (*(f".translation{a}" for a in _XYZ), *(f".rotation{a}" for a in _WXYZ))
-# Names of the stored scalars, behind that of the field.
+# Names of the stored scalars, after that of the field.
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "euler": _XYZ,
     "quaternion": _WXYZ,
@@ -58,7 +58,7 @@ def kind_of(column: Column) -> str:
 
 
 def forms_of(column: Column) -> tuple[Shape, ...]:
-    """Shapes in which a value of the column may be given, the stored one first."""
+    """Accepted shapes of a value of the column, the stored one first."""
     kind = kind_of(column)
     if not kind or (kind == "quaternion" and column.param is None):
         return (column.shape,)
@@ -66,7 +66,7 @@ def forms_of(column: Column) -> tuple[Shape, ...]:
 
 
 def stored_form(kind: str, array: Array, shape: Shape) -> Array:
-    """Values (..., *shape) of a valid form as they are stored."""
+    """Convert values (..., *shape) of a valid form to the stored form."""
     if shape == FORMS[kind][0]:
         return _normalised(kind, array)
     array = array.astype(np.float64)
@@ -102,11 +102,11 @@ def scale_of(matrix: Array) -> Array:
 
 
 Check = tuple[str, Callable[[Array], Array], Callable[[Array], Array]]
-"""What was expected, the part of a value that it is about, and the test of that part."""
+"""An expectation, the part of a value that it applies to, and the test of that part."""
 
 
 def checks_of(kind: str, shape: Shape) -> list[Check]:
-    """What must hold of values of this form."""
+    """Conditions on values of this form."""
     if shape == (4,):
         return [("a unit quaternion", lambda a: a, rotations.is_unit)]
     if shape == (3, 3):

@@ -1,4 +1,4 @@
-"""Diagnostics about data, worded alike wherever the data comes from."""
+"""Diagnostics about data, with the same wording for all sources."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arael.runtime.layout import Column
 
 
 class Name:
-    """A place in the data, put into words only where a message needs it."""
+    """A place in the data, formatted only if a message needs it."""
 
     __slots__ = ("_make",)
 
@@ -27,12 +27,12 @@ Origin = str | Name
 
 
 def below(origin: Origin, path: str) -> Name:
-    """Return the place of a field of what is at `origin`."""
+    """Return the place of a field at `origin`."""
     return Name(lambda: f"{origin}.{path}")
 
 
 def declared(column: Column) -> str:
-    """Note that says what the model declares."""
+    """Note with the declaration in the model."""
     name = column.path.rpartition(".")[2]
     param = "param " if column.role == "param" else ""
     text = column.type.removeprefix("param ")
@@ -42,7 +42,7 @@ def declared(column: Column) -> str:
 def problem(
     code: str, message: str, origin: Origin, column: Column | None = None, help: str = ""
 ) -> Diagnostic:
-    """One finding about the data at `origin` (``scene.json: poses[3].pos``)."""
+    """A diagnostic about the data at `origin` (``scene.json: poses[3].pos``)."""
     notes = (declared(column),) if column is not None else ()
     return Diagnostic(code, message, origin=str(origin), notes=notes, help=(help,) if help else ())
 
@@ -84,7 +84,7 @@ def suggestion(name: str, known: list[str]) -> str:
 
 
 def shorten(value: Any, limit: int = 40) -> str:
-    """Text of a value from the data, fit for a message: one line, printable, bounded."""
+    """Text of a value from the data for a message: one line, printable, shortened."""
     text = value if isinstance(value, str) else repr(value)
     text = (
         text[: limit + 1].encode("unicode_escape").decode("ascii")
@@ -95,7 +95,7 @@ def shorten(value: Any, limit: int = 40) -> str:
 
 
 def describe(value: Any) -> str:
-    """Return what a value is, in the words of a data file."""
+    """Describe a value in the terms of a data file."""
     match value:
         case None:
             return "null"
@@ -123,7 +123,7 @@ SCALAR_WORDS = {
 
 
 def expected(column: Column) -> str:
-    """Return what a column wants, in words: ``vec3 (3 numbers)``."""
+    """Describe the expected value of a column: ``vec3 (3 numbers)``."""
     if column.role == "ref":
         return f"a `{column.type}`"
     if not column.shape:

@@ -1,4 +1,4 @@
-"""Refs: from what is given (handles, indices) to handles, and from handles to rows."""
+"""Refs: from handles or indices to handles, and from handles to rows."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Handles:
 
 
 def walk(table: Table, steps: tuple[Step, ...], rows: Ints) -> tuple[Table, Ints]:
-    """Where `steps` lead from `rows` of `table`; -1 where a ref on the way is null.
+    """Rows reached by `steps` from `rows` of `table`; -1 if a ref on the path is null.
 
-    Raises AraelError (E0709) for a stale ref on the way.
+    Raises AraelError (E0709) for a stale ref on the path.
     """
     for step in steps:
         if step.kind == "root":
@@ -49,7 +49,7 @@ def walk(table: Table, steps: tuple[Step, ...], rows: Ints) -> tuple[Table, Ints
 
 
 def target_of(table: Table, path: str) -> Target:
-    """Return what the ref column at `path` points into."""
+    """Return the target table of the ref column at `path`."""
     target = table.data[path].target
     assert target is not None, path
     return target
@@ -75,7 +75,7 @@ def rows_of_ref(table: Table, path: str, rows: Ints) -> Ints:
 
 
 def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
-    """Raise for refs that lead nowhere: the first by name, the others by count."""
+    """Raise for invalid refs: the first by name, the others by count."""
     origin = table.name_of(int(rows[0]), column.path)
     more = f" (and {len(rows) - 1} more)" if len(rows) > 1 else ""
     if handles[0] == NULL:
@@ -85,7 +85,7 @@ def _report(table: Table, column: Column, rows: Ints, handles: Ints) -> None:
         f"{origin} is stale: the row it pointed to was removed{more}",
         origin,
         column,
-        help="remove the rows that refer to it first, or point them elsewhere",
+        help="first remove the rows that refer to it, or change their refs",
     )
 
 
@@ -93,7 +93,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
     """Return handles for `rows` of a ref column from `Handles`, indices or keys (as in files).
 
     Raises AraelError: E0703 wrong type, E0704 wrong length, E0707 null, E0708 out of range, not in
-    the collection meant or no such key, E0709 stale, E0710 of another table or model, E0718 a key
+    the target collection or no such key, E0709 stale, E0710 of another table or model, E0718 a key
     of two rows.
     """
     assert column.target is not None
@@ -138,7 +138,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
             f"{found} where a ref is needed",
             name(i),
             column,
-            help="rows count from 0; -1 stands for no row" if found == "-1" else "",
+            help="rows are counted from 0; -1 means no row" if found == "-1" else "",
         )
     if isinstance(given, Handles) and target.layout.parent:
         _, owners = walk(table, column.target.base, rows)
@@ -155,7 +155,7 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
 
 
 def _is_minus_one(given: Any, row: int) -> bool:
-    """Whether the -1 of a row, which stands for null, was given as a number."""
+    """Whether the -1 of a row, which means null, was given as a number."""
     if isinstance(given, Handles):
         return False
     values = np.asarray(given, object).ravel()
@@ -166,7 +166,7 @@ def _is_minus_one(given: Any, row: int) -> bool:
 def _without_keys(
     table: Table, column: Column, given: Any, rows: Ints, origin: Origin, name: Any
 ) -> NDArray[Any]:
-    """What is given for a ref column, keys made into indices."""
+    """The values of a ref column, with keys converted to indices."""
     assert column.target is not None
     if not keys.has_text(given):
         return np.asarray(keys.nulls_as_indices(given))
@@ -178,7 +178,7 @@ def _without_keys(
 
 
 def ref_words(column: Column) -> str:
-    """Return what a ref column takes, in words."""
+    """Describe the expected values of a ref column."""
     assert column.target is not None
     return f"a ref or the index of a `{column.target.struct}` in `{column.target.text}`"
 
@@ -201,7 +201,7 @@ def _foreign(found: Table, target: Table) -> str:
 
 
 def from_index(table: Table, column: Column, index: Ints, rows: Ints, name: Any) -> Ints:
-    """Dense target rows from indices within the collection that each row's ref counts in."""
+    """Dense target rows from indices within each row's target collection."""
     assert column.target is not None
     target = table.store.tables[column.target.table]
     _, owners = walk(table, column.target.base, rows)
@@ -218,7 +218,7 @@ def from_index(table: Table, column: Column, index: Ints, rows: Ints, name: Any)
 
 
 def counts_of(target: Table, owners: Ints) -> Ints:
-    """Rows of `target` that each owner holds; -1 where there is no owner."""
+    """Number of rows of `target` of each owner; -1 without an owner."""
     counts = np.full(len(owners), NULL, np.int64)
     known = owners >= 0
     counts[known] = target.child_counts()[owners[known]]
@@ -226,16 +226,16 @@ def counts_of(target: Table, owners: Ints) -> Ints:
 
 
 def out_of_range(column: Column, index: int, count: int) -> str:
-    """What is wrong with an index into a collection of `count` rows; -1: of no row."""
+    """Message for an index into a collection of `count` rows; -1 for a null base."""
     assert column.target is not None
     if count < 0:
-        return f"index {index} counts in `{column.target.text}`, but the ref on the way is null"
+        return f"index {index} is in `{column.target.text}`, but the ref on the path is null"
     rows = f"{count} row{'' if count == 1 else 's'}"
     return f"index {index} is out of range: `{column.target.text}` has {rows}"
 
 
 def _holders(target: Table, dense: Ints) -> Ints:
-    """Dense rows of what holds some rows of `target`; -1 for -1."""
+    """Dense rows of the owners of some rows of `target`; -1 for -1."""
     found = np.full(len(dense), NULL, np.int64)
     known = dense >= 0
     found[known] = target.parent_rows_of(dense[known])
@@ -243,7 +243,7 @@ def _holders(target: Table, dense: Ints) -> Ints:
 
 
 def check_owner(table: Table, path: str) -> None:
-    """Raise E0708 if a chained ref points to a row of another owner than its base says."""
+    """Raise E0708 if a chained ref points to a row of another owner than its base."""
     column = table.data[path]
     target = table.store.tables[target_of(table, path).table]
     if not target.layout.parent or not table.size:

@@ -1,4 +1,4 @@
-"""Rotations in the forms in which data gives them, as columns.
+"""Conversion of rotations between their representations in data.
 
 Frames and signs: ``R = Rz(yaw) Ry(pitch) Rx(roll)`` maps body to world; quaternions are unit,
 scalar first (w, x, y, z). Formulas: J. Diebel, "Representing Attitude" (2006), sections 5.6 and 6.
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-# How far from 1 a norm (from orthonormal a matrix) may be and still count as rounding of a file.
+# Tolerance for norms (and orthonormality of matrices) due to rounding in files.
 UNIT_TOLERANCE = 1e-3
 
 
@@ -105,7 +105,7 @@ def quaternion_from_euler(euler: Array) -> Array:
 def quaternion_from_vector(v: Array) -> Array:
     """(..., 3) rotation vectors [rad] -> (..., 4)."""
     half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
-    # sin(h) / (2 h) without the quotient of two zeros; numpy's sinc has a pi in it.
+    # sin(h) / (2 h) without 0 / 0; numpy's sinc is normalised by pi.
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
 
 
@@ -124,7 +124,7 @@ def is_unit(q: Array) -> NDArray[np.bool_]:
 
 
 def normalised(q: Array) -> Array:
-    """Return unit quaternions; those that are unit to the last bits already are not touched."""
+    """Return unit quaternions; those that are already unit to the last bits are unchanged."""
     square = (q * q).sum(axis=-1, keepdims=True)
     eps = np.finfo(q.dtype).eps
     return np.where(np.abs(square - 1) <= 4 * eps, q, q / np.sqrt(square))

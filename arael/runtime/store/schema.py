@@ -1,7 +1,7 @@
-"""The tree of fields of a table's rows: what is where, under which name.
+"""The tree of fields of a table's rows.
 
-A `Layout` lists columns by dotted path. Readers, writers and the Python face walk the fields as the
-model nests them: values, structs held by value, collections.
+A `Layout` lists columns by dotted path. Readers, writers and the Python interface traverse the
+fields as nested in the model: values, structs held by value, collections.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from arael.runtime import layout
 
 @dataclass(frozen=True, eq=False)
 class Leaf:
-    """A field with values of its own. `optional`: it may be null itself."""
+    """A field with values. `optional`: it may be null itself."""
 
     path: str
     column: layout.Column

@@ -1,8 +1,8 @@
 """Stable handles for rows that move.
 
-A handle packs a slot and its generation into one int64. A slot stays with its row while rows around
-it come and go; when the row is removed the slot's generation rises, so that handles kept from
-before are found out at once.
+A handle packs a slot and its generation into one int64. A slot belongs to one row while others are
+added and removed; when the row is removed the slot's generation increases, so that old handles are
+detected as stale.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ GONE = -1
 
 
 class Slots:
-    """Slot map of one table: which position each slot's row has, and its generation."""
+    """Slot map of one table: the position of each slot's row, and its generation."""
 
     def __init__(self, first_generation: int = 0) -> None:
         self._first_generation = first_generation
@@ -38,7 +38,7 @@ class Slots:
         return int(used.max(initial=self._first_generation)) + 1
 
     def take(self, count: int) -> Ints:
-        """`count` slots for new rows; freed ones first. Their positions are to be set by `move`."""
+        """`count` slots for new rows, freed ones first; `move` sets their positions."""
         reused = min(count, len(self._free))
         fresh = count - reused
         slots = np.empty(count, np.int64)
@@ -63,14 +63,14 @@ class Slots:
         self._positions, self._generations = positions, generations
 
     def release(self, slots: Ints) -> None:
-        """Give slots back; every handle to them is stale from here on."""
+        """Free slots; every handle to them becomes stale."""
         self._positions[slots] = GONE
         self._generations[slots] += 1
         worn_out = self._generations[slots] >= LAST_GENERATION
         self._free.extend(slots[~worn_out][::-1].tolist())
 
     def move(self, slots: Ints, positions: Ints | int) -> None:
-        """Say where the rows of these slots are."""
+        """Set the positions of the rows of these slots."""
         self._positions[slots] = positions
 
     def handles(self, slots: Ints) -> Ints:

@@ -23,11 +23,12 @@ class Store:
     ----------
     layout : the compiled model
     tables : path -> `Table`
-    kernels : compiled kernels of the model, for whoever evaluates this instance, or None
-    bindings : what is bound to its native functions, by name
+    kernels : compiled kernels of the model, or None
+    bindings : bindings of its native functions, by name
     residuals : the runtime residuals of this instance, or None
     structure_version : changes whenever that of any table does
-    use : which thread solves this instance; rows are changed and problems prepared under its lock
+    use : the thread that solves this instance; its lock protects changes of rows and the
+        preparation of problems
     """
 
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
@@ -44,7 +45,7 @@ class Store:
         self._make_root()
 
     def _make_root(self) -> None:
-        """Return the root's one row: defaults, and a note of what has none."""
+        """Create the root's row with defaults, and record the fields without one."""
         root = self.tables[""]
         values, missing = {}, set()
         for path, column in root.data.items():
@@ -67,7 +68,7 @@ class Store:
         return self.tables[""]
 
     def next_version(self) -> int:
-        """Count a change of structure."""
+        """Increment the structure version."""
         self.structure_version += 1
         return self.structure_version
 
@@ -77,7 +78,7 @@ class Store:
         return references.walk(start, steps, np.arange(start.size))
 
     def check_complete(self) -> None:
-        """Raise E0702 naming what the root lacks; solving needs every field without default."""
+        """Raise E0702 for unset fields of the root; a solve needs every field without default."""
         root = self.root
         if root.missing:
             raise AraelError(
@@ -105,7 +106,7 @@ class Store:
         return store
 
     def adopt(self, other: Store) -> None:
-        """Take over the data of a store made by `fresh`; every handle from before is stale.
+        """Take over the data of a store created by `fresh`; all previous handles become stale.
 
         Raises AraelError: E1040 while the instance is being solved.
         """

@@ -30,12 +30,12 @@ SLOT, PARENT = "#slot", "#parent"
 class Table(Columns):
     """Rows of one collection of the whole model instance, dense and in order.
 
-    Rows of a nested collection are in order of their making; `grouped` gives them by parent.
+    Rows of a nested collection are in order of creation; `grouped` returns them by parent.
 
     Attributes
     ----------
     store : the instance that this table belongs to
-    layout : what the compiler says of it
+    layout : its layout by the compiler
     structure_version : changes whenever rows are added or removed, or refs are set
     """
 
@@ -53,7 +53,7 @@ class Table(Columns):
             t.path for t in store.layout.tables if t is not table and t.parent == table.path
         ]
         refs = [c for c in self.data.values() if c.role == "ref" and c.target is not None]
-        # A chained ref is resolved after those it goes through.
+        # A chained ref is resolved after those it depends on.
         self._ref_order = [c.path for c in sorted(refs, key=lambda c: len(_chain(c, self.data)))]
 
     @property
@@ -63,7 +63,7 @@ class Table(Columns):
 
     @property
     def parent(self) -> Table:
-        """The table that holds this one's collection; the root is its own."""
+        """The table of the owners of this collection; the root is its own parent."""
         return self.store.tables[self.layout.parent]
 
     @property
@@ -72,7 +72,7 @@ class Table(Columns):
         return self._slots.next_generation
 
     def written(self) -> None:
-        """Do nothing: what is written to columns is not counted."""
+        """Do nothing: writes to columns are not counted."""
 
     # --- adding ------------------------------------------------------------------------------
 
@@ -100,7 +100,7 @@ class Table(Columns):
         ------
         AraelError
             E0701 unknown field, E0702 missing, E0703-E0706 wrong values, E0707-E0710 wrong refs,
-            E1040 the instance is being solved. The table is unchanged then.
+            E1040 the instance is being solved. The table is then unchanged.
         """
         owners = None
         if parent_rows is not None:
@@ -145,7 +145,7 @@ class Table(Columns):
     def _place(
         self, count: int, owners: Ints | None, ready: Mapping[str, NDArray[Any]], front: bool
     ) -> Ints:
-        """Make room for new rows, fill them and return their slots."""
+        """Allocate new rows, fill them and return their slots."""
         first = 0 if front else self.size
         moved = self.buffers.grow_front(count) if front else self.buffers.grow_back(count)
         rows = slice(first, first + count)
@@ -162,7 +162,7 @@ class Table(Columns):
         return slots
 
     def blank_column(self, path: str, count: int) -> NDArray[Any]:
-        """Return an array (count, *shape) of the default or else of harmless values."""
+        """Return an array (count, *shape) of the default or else of neutral values."""
         column = self.data[path]
         value = blank(column) if column.default is None else default_value(column)
         array = np.empty((count, *column.shape), dtype_of(column, self.real))
@@ -172,7 +172,7 @@ class Table(Columns):
     def extend_trusted(
         self, count: int, owners: Ints | None, columns: Mapping[str, NDArray[Any]]
     ) -> None:
-        """Add rows of checked arrays by path; what is left out is blank, refs are null."""
+        """Add rows of checked arrays by path; missing columns are blank, refs are null."""
         ready: dict[str, NDArray[Any]] = {f"{p}?": np.asarray(False) for p in self.optionals}
         for path, column in self.data.items():
             value = blank(column) if column.default is None else default_value(column)
@@ -190,7 +190,7 @@ class Table(Columns):
         self.remove_rows(~keep)
 
     def _origin_of_new(self, owners: Ints | None, many: bool, before: int) -> str:
-        """Name new rows, whether they are in place already or not; `before` rows were there."""
+        """Names of new rows, in place or not; `before` is the previous number of rows."""
         if not self.layout.path:
             return self.layout.struct
         if self.layout.parent:
@@ -203,7 +203,7 @@ class Table(Columns):
         return self.layout.path if many else f"{self.layout.path}[{before}]"
 
     def make_single_row(self, values: Mapping[str, Any]) -> None:
-        """Make the root's row of trusted values."""
+        """Create the root's row from trusted values."""
         self.buffers.grow_back(1)
         slots = self._slots.take(1)
         self._slots.move(slots, 0)
@@ -220,7 +220,7 @@ class Table(Columns):
         self._touch()
 
     def with_descendants(self) -> list[Table]:
-        """Return this table and those whose rows its rows hold, down to the last."""
+        """Return this table and all tables nested in it."""
         found = [self]
         for path in self.children if self.layout.path else ():
             found += self.store.tables[path].with_descendants()
@@ -231,14 +231,14 @@ class Table(Columns):
         return copy.deepcopy((self.buffers, self._slots, self.missing))
 
     def restore(self, state: Any) -> None:
-        """Go back to a `snapshot`; handles that were good then are good again."""
+        """Restore a `snapshot`; handles that were valid then are valid again."""
         with self._changing("replace the rows of"):
             self.buffers, self._slots, self.missing = state
             self._cache.clear()
             self._touch()
 
     def take_over(self, other: Table) -> None:
-        """Become what `other` (of a store made by `Store.fresh`) is; it must not be used again."""
+        """Take the content of `other` (of a store of `Store.fresh`), which is then invalid."""
         self.buffers, self._slots, self.missing = other.buffers, other._slots, other.missing
         self._cache.clear()
         self._touch()
@@ -246,7 +246,7 @@ class Table(Columns):
     # --- removing ----------------------------------------------------------------------------
 
     def retire_front(self, count: int = 1) -> None:
-        """Remove the first `count` rows (and what they hold); no other row moves in memory."""
+        """Remove the first `count` rows with their nested rows; no other row moves in memory."""
         if count <= 0:
             return
         with self._changing("remove rows of"):
@@ -255,19 +255,19 @@ class Table(Columns):
             self.remove_rows(gone)
 
     def remove(self, handle: int) -> None:
-        """Remove one row (and what it holds) by its handle; E0709 if it is stale."""
+        """Remove one row with its nested rows by its handle; E0709 if it is stale."""
         with self._changing("remove rows of"):
             gone = np.zeros(self.size, np.bool_)
             gone[self.row_of(handle)] = True
             self.remove_rows(gone)
 
     def clear(self) -> None:
-        """Remove every row and what they hold."""
+        """Remove all rows with their nested rows."""
         with self._changing("remove rows of"):
             self.remove_rows(np.ones(self.size, np.bool_))
 
     def remove_rows(self, gone: NDArray[np.bool_]) -> None:
-        """Remove the rows of a mask (size,), and the rows that they hold; order is kept.
+        """Remove the rows of a mask (size,) with their nested rows; order is kept.
 
         Raises AraelError: E1040 while the instance is being solved.
         """
@@ -294,7 +294,7 @@ class Table(Columns):
         )
 
     def _changing(self, what: str) -> AbstractContextManager[None]:
-        """Hold the instance for a change of rows or refs; E1040 while it is being solved."""
+        """Lock the instance for a change of rows or refs; E1040 while it is being solved."""
         return self.store.use.changing(f"{what} `{self.label}`")
 
     def _touch(self) -> None:
@@ -315,7 +315,7 @@ class Table(Columns):
         return np.where(positions < 0, -1, positions - self.buffers.start)
 
     def is_valid(self, handle: int) -> bool:
-        """Whether the row of a handle is still there."""
+        """Whether the row of a handle exists."""
         return self._slots.position(handle) >= 0
 
     def row_of(self, handle: int) -> int:
@@ -344,7 +344,7 @@ class Table(Columns):
     def grouped(self) -> tuple[Ints, Ints]:
         """Rows by owner: `order` (size,) and `offsets` (parents + 1,).
 
-        ``order[offsets[p]:offsets[p + 1]]`` are the rows that row ``p`` of the parent table holds.
+        ``order[offsets[p]:offsets[p + 1]]`` are the rows nested in row ``p`` of the parent table.
         """
         return self._cached("grouped", self._group, self.parent)
 
@@ -355,16 +355,16 @@ class Table(Columns):
         return np.argsort(parents, kind="stable").astype(np.int64), offsets
 
     def child_counts(self) -> Ints:
-        """Return number of rows that each row of the parent table holds."""
+        """Return the number of nested rows of each row of the parent table."""
         return np.diff(self.grouped()[1])
 
     def child_rows(self, owners: Ints, index: Ints) -> Ints:
-        """Dense rows of the `index`-th rows held by `owners` (both in range)."""
+        """Dense rows of the `index`-th rows of `owners` (both in range)."""
         order, offsets = self.grouped()
         return np.asarray(order[offsets[owners] + index])
 
     def index_in_parent(self) -> Ints:
-        """Place of each row within the collection that holds it (size,)."""
+        """Index of each row within its collection (size,)."""
 
         def build() -> Ints:
             order, offsets = self.grouped()
@@ -375,7 +375,7 @@ class Table(Columns):
         return self._cached("places", build, self.parent)
 
     def row_name(self, row: int) -> str:
-        """Name of a row as a user would write it: ``landmarks[5].frines[2]``; "" for the root."""
+        """Name of a row: ``landmarks[5].frines[2]``; "" for the root."""
         if not self.layout.path:
             return ""
         if not self.layout.parent:
@@ -384,16 +384,16 @@ class Table(Columns):
         return f"{owner}.{self.layout.field}[{self.index_in_parent()[row]}]"
 
     def name_of(self, row: int, path: str) -> str:
-        """Name of a field of a row: ``poses[3].ea``; of the root just ``gamma``."""
+        """Name of a field of a row: ``poses[3].ea``; for the root ``gamma``."""
         name = self.row_name(row)
         return f"{name}.{path}" if name else path
 
     # --- refs --------------------------------------------------------------------------------
 
     def present(self, path: str) -> NDArray[np.bool_]:
-        """Whether each row has what is at `path` and every optional around it (size,).
+        """Whether `path` and its enclosing optionals are present in each row (size,).
 
-        An optional ref whose target was removed is absent, as one that is null.
+        An optional ref whose target was removed is absent, like a null one.
         """
         found = super().present(path)
         column = self.data.get(path) if path in self.optionals else None
@@ -408,7 +408,7 @@ class Table(Columns):
         Raises
         ------
         AraelError
-            E0709 a stale ref, E0702 one never set, E0708 one that its base contradicts; by name.
+            E0709 a stale ref, E0702 one never set, E0708 one that contradicts its base; by name.
         """
 
         def build() -> Ints:
@@ -418,7 +418,7 @@ class Table(Columns):
         return self._cached(f"target {path}", build, self.store)
 
     def set_refs(self, path: str, rows: Ints, given: Handles | Any, origin: Origin) -> None:
-        """Point refs of some rows at `Handles`, or at indices counted as in data files.
+        """Set refs of some rows to `Handles`, or to indices as in data files.
 
         Raises AraelError: E0703-E0710, nothing is set then; E1040 while the instance is being
         solved.
@@ -441,8 +441,8 @@ class Table(Columns):
     def set_group(self, group: Group, row: int, values: Mapping[str, Any]) -> None:
         """Write fields of a struct held by value in one row, by path.
 
-        If the struct was absent the values must make it whole; else what is left out keeps its
-        value. The row is unchanged if a value or ref is wrong.
+        If the struct was absent all its values are required; otherwise missing ones are unchanged.
+        The row is unchanged if a value or ref is wrong.
 
         Raises AraelError: as `extend`.
         """
@@ -459,8 +459,8 @@ class Table(Columns):
             self._keep_rest(full, row, inside)
         ready = self.prepare(full, 1, False, origin, inside)
         refs = [p for p in self._ref_order if p.startswith(inside) and full.get(p) is not None]
-        # A ref may count in a collection that another ref of the same struct leads to, so refs are
-        # checked where they stand, and all is put back if one is wrong.
+        # The target collection of a ref may depend on another ref of the same struct, so refs are
+        # set and checked in place, and all are restored after an error.
         flags = [f"{path}?" for path in refs if f"{path}?" in self.buffers]
         written = dict.fromkeys([*ready, *refs, *flags])
         before = {path: self.buffers.view(path)[row : row + 1].copy() for path in written}
@@ -479,7 +479,7 @@ class Table(Columns):
         self._touch()
 
     def _keep_rest(self, given: dict[str, Any], row: int, below: str) -> None:
-        """Add to `given` what a row holds below a struct, where nothing is given."""
+        """Add to `given` the current values of a row below a struct that are not given."""
         for path in self.optionals:
             if path.startswith(below) and f"{path}?" not in given:
                 said = any(p == path or p.startswith(f"{path}.") for p in given)
@@ -499,7 +499,7 @@ class Table(Columns):
         return column.path in self.optionals
 
     def _cached(self, name: str, build: Callable[[], T], other: Table | Store) -> T:
-        """Return a derived array, kept until this table or `other` changes its structure."""
+        """Return a derived array, cached until this table or `other` changes its structure."""
         version = (self.structure_version, other.structure_version)
         known = self._cache.get(name)
         if known is not None and known[0] == version:
@@ -510,7 +510,7 @@ class Table(Columns):
 
 
 def _chain(column: layout.Column, columns: Mapping[str, layout.Column]) -> list[str]:
-    """Refs of the same row that a ref goes through, all the way down."""
+    """Refs of the same row that a ref depends on, recursively."""
     through: list[str] = []
     for step in column.target.base if column.target else ():
         if step.kind != "ref":

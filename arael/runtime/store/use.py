@@ -1,4 +1,4 @@
-"""Which thread uses a model instance, so that no solve meets rows that another thread moves."""
+"""Exclusion of concurrent solves and changes of rows of a model instance."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from arael.runtime.store.messages import error
 
 
 class Use:
-    """Who solves an instance at present, and a lock for what must not overlap.
+    """The thread that solves an instance, and a lock for operations that must not overlap.
 
-    Rows may only be added, removed or referred to otherwise while nothing solves: the arrays that
-    a solve reads were laid out for the rows that were there when it began. Preparing a problem and
-    changing rows hold the lock and wait for each other, as both are short. Solves may be long: what
-    conflicts with one is refused at once. Values of fields may be written at any time.
+    Rows may be added or removed, and refs changed, only while no solve runs, because a solve reads
+    arrays that were allocated for the rows at its start. Preparing a problem and changing rows hold
+    the lock and wait for each other, since both are short. Solves may be long: a conflicting
+    operation fails at once. Values of fields may be written at any time.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Use:
         with self.lock:
             if self._solver is not None and self._solver is not own and self._solver.is_alive():
                 raise self._in_use(f"thread `{own.name}` cannot solve `{self.name}`")
-            if self._solver is not own:  # or its thread did not survive a fork
+            if self._solver is not own:  # or its thread does not exist after a fork
                 self._solver, self._depth = own, 0
             self._depth += 1
         try:
@@ -54,16 +54,16 @@ class Use:
 
     @contextmanager
     def changing(self, what: str) -> Iterator[None]:
-        """Hold the lock while rows or refs are changed.
+        """Context that holds the lock while rows or refs are changed.
 
         Parameters
         ----------
-        what : the change in words, with an infinitive: ``add rows to `poses` ``
+        what : description of the change, with an infinitive: ``add rows to `poses` ``
 
         Raises
         ------
         AraelError
-            E1040: the instance is being solved, by another thread or further up in this one.
+            E1040: the instance is being solved, by another thread or by a caller in this one.
         """
         with self.lock:
             solver = self._solver
@@ -72,9 +72,9 @@ class Use:
                     "E1040",
                     f"cannot {what} while `{self.name}` is being solved",
                     self.name,
-                    help="an observer or driver may read the model and write values: keep what is "
-                    "to be added or removed, end the solve by returning False, and change the "
-                    "rows when `solve` has returned",
+                    help="an observer or driver may read the model and write values: record the "
+                    "rows to add or remove, end the solve by returning False, and change the "
+                    "rows after `solve` has returned",
                 )
             if solver is not None and solver.is_alive():
                 raise self._in_use(f"thread `{current_thread().name}` cannot {what}")
@@ -86,6 +86,6 @@ class Use:
             "E1040",
             f"{refused}: thread `{self._solver.name}` is solving `{self.name}`",
             self.name,
-            help="give each thread a model instance of its own, or guard solves and changes of "
+            help="use a separate model instance for each thread, or guard solves and changes of "
             "rows by one `threading.Lock`",
         )

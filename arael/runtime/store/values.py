@@ -1,4 +1,4 @@
-"""Values from outside made into a column: checked, never silently converted."""
+"""Conversion of input values to a column: checked, never silently converted."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def dtype_of(column: Column, real: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def blank(column: Column) -> Any:
-    """Return what rows hold where the field is absent: harmless in arithmetic, never shown."""
+    """Return the value of rows where the field is absent: neutral in arithmetic, never shown."""
     if column.role in ("ref", "constraint_index"):
         return -1
     if column.kind == "string":
@@ -45,7 +45,7 @@ def blank(column: Column) -> Any:
 
 
 def default_value(column: Column) -> Any:
-    """Return the declared default as a value of the column's shape; only where there is one."""
+    """Return the declared default as a value of the column's shape, if there is one."""
     if isinstance(column.default, str):
         return column.default
     value = np.asarray(column.default)
@@ -59,12 +59,12 @@ def convert(
 
     Parameters
     ----------
-    column : what is declared
+    column : its declaration
     values : an array or nested sequence; rotations and transforms in any of their forms
     count : number of rows
     dtype : type of the memory
     name_of : name of the i-th element, for messages
-    many : whether a leading axis of `count` is meant; if not, one value is wanted
+    many : whether there is a leading axis of `count`; otherwise one value is expected
 
     Raises
     ------
@@ -112,7 +112,7 @@ def _as_array(column: Column, values: Any, name_of: NameOf) -> Array:
 
 
 def _mixes_bools(values: Any, column: Column) -> bool:
-    """Whether nested sequences of numbers hold a bool, which NumPy would take for 0 or 1."""
+    """Whether nested sequences of numbers contain a bool, which NumPy would convert to 0 or 1."""
     if column.kind == "bool":
         return False
     if isinstance(values, (list, tuple)):
@@ -123,7 +123,7 @@ def _mixes_bools(values: Any, column: Column) -> bool:
 def _as_stored(
     kind: str, column: Column, array: Array, count: int, name_of: NameOf, many: bool
 ) -> Array:
-    """Values in one of the forms of their kind, told by its shape, in the form stored."""
+    """Convert values in one of the forms of their kind, given by the shape, to the stored form."""
     lead = (count,) if many else ()
     for shape in manifolds.forms_of(column):
         if array.shape in ((*lead, *shape), shape):
@@ -174,7 +174,7 @@ def _not_finite(column: Column, origin: str) -> AraelError:
 def _checked(
     column: Column, array: Array, dtype: np.dtype[Any], name_of: NameOf, per_row: bool
 ) -> Array:
-    """`array` in the memory's type, if every number survives that."""
+    """`array` in the column's type, if every number is representable."""
 
     def row_of(bad: NDArray[np.bool_]) -> str:
         index = int(np.argmax(bad.reshape(len(bad), -1).any(axis=1))) if per_row else 0
@@ -226,7 +226,7 @@ def _strings(column: Column, values: Any, count: int, name_of: NameOf, many: boo
 
 
 def _check_text(column: Column, items: list[str], name_of: NameOf) -> None:
-    """Refuse half surrogate pairs, which no file format holds: E0703."""
+    """Report unpaired surrogates, which no file format can store: E0703."""
     try:
         "".join(items).encode()
         return
@@ -237,5 +237,5 @@ def _check_text(column: Column, items: list[str], name_of: NameOf) -> None:
             item.encode()
         except UnicodeEncodeError as failure:
             half = f"\\u{ord(item[failure.start]):04x}"
-            message = f"expected text, found half of a surrogate pair, `{half}`"
+            message = f"expected text, found an unpaired surrogate, `{half}`"
             raise error("E0703", message, name_of(i), column) from None

@@ -1,7 +1,7 @@
-"""Productions to tree nodes, with the checks that the grammar leaves to this place.
+"""Builds tree nodes from productions, with the checks that the grammar does not express.
 
-One method per production, named ``_make_`` and the production, called with the parts that are kept
-and the place of the whole.
+One method per production, named ``_make_`` and the production, called with the kept parts and the
+place of the production.
 """
 
 from __future__ import annotations

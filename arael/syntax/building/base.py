@@ -1,4 +1,4 @@
-"""What all builders share."""
+"""Base of all builders."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from arael.syntax.log import ErrorLog
 
 
 class Builder:
-    """Knows the text, its documentation comments, and where to report to."""
+    """Holds the text, its documentation comments, and the error log."""
 
     def __init__(self, source: Source, docs: DocComments, log: ErrorLog) -> None:
         self._source = source

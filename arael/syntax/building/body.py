@@ -61,7 +61,7 @@ def _report_order(
             "a constraint has one residual",
             other.span.start,
             other.span.end,
-            "this value goes nowhere",
+            "this value is unused",
             labels=[(last.span.start, last.span.end, "the residual is the last expression")],
             help="put several residuals in a list, `[a, b]`, or name this one with `let`",
         )
@@ -73,17 +73,17 @@ def _report_order(
             "`let` after the residual",
             let.span.start,
             let.span.start + 3,
-            f"`{let.name.id}` comes too late to be used",
+            f"`{let.name.id}` is defined after the residual",
             labels=[(last.span.start, last.span.end, "the residual ends the body")],
             help="move the `let` above the residual",
         )
 
 
 def _report_continuation(statements: list[Any], log: ErrorLog) -> set[int]:
-    """Find a sign at the start of a line that the writer meant as an operator of the line above.
+    """Find a sign at the start of a line that was meant as an operator of the line above.
 
     ``let d = a`` on one line and ``- b`` on the next, indented further, would otherwise read as a
-    finished ``let`` and a residual ``-b``. Returns where such lines begin.
+    finished ``let`` and a residual ``-b``. Returns the starts of such lines.
     """
     found: set[int] = set()
     position = log.source.position
@@ -97,7 +97,7 @@ def _report_continuation(statements: list[Any], log: ErrorLog) -> set[int]:
             found.add(start)
             log.error(
                 "E0133",
-                "a line does not go on with an operator",
+                "an operator at the start of a line does not continue the previous line",
                 start,
                 start + 1,
                 "starts a new statement here",

@@ -16,18 +16,18 @@ _Node = TypeVar("_Node", bound=tree.Node)
 
 
 class ExpressionBuilder(Builder):
-    """Builds expressions, and bounds their height."""
+    """Builds expressions, and limits their height."""
 
     def __init__(self, source: Source, docs: DocComments, log: ErrorLog) -> None:
         super().__init__(source, docs, log)
         self._heights: dict[int, int] = {}
 
     def _measured(self, node: _Node, *parts: Any) -> _Node:
-        """Keep the height of `node` and refuse a tree that later stages could not walk."""
+        """Record the height of `node` and report a tree that is too high for later stages."""
         heights = self._heights
         height = 1 + max((heights.get(id(p), 0) for p in parts), default=0)
         if isinstance(node, tree.Binary) and isinstance(node.left, tree.Binary):
-            # A chain `a + b + c` leans to the left, and later stages take it in a loop.
+            # A chain `a + b + c` is left-deep, and later stages handle it in a loop.
             height = max(heights[id(node.left)], 1 + heights.get(id(node.right), 0))
         heights[id(node)] = height
         if height > MAX_HEIGHT:

@@ -83,7 +83,7 @@ class ItemBuilder(Builder):
                 f"{what} has no body",
                 name.span.start,
                 name.span.end,
-                "defined as what?",
+                "the formula is missing",
                 help=f"write `fn {name.id}(...) = expression`, or `extern fn` for native code",
             )
         return tree.Function(
@@ -142,7 +142,7 @@ class ItemBuilder(Builder):
             "E0140",
             f"`{word}` does not belong in a {kind}",
             start,
-            min(start + len(word), member.span.end),  # a misspelt word was read as this one
+            min(start + len(word), member.span.end),  # a misspelt keyword was read as this one
             f"a {' or a '.join(homes)} may have it",
             labels=[(name.span.start, name.span.end, f"this is a {kind}")],
         )

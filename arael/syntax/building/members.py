@@ -12,7 +12,7 @@ from arael.syntax.tokens import Token
 
 
 class MemberBuilder(Builder):
-    """Builds what stands in the braces of an item."""
+    """Builds the members of an item."""
 
     def _make_field(self, parts: list[Any], span: Span) -> tree.Field:
         role, name, type_, bounds, default = parts
@@ -31,7 +31,7 @@ class MemberBuilder(Builder):
         if low is None and high is None:
             self._log.error(
                 "E0144",
-                "bounds without an end",
+                "bounds without a limit",
                 span.start,
                 span.end,
                 "neither a lower nor an upper bound",
@@ -84,7 +84,7 @@ class MemberBuilder(Builder):
                     f"second `{word}` clause",
                     where.start,
                     where.start + len(word),
-                    "once is enough",
+                    "write it once",
                     labels=[(first.start, first.start + len(word), "the first one is here")],
                     help="join the guards with `and`" if word == "when" else (),
                 )

@@ -10,7 +10,7 @@ _ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
 
 
 def make_string(token: Token, log: ErrorLog) -> tree.String:
-    """Node of a string token, its escapes resolved; reports escapes it does not know."""
+    """Node of a string token, with escapes resolved; reports unknown escapes."""
     value = []
     characters = iter(enumerate(token.text[1:-1], token.start + 1))
     for at, char in characters:

@@ -43,7 +43,7 @@ class TypeBuilder(Builder):
                     f"`{number.text}` is not a dimension",
                     number.start,
                     number.end,
-                    "a whole number from 1 on belongs here",
+                    "expected a whole number of at least 1",
                 )
             dims.append(int(number.text) if whole else 1)
         return tuple(dims)

@@ -1,1 +1,1 @@
-"""The parts of the formatter; `arael.syntax.fmt` is its face."""
+"""The parts of the formatter; `arael.syntax.fmt` is its public interface."""

@@ -1,4 +1,4 @@
-"""What stands in columns: types and defaults of fields, values of lets and settings, comments."""
+"""Alignment in columns: types and defaults of fields, values of lets and settings, comments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arael.syntax.formatting.lines import Line, Word
 
 @dataclass
 class _Row:
-    """A statement that begins a line, and the words that may be moved to a column."""
+    """A statement that begins a line, and the words that may be aligned."""
 
     line: Line
     node: Aligned
@@ -34,7 +34,7 @@ class _Row:
 
 
 def align(lines: list[Line], facts: Facts, source: Source) -> None:
-    """Set the blanks of `lines` so that runs of like statements stand in columns."""
+    """Set the blanks of `lines` so that consecutive statements of one kind are aligned."""
     for run in _runs(lines, facts):
         kind = type(run[0].node)
         if kind is tree.Field:
@@ -68,7 +68,7 @@ def _runs(lines: list[Line], facts: Facts) -> Iterator[list[_Row]]:
 
 
 def _line_up(rows: Iterable[_Row], matches: Callable[[Word], bool]) -> None:
-    """Put the first matching word of each row in one column, one blank after the longest start."""
+    """Align the first matching word of each row, one blank after the longest start."""
     found = [(row, word) for row in rows if (word := row.word(matches)) is not None]
     column = max((row.width_to(word) for row, word in found), default=0) + 1
     for row, word in found:
@@ -94,9 +94,9 @@ def _is_at(starts: list[int]) -> Callable[[Word], bool]:
 
 
 def _field_groups(run: list[Any], source: Source) -> list[list[Any]]:
-    """Parameters and data stand in columns of their own, unless the writer has joined them.
+    """Align parameters and data separately, unless they are joined in the source.
 
-    Joined are those whose types begin in one column where parameters end and data begin.
+    They are joined if the last parameter and the first data field have their types in one column.
     """
     groups: list[list[Any]] = []
     for _, rows in groupby(run, lambda row: row.node.role == "param"):

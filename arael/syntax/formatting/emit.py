@@ -19,7 +19,7 @@ def emit(lines: list[Line]) -> str:
 
 
 class _Indenter:
-    """Follows brackets over lines: what goes on inside one stands under what follows it."""
+    """Tracks brackets over lines: continuation lines are aligned with the text after one."""
 
     def __init__(self) -> None:
         self._open: list[tuple[int, int]] = []
@@ -56,7 +56,7 @@ class _Indenter:
 
 
 def _with_comments(codes: list[str], lines: list[Line]) -> list[str]:
-    """Add the comments; those of neighbouring lines go in the rightmost column among them."""
+    """Add the comments; on neighbouring lines they are aligned at their rightmost column."""
     out = [code + line.comment for code, line in zip(codes, lines, strict=True)]
     for group in _comment_groups(lines):
         column = max(max(lines[n].comment_column, len(codes[n]) + 2) for n in group)

@@ -1,4 +1,4 @@
-"""What the formatter must know of the tree, by places in the text."""
+"""Information from the tree that the formatter needs, by offset."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Aligned = tree.Field | tree.Let | tree.Setting | tree.Pass
 
 @dataclass
 class Facts:
-    """Offsets at which tokens mean what their type alone does not say."""
+    """Offsets of tokens whose meaning does not follow from their type."""
 
     names: set[int] = field(default_factory=set)
     signs: set[int] = field(default_factory=set)

@@ -1,4 +1,4 @@
-"""Tokens and comments to lines: where lines begin, at what depth, and with how many blanks."""
+"""Splits tokens and comments into lines with their depth and blanks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Line:
     """One line of the result.
 
     `depth` counts the braces around it. `continues` marks the second and later lines of a
-    statement, `comment_column` is where its comment stood, from 0.
+    statement, `comment_column` is the original column of its comment, from 0.
     """
 
     depth: int

@@ -14,7 +14,7 @@ _STEP_GAP = 3
 
 
 class Spacing:
-    """Decides blanks token by token; feed it every token of the file in order."""
+    """Decides blanks token by token; requires every token of the file in order."""
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
@@ -49,7 +49,7 @@ class Spacing:
         return int(self._apart(before, token))
 
     def _bar(self, token: Token) -> bool:
-        """Follow the bars of a lambda; tell whether `token` opens one."""
+        """Track the bars of a lambda; return whether `token` opens one."""
         if token.type != "VBAR":
             return False
         self._bars_open = 1 if token.start in self._facts.lambdas else 0

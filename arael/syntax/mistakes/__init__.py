@@ -1,8 +1,8 @@
-"""What people get wrong, and what to tell them.
+"""Recognisers of common mistakes, with specific messages.
 
-A recogniser looks at a `Trouble`; where it knows the mistake it reports it, mends the tokens so
-that the parse can go on, and returns True. They are asked in turn, the particular before the
-general.
+A recogniser examines a `Trouble`; if it recognises the mistake it reports it, repairs the tokens so
+that the parse can continue, and returns True. Recognisers are tried in turn, specific ones before
+general ones.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _RECOGNISERS: tuple[Recogniser, ...] = (
 
 
 def explain(trouble: Trouble) -> None:
-    """Report what is wrong at `trouble` and mend it."""
+    """Report the mistake at `trouble` and repair the tokens."""
     trouble.mark_damage()
     before = trouble.before
     if before is not None and trouble.log.has_error_in(before.end, trouble.token.start):
-        # The lexer left something out right here; what follows from that is no second mistake.
+        # The lexer skipped something right here; this is a consequence, not a second mistake.
         trouble.panic()
         return
     if not any(recognise(trouble) for recognise in _RECOGNISERS):

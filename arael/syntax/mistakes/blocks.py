@@ -1,4 +1,4 @@
-"""Headers of structs, constraints, functions and passes, and what stands outside of them."""
+"""Headers of structs, constraints, functions and passes, and text outside of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def outside(t: Trouble) -> bool:
             token.start,
             token.end,
             "belongs in the braces of a struct or root",
-            help="has a `}` before it closed the struct too early?",
+            help="a `}` before it may have closed the struct too early",
         )
         _skip_statement(t)
         return True
@@ -41,7 +41,7 @@ def outside(t: Trouble) -> bool:
             token.start,
             token.end,
             "belongs in the braces of a struct or root",
-            help="has a `}` before it closed the struct too early?",
+            help="a `}` before it may have closed the struct too early",
         )
         _skip_statement(t)
         return True
@@ -70,7 +70,7 @@ def outside(t: Trouble) -> bool:
         return True
     t.log.error(
         "E0128",
-        f"`{token.text}` does not begin anything arael knows",
+        f"`{token.text}` does not begin an item",
         token.start,
         token.end,
         "expected `struct`, `root`, `fn`, `const` or `import`",
@@ -85,7 +85,7 @@ def _skip_statement(t: Trouble) -> None:
 
 
 def header(t: Trouble) -> bool:
-    """Recognise what stands between a name and its ``{``."""
+    """Recognise text between a name and its ``{``."""
     construct = t.construct()
     if construct is None or "LBRACE" not in t.expected or t.wants_operand:
         return False
@@ -110,9 +110,9 @@ def header(t: Trouble) -> bool:
             token.start,
             base.end if t.is_word(base) else token.end,
             "not in the language",
-            help="the precision goes with the root, `root NAME : f32`"
+            help="the precision belongs to the root, `root NAME : f32`"
             if base.text in ("f32", "f64")
-            else "hold the other struct as a field; there is no inheritance",
+            else "there is no inheritance; declare the other struct as a field",
         )
         t.skip_to("LBRACE")
         return True
@@ -209,7 +209,7 @@ def _clause(t: Trouble, token: Token) -> bool:
     if token.type == "COMMA" and t.within("INTO") is not None:
         t.log.error(
             "E0129",
-            "several blocks stand in brackets",
+            "several blocks are written in brackets",
             token.start,
             token.end,
             "not in a list",
@@ -250,7 +250,7 @@ def function(t: Trouble) -> bool:
             "arguments of a function take no type",
             token.start,
             token.end,
-            help="leave it out: shapes follow from the call",
+            help="omit it: shapes follow from the call",
         )
         t.skip_to("COMMA", "RPAR")
         return True

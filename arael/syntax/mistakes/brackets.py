@@ -130,10 +130,10 @@ def _say_unclosed(t: Trouble, opener: Token) -> None:
 
 
 def _suspect(t: Trouble) -> Token | None:
-    """Find the brace that was left open, judging by indentation.
+    """Find the unclosed brace from the indentation.
 
-    Closing braces pair with the nearest open one, so the brace left over is often not the culprit.
-    A brace closed by one that stands further left than its own line begins is.
+    Closing braces pair with the nearest open one, so the unpaired brace is often not the mistake. A
+    brace whose partner is indented less than its own line is.
     """
     text = t.log.source.text
     position = t.log.source.position

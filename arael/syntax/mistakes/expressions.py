@@ -92,7 +92,7 @@ def condition(t: Trouble) -> bool:
 
 
 def quoted(t: Trouble) -> bool:
-    """``'text'``: a transpose sign where an operand belongs."""
+    """``'text'``: a transpose sign in place of an operand."""
     if t.token.type != "QUOTE" or not (t.wants_operand or "STRING" in t.expected):
         return False
     line = t.line_tokens()

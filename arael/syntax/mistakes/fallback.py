@@ -1,4 +1,4 @@
-"""What to say where no particular mistake is known: what was expected, in words."""
+"""The general syntax error: the expected tokens, in words."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MEMBERS = {"CONSTRAINT", "PARAM", "FIT", "SOLVE"}
 
 
 def say_expected(t: Trouble) -> None:
-    """Report what could stand here instead, and give up on the statement."""
+    """Report the acceptable tokens, and skip the statement."""
     token, before = t.token, t.before
     wanted = _wanted(t)
     found = _found(t)

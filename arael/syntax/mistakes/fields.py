@@ -19,7 +19,7 @@ _MEMBER_WORDS = (
     "compute",
     "update",
 )
-# Words of other languages and tools that come before a field or constraint.
+# Words of other languages and tools before a field or constraint.
 _OTHER_WORDS = {
     "var": "param", "variable": "param", "parameter": "param", "optimize": "param",
     "optimise": "param", "state": "param", "residual": "constraint", "factor": "constraint",
@@ -30,7 +30,7 @@ _WORD_TOKENS = {word: word.upper() for word in _MEMBER_WORDS}
 
 
 def _field_name(t: Trouble) -> Token | None:
-    """Recognise the name that begins a field and was just read."""
+    """Return the name that begins a field and was just read."""
     top = t.top
     if top is None or not t.is_name(top) or not t.in_members or top is not t.before:
         return None
@@ -38,7 +38,7 @@ def _field_name(t: Trouble) -> Token | None:
 
 
 def misspelt_member(t: Trouble) -> bool:
-    """``constrain drift { ... }``: a name where ``constraint`` was meant."""
+    """``constrain drift { ... }``: a misspelt ``constraint``."""
     name = _field_name(t)
     begins = t.is_word(t.token) or t.token.type == "LBRACE"
     if name is None or not begins or t.within("PARAM", "SKIP") or t.begins_line:
@@ -128,7 +128,7 @@ def _rest_of_line(t: Trouble) -> str:
 
 
 def missing_type(t: Trouble) -> bool:
-    """``pos:`` with nothing, or with something that begins no type."""
+    """``pos:`` without a type, or with something that is not a type."""
     before, token = t.before, t.token
     if before is None or before is not t.top or before.type != "COLON" or not t.in_members:
         return False
@@ -219,7 +219,7 @@ def _ref(t: Trouble, ref: Token, before: Token) -> bool:
     if "IN" in t.expected and t.within("REF") and before.type == "NAME":
         t.log.error(
             "E0127",
-            f"`ref {before.text}` does not say into which collection",
+            f"`ref {before.text}` does not name its collection",
             ref.start,
             before.end,
             "the collection is missing",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from arael.syntax.trouble import NAMES, Trouble
 
-# What a name names, by the word before it.
+# Kind of a name, by the word before it.
 _NAMED = {
     "struct": "struct", "root": "root", "component": "component", "constraint": "constraint",
     "param": "parameter", "let": "value", "const": "constant", "fn": "function", "pass": "pass",
@@ -13,12 +13,12 @@ _NAMED = {
 _MEANINGS = {
     "root": "the root of the model in expressions",
     "self": "the entity itself in expressions",
-    "parent": "the entity that holds this one in expressions",
+    "parent": "the entity that contains this one in expressions",
 }
 
 
 def reserved(t: Trouble) -> bool:
-    """Recognise a reserved word where a name belongs, ``param in: real``."""
+    """Recognise a reserved word in place of a name, ``param in: real``."""
     word = t.token
     if "NAME" not in t.expected or not word.text.isidentifier() or word.type in NAMES:
         return False

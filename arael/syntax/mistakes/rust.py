@@ -1,4 +1,4 @@
-"""Forms of the Rust framework's models, answered with the arael form."""
+"""Forms of the Rust framework's models, with the arael equivalent."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def generic_type(t: Trouble) -> bool:
 
 
 def _type_start(t: Trouble) -> int | None:
-    """Index of the first token of the type we are in the middle of, on this line."""
+    """Index of the first token of the current type, on this line."""
     if not t.in_members:
         return None
     i = t.index - 1
@@ -66,7 +66,7 @@ def _type_start(t: Trouble) -> int | None:
 
 
 def _type_end(t: Trouble, first: int) -> int:
-    """Return the index after a type that begins at `first`, as other languages write types."""
+    """Return the index after a type that begins at `first`, in the syntax of other languages."""
     depth = 0
     for end in range(first, len(t.tokens)):
         token, last = t.tokens[end], t.tokens[end - 1]
@@ -111,17 +111,17 @@ def _arael_form(outer: str, inner: str, name: str) -> str:
     if outer in ("Ref", "ref"):
         return f"`ref {element} in PATH`, where PATH leads to the collection, as in `root.poses`"
     if outer == "SelfBlock":
-        return f"`block {element}`, or leave it out: blocks are worked out by themselves"
+        return f"`block {element}`, or omit it: blocks are inferred"
     if outer == "CrossBlock":
         pair = ", ".join(inner.split(",")[:2])
-        return f"`block ({pair})`, or leave it out: blocks are worked out by themselves"
+        return f"`block ({pair})`, or omit it: blocks are inferred"
     if outer == "TripletBlock":
-        return "`triplets`, or leave it out: blocks are worked out by themselves"
+        return "`triplets`, or omit it: blocks are inferred"
     return ""
 
 
 def rust_word(t: Trouble) -> bool:
-    """``pub``, ``mut``, ``impl`` and ``type`` before what arael knows."""
+    """``pub``, ``mut``, ``impl`` and ``type`` before an arael construct."""
     word = t.top
     if word is None or word.text not in (
         "pub",
@@ -135,14 +135,12 @@ def rust_word(t: Trouble) -> bool:
         return False
     if word is not t.before:
         return False
-    t.log.error(
-        "E0150", f"arael does not know `{word.text}`", word.start, word.end, help="leave it out"
-    )
+    t.log.error("E0150", f"arael has no `{word.text}`", word.start, word.end, help="omit it")
     t.automaton.pop(1)
     return True
 
 
-_PROGRAM = "a model runs no program: fill it and solve it from Python, with `arael.load`"
+_PROGRAM = "a model contains no statements to run: fill and solve it from Python, with `arael.load`"
 
 
 def _is_program(t: Trouble) -> bool:
@@ -160,21 +158,21 @@ def rust_item(t: Trouble) -> bool:
     if word.text == "pub":
         t.log.error(
             "E0150",
-            "arael does not know `pub`",
+            "arael has no `pub`",
             word.start,
             word.end,
             "everything in a model is visible",
-            help="leave it out",
+            help="omit it",
         )
         t.skip()
         return True
     hints = {
         "use": 'another file is read with `import "file.arael"`',
         "mod": 'another file is read with `import "file.arael"`',
-        "impl": "constraints stand inside the struct: `constraint name { ... }`",
+        "impl": "constraints are written inside the struct: `constraint name { ... }`",
         "trait": "a model has structs, constraints and a root only",
         "enum": "a model has structs, constraints and a root only",
-        "type": "a type cannot be given another name",
+        "type": "there are no type aliases",
         **dict.fromkeys(
             ("for", "while", "loop", "match", "println", "eprintln", "print"), _PROGRAM
         ),
@@ -183,9 +181,7 @@ def rust_item(t: Trouble) -> bool:
         hints = {word.text: _PROGRAM}
     if word.text not in hints:
         return False
-    t.log.error(
-        "E0150", f"arael does not know `{word.text}`", word.start, word.end, help=hints[word.text]
-    )
+    t.log.error("E0150", f"arael has no `{word.text}`", word.start, word.end, help=hints[word.text])
     t.panic()
     return True
 
@@ -204,7 +200,7 @@ def rust_path(t: Trouble) -> bool:
         help_ = "a vector is written as a list: `[x, y, z]`"
     t.log.error(
         "E0150",
-        f"`{before.text}::{name.text}` is no name in arael",
+        f"`{before.text}::{name.text}` is not a name in arael",
         before.start,
         name.end,
         help=help_,

@@ -1,4 +1,4 @@
-"""Statements that run into each other, or are written as in other languages."""
+"""Statements that are not separated, or are written as in other languages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def typed_let(t: Trouble) -> bool:
         "a `let` takes no type",
         t.token.start,
         t.token.end,
-        help="leave it out: the type is that of the value",
+        help="omit it: the type is that of the value",
     )
     t.skip_to("EQUAL")
     return True
@@ -118,7 +118,7 @@ def foreign_statement(t: Trouble) -> bool:
             "a constraint has no `return`",
             word.start,
             word.end,
-            help="leave it out: the last expression is the residual",
+            help="omit it: the last expression is the residual",
         )
         t.automaton.pop(1)
         return True
@@ -128,7 +128,7 @@ def foreign_statement(t: Trouble) -> bool:
             f"arael has no loops, and no `{word.text}`",
             word.start,
             word.end,
-            help="a constraint is evaluated for each element by itself: put it in the element's "
+            help="a constraint is evaluated separately for each element: put it in the element's "
             "struct, or use `fit collection as e { ... }` in the root",
         )
         t.panic()

@@ -1,4 +1,4 @@
-"""Children merged with their brothers: a symbolic factor still, and one that costs less."""
+"""Merged siblings: the result is a valid symbolic factor of lower cost."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def members(nodes: Supernodes, s: int) -> tuple[set[int], set[int]]:
 
 
 def check(pattern: BlockPattern, nodes: Supernodes) -> None:
-    """Every coupling has a place, and what a front hands up its parent has too."""
+    """Every coupling has a place, and the rows below a front are rows of its parent."""
     assert np.array_equal(np.sort(nodes.order), np.arange(pattern.block_count))
     position = np.argsort(nodes.order)
     sets = [members(nodes, s) for s in range(len(nodes.parent))]

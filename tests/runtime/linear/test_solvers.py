@@ -152,7 +152,7 @@ class TestEverySolver:
 
     @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e30])
     def test_bad_coupling_is_noticed(self, bad: float, name: str, single: bool) -> None:
-        # The coupling of the two last entities is spoilt; one of their scalars must be named.
+        # The coupling of the two last entities is overwritten; one of their scalars must be named.
         pattern = chain(12, 3)
         values, diagonal = positive(pattern, 6)
         block = pattern.find(np.array([11]), np.array([10]))[0]

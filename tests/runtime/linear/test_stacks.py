@@ -23,7 +23,7 @@ def random_tree(rng: np.random.Generator, count: int) -> Ints:
 
 
 def check(stacks: Stacks, parent: Ints, size: Ints, group: Ints) -> None:
-    """Go through the sequence and ask at each write who is still waiting there."""
+    """Process the sequence, and check at each write that no pending update is overwritten."""
     waiting: set[int] = set()
     seen = np.zeros(len(parent), dtype=bool)
     for s in stacks.sequence.tolist():
@@ -35,7 +35,7 @@ def check(stacks: Stacks, parent: Ints, size: Ints, group: Ints) -> None:
         for other in waiting:
             if stacks.shared[s] != stacks.shared[other]:
                 continue
-            # Whoever has done with a bundle leaves nothing in the room.
+            # After a bundle, the workspace of its thread is empty.
             assert stacks.shared[s] or group[s] == group[other]
             first, last = stacks.update[other], stacks.update[other] + size[other]
             assert end <= first or last <= begin
