@@ -299,11 +299,12 @@ cdef class Minimiser(Supervised):
     cdef bint _may_attempt(self) noexcept nogil:
         """Whether limits of attempts and time leave something to do."""
         cdef Py_ssize_t j, k
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            if (self._components[k].status == RUNNING
-                    and self._components[k].attempts >= self._settings.max_iters):
-                self._end(&self._components[k], MAX_ITERATIONS)
+        if self.attempts >= self._settings.max_iters:  # no component has made more than all have
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
+                if (self._components[k].status == RUNNING
+                        and self._components[k].attempts >= self._settings.max_iters):
+                    self._end(&self._components[k], MAX_ITERATIONS)
         if self._running == 0:
             self._status = self._worst()
         elif seconds() - self._began >= self._settings.time_limit:
@@ -394,6 +395,7 @@ cdef class Minimiser(Supervised):
                 k = self.vectors.active[j]
                 c = &self._components[k]
                 c.accepted = c.tried and c.trial_cost < c.cost
+                self._now.accepted |= c.accepted
         self._lap(COST)
 
     cdef void _take_costs(self, int which) noexcept nogil:
@@ -457,11 +459,8 @@ cdef class Minimiser(Supervised):
         cdef Py_ssize_t j, k
         cdef Component* c
         cdef Record* now = &self._now
-        cdef bint some = False
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            some |= self._components[k].accepted
-        now.accepted, now.cost = some, self.current_cost
+        cdef bint some = now.accepted
+        now.cost = self.current_cost
         now.damping = 0
         now.trial_cost, now.predicted, now.step_norm = self._settled, 0, 0
         now.promise = 0 if now.factored else NAN
