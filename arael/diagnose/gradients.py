@@ -33,7 +33,7 @@ class GradientCheck:
     difference : the relative difference where it exceeds its bound most
     bound : its error bound: how far rounding and curvature may have put the difference off
     worst : name of the instance that has it, and the row it acts on
-    residual : number of its residual
+    residual : number of its residual, 0 for several residuals with a loss
     derivative, measured : what the Jacobian says and what the residual does there
     """
 
@@ -59,6 +59,10 @@ class GradientCheck:
 
 def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> list[GradientCheck]:
     """Compare J d with central differences of the residuals along random directions d.
+
+    Where several residuals have a loss, only their part of the gradient is a derivative
+    (`arael.compiler.losses`): there, half the squared residuals of an instance take the place of
+    its residuals.
 
     Parameters move in proportion to their magnitude. Differences are taken in f64 with steps of
     eight lengths, and each residual takes the two that agree best: long steps suffer from
@@ -152,6 +156,7 @@ class _Group:
             np.asarray(part, dtype=np.float64) for part in problem.evaluation.group_rows(number)
         )
         self.rows = problem.structure.placements[number].rows
+        self.squared = bool(self.group.loss_text) and self.group.residuals > 1
 
     def compare(
         self,
@@ -166,6 +171,9 @@ class _Group:
             direction = steps[group.uses[use].entity][self.rows[:, use], tangent]
             derivative[:, residual] += self.entries[:, k] * direction
             terms[:, residual] += np.abs(self.entries[:, k] * direction)
+        if self.squared:
+            derivative = (self.residuals * derivative).sum(axis=1, keepdims=True)
+            terms = (np.abs(self.residuals) * terms).sum(axis=1, keepdims=True)
         with np.errstate(all="ignore"):
             measured, error, curvature = self._differences(here, both)
             precision = float(np.finfo(problem.dtype.type).eps)
@@ -193,14 +201,14 @@ class _Group:
         self, here: list[Floats], both: list[tuple[float, list[Floats], list[Floats]]]
     ) -> tuple[Floats, Floats, Floats]:
         """Central differences (n, residuals) with their error bounds, and second differences."""
-        middle = self.interpreter.residuals(here)
+        middle = self._values(here)
         precision = _ROUNDINGS * float(np.finfo(np.float64).eps)
         best = np.full_like(middle, np.nan)
         least = np.full_like(middle, np.inf)
         curved = np.zeros_like(middle)
         before = None
         for length, ahead, behind in both:
-            right, left = self.interpreter.residuals(ahead), self.interpreter.residuals(behind)
+            right, left = self._values(ahead), self._values(behind)
             slope = (right - left) / (2 * length)
             if before is not None:
                 rounding = precision * np.maximum(np.abs(right), np.abs(left)) / length
@@ -211,3 +219,8 @@ class _Group:
                 curved = np.where(better, (right - 2 * middle + left) / length**2, curved)
             before = slope
         return best, least, curved
+
+    def _values(self, states: list[Floats]) -> Floats:
+        """What is differentiated: (n, residuals), or (n, 1) half their squares."""
+        residuals = np.asarray(self.interpreter.residuals(states), dtype=np.float64)
+        return 0.5 * np.square(residuals).sum(axis=1, keepdims=True) if self.squared else residuals

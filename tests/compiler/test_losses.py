@@ -133,10 +133,10 @@ def test_cost_gradient_and_hessian_are_those_of_the_robust_cost(name: str, tmp_p
     differences = [(cost(x + h) - cost(x - h)) / 2e-5 for h in steps]
     np.testing.assert_allclose(model.gradient(), differences, rtol=1e-6)
 
-    # Gauss-Newton on r sqrt(rho / s): rho / s across the residual, rho'^2 s / rho along it.
+    # The slope across the residual, or a hundredth of rho / s; rho'^2 s / rho along it.
     along = r / np.sqrt(s)[:, None]
     across = np.eye(2) - along[:, :, None] * along[:, None, :]
-    weight = (rho(s) / s)[:, None, None] * across
+    weight = np.maximum(slope(s), 0.01 * rho(s) / s)[:, None, None] * across
     weight += (slope(s) ** 2 * s / rho(s))[:, None, None] * along[:, :, None] * along[:, None, :]
     hessian = 2 * np.einsum("nki,nkl,nlj->ij", j, weight, j)
     np.testing.assert_allclose(model.hessian(), hessian, rtol=1e-7)
@@ -262,3 +262,58 @@ def test_a_loss_fits_as_an_independent_minimiser_does(tmp_path: Path) -> None:
 def test_loss_and_guard_are_shown(tmp_path: Path) -> None:
     (group,) = type(model_of(tmp_path, "huber(1.7)")).compiled.layout.groups  # type: ignore[attr-defined]
     assert (group.guard_text, group.loss_text) == ("w > 0.1", "huber(1.7)")
+
+
+@pytest.mark.parametrize("name", LOSSES)
+def test_curvature_across_the_residual_is_that_of_the_cost(name: str, tmp_path: Path) -> None:
+    """Second differences of the cost along shifts that turn a residual and keep its length."""
+    path = tmp_path / "across.arael"
+    path.write_text(
+        "root One {\n    param p: vec2 = [0, 0]\n    c: real = 1.7\n    x: real = 1\n"
+        f"    constraint at loss {LOSSES[name][0]} {{ p + [x, 0] }}\n}}\n"
+        + "fn capped(x, k) = (k * atan(sqrt(x) / k))^2\n"
+    )
+    kind = load(path, interpret=True)
+    for x in (0.01, 0.5, 1.2, 3.0, 6.0):
+        model = kind(x=x)
+        cost = model.cost()
+
+        def moved(y: float, model: Model = model) -> float:
+            model.p.value = [0.0, y]
+            return model.cost()
+
+        h = 1e-3 * x
+        exact = (moved(h) - 2 * cost + moved(-h)) / h**2
+        moved(0.0)
+        least = 2 * 0.01 * cost / x**2
+        assert model.hessian()[1, 1] == pytest.approx(max(exact, least), rel=1e-4, abs=1e-9)
+
+
+def test_a_flat_loss_on_several_residuals_still_holds_what_nothing_else_does(
+    tmp_path: Path,
+) -> None:
+    """All residuals of the point are beyond the loss: no gradient, and no singular system."""
+    path = tmp_path / "flat.arael"
+    path.write_text(
+        "root One {\n    param p: vec2 = [9, 0]\n    param q: real = 0\n"
+        "    constraint far loss tukey(1) { [p.x, 2 * p.y] }\n"
+        "    constraint also loss tukey(1) { [p.y + 7, p.x] }\n"
+        "    constraint near { q - 1 }\n}\n"
+    )
+    model = load(path, interpret=True)()
+    result = model.solve()
+    assert result.status == "converged"
+    assert float(model.q.value) == pytest.approx(1)
+    np.testing.assert_allclose(model.p.value, [9, 0], atol=1e-12)
+
+
+def test_gradients_of_several_residuals_with_a_loss_are_checked(tmp_path: Path) -> None:
+    """A derivative that is wrong is found behind a loss too."""
+    path = tmp_path / "wrong.arael"
+    path.write_text(
+        "fn wrong(x) derivs [3 * x] = x^2\n"
+        "root One {\n    param p: vec2 = [1, 2]\n"
+        "    constraint at loss cauchy(1) { [wrong(p.x), p.y] }\n}\n"
+    )
+    (found,) = check_gradients(load(path, interpret=True)()._problem())
+    assert not found.agrees and found.residual == 0
