@@ -6,13 +6,13 @@ Gauss-Newton Hessian, Jacobian rows and covariance agree with each other. For a 
 Hessian is that of Gauss-Newton on ``sqrt(rho(r^2))``, the same as if the residual had been
 robustified from within.
 
-For several residuals, rows are ``(a (I - u u') + b u u') J`` with ``u = r / |r|``. The exact gradient
-requires ``b = rho' sqrt(s / rho)``; ``a`` is free, because r has no part across itself. The second
-derivative of ``rho(|r|^2)`` across r is ``2 rho'(s)``, exactly, so ``a = sqrt(rho')``. The derivative of
-``r sqrt(rho / s)`` would have ``a = sqrt(rho / s)``, which is larger and makes steps too short (Triggs
-et al., "Bundle adjustment: a modern synthesis", 2000, section 4.3, treat the same Hessian). Where
-the loss is flat, ``rho' = 0`` would leave parameters without any curvature: `_ACROSS` is the least share
-of ``rho / s`` that remains.
+For several residuals, rows are ``(a (I - u u') + b u u') J`` with ``u = r / |r|``. The exact
+gradient requires ``b = rho' sqrt(s / rho)``; ``a`` is free, because r has no part across itself.
+The second derivative of ``rho(|r|^2)`` across r is exactly ``2 rho'(s)``, so ``a = sqrt(rho')``
+(Triggs et al., "Bundle adjustment: a modern synthesis", 2000, section 4.3). The derivative of
+``r sqrt(rho / s)`` would have ``a = sqrt(rho / s)``, which is larger and makes steps too short.
+Where the loss is flat, ``rho' = 0`` would leave parameters without any curvature: `_ACROSS` is the
+least share of ``rho / s`` that remains.
 
 At s = 0 the factor is ``sqrt(rho'(0))``, which is 1 for the losses that have a name.
 """
