@@ -86,7 +86,9 @@ class LmConfig:
         success, times 10 after failure), or a callable that takes the record of an attempt and
         returns the next lambda, None to end the solve.
     strategy :
-        ``"dogleg"``: a trust region with Powell's dogleg. ``"damped"``: Levenberg-Marquardt.
+        ``"dogleg"``: a trust region with Powell's dogleg. ``"subspace"``: the same region, and the
+        best step in the plane of steepest descent and Gauss-Newton step. ``"gauss_newton"``: full
+        Gauss-Newton steps, halved until the cost falls. ``"damped"``: Levenberg-Marquardt.
         ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
         `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
         steps of the linear solver ``schur_pcg``; else ``dogleg``.
@@ -116,7 +118,7 @@ class LmConfig:
     verbose: bool = False
     observer: Observer | None = None
     damping: Literal["gain", "ladder", "nielsen"] | Driver = "gain"
-    strategy: Literal["auto", "dogleg", "damped"] = "auto"
+    strategy: Literal["auto", "dogleg", "subspace", "gauss_newton", "damped"] = "auto"
     ending: Literal["promise", "small_steps"] = "promise"
 
     def __post_init__(self) -> None:
@@ -193,7 +195,7 @@ class LmConfig:
         return found
 
     def chosen_strategy(self) -> str:
-        """``dogleg`` or ``damped``: what ``auto`` stands for with a direct linear solver."""
+        """What `strategy` stands for with a direct linear solver: anything but ``auto``."""
         if self.strategy != "auto":
             return self.strategy
         changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)
@@ -240,9 +242,9 @@ class LmConfig:
             value = getattr(self, name)
             if not isinstance(value, str) or value not in words:
                 raise _refused(f"`{name}` is {value!r}", f"it must be {_listed(words)}")
-        if self.strategy == "dogleg" and self.damping != "gain":
+        if self.strategy not in ("auto", "damped") and self.damping != "gain":
             raise _refused(
-                f"`strategy` is 'dogleg', which has no use for `damping` {self.damping!r}",
+                f"`strategy` is {self.strategy!r}, which has no use for `damping` {self.damping!r}",
                 'set strategy="damped", or leave one of the two out',
             )
         if self.observer is not None and not callable(self.observer):
@@ -271,7 +273,10 @@ _NOT_NEGATIVE = (
 )
 _OPTIONAL = ("lambda_floor", "time_limit")
 _DAMPINGS = ("gain", "ladder", "nielsen")
-_WORDS = {"strategy": ("auto", "dogleg", "damped"), "ending": ("promise", "small_steps")}
+_WORDS = {
+    "strategy": ("auto", "dogleg", "subspace", "gauss_newton", "damped"),
+    "ending": ("promise", "small_steps"),
+}
 # Changing one of these asks for the damped strategy.
 _OF_DAMPING = ("damping", "initial_lambda", "lambda_floor", "lambda_ceiling", "retry_budget")
 _COUNTS = {"max_iters": 1, "min_iters": 0, "patience": 0, "retry_budget": 0, "num_threads": 0}

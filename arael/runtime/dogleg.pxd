@@ -9,6 +9,7 @@ from arael.runtime.vectors cimport Vectors
 
 cdef class Dogleg:
     cdef readonly double floor          # of the regularisation
+    cdef int _path                      # that steps are on: DOGLEG, SUBSPACE or LINE
     cdef Vectors _vectors
     cdef Box _box
     cdef Component* _components
@@ -40,7 +41,8 @@ cdef class Dogleg:
 
     cdef void _descend(self) noexcept nogil
     cdef void _cut_path(self, Py_ssize_t k) noexcept nogil
+    cdef void _take_path(self, Component* c, double* along, double* across) noexcept nogil
 
 
 cdef Dogleg dogleg_of(
-    Vectors vectors, Box box, double floor, components, const int32_t* component)
+    Vectors vectors, Box box, double floor, int path, components, const int32_t* component)

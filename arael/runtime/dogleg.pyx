@@ -6,6 +6,10 @@ Powell, "A hybrid method for nonlinear equations", 1970, with the scaling of var
 ``D^1/2 x``, where D is the largest diagonal of J'J so far. One factorisation serves all attempts
 with a linearisation, so a rejected step costs no more than the cost of the trial state. Each
 connected component of the problem has a trust region of its own.
+
+Two other ways to the Gauss-Newton step can be chosen: the best step in the plane of the two
+(levenberg/subspace.pyx), and the straight line, which is Gauss-Newton with a line search: each
+linearisation begins with the full step, and each rejection halves it.
 """
 
 import numpy as np
@@ -18,7 +22,8 @@ from libc.string cimport memset
 from arael.runtime.address cimport writable
 from arael.runtime.box cimport Box
 from arael.runtime.levenberg.component cimport Component, Region
-from arael.runtime.levenberg.settings cimport RUNNING
+from arael.runtime.levenberg.settings cimport LINE, RUNNING, SUBSPACE
+from arael.runtime.levenberg.subspace cimport best_in_plane
 from arael.runtime.vectors cimport Sums, Vectors
 
 # Gain ratios below and above which the radius shrinks and grows, and by how much.
@@ -27,6 +32,8 @@ cdef double GOOD = 0.75
 cdef double SHRINK_REJECTED = 0.25
 cdef double SHRINK_ACCEPTED = 0.5
 cdef double GROW = 2
+# By how much a step on a line shrinks.
+cdef double HALVE = 0.5
 
 
 cdef class Dogleg:
@@ -52,6 +59,8 @@ cdef class Dogleg:
 
     cdef void begin_component(self, Component* c) noexcept nogil:
         c.region.known = False
+        if self._path == LINE:
+            c.region.radius = 0
         c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
 
     cdef void prepare(self) noexcept nogil:
@@ -83,7 +92,7 @@ cdef class Dogleg:
                 # A first step no longer than the state is far: beyond, costs tend to be flat.
                 size = sqrt(c.energy)
                 c.region.radius = sqrt(sums.scaled)
-                if size > 0:
+                if size > 0 and self._path != LINE:
                     c.region.radius = min(c.region.radius, size)
         self._vectors.keep_newton()
 
@@ -122,28 +131,19 @@ cdef class Dogleg:
 
     cdef void _cut_path(self, Py_ssize_t k) noexcept nogil:
         """Where a component's path leaves its region, and what the step promises without bounds."""
-        cdef double along = 0, across = 1, gg, t, newton, corner, gap, product, curvature
+        cdef double along = 0, across = 1, curvature
         cdef Component* c = &self._components[k]
         cdef Region* region = &c.region
-        newton = region.newton_length
-        region.length = sqrt(newton)
+        region.length = sqrt(region.newton_length)
         if region.length > region.radius:
-            self._descend()
-            gg = region.descent_length
-            t = gg / region.descent_curvature
-            if not isfinite(t):
-                t = 0
-            corner = t * t * gg
-            if corner >= region.radius * region.radius:
-                along, across = region.radius / sqrt(gg), 0
+            if self._path == LINE:
+                across = region.radius / region.length
             else:
-                # |corner + s (n - corner)| = radius, of the root that cancels nothing
-                product = t * c.promise - corner
-                gap = newton - 2 * t * c.promise + corner
-                across = (region.radius * region.radius - corner) / (
-                    product
-                    + sqrt(product * product + gap * (region.radius * region.radius - corner)))
-                along = t * (1 - across)
+                self._descend()
+                if self._path != SUBSPACE or not best_in_plane(
+                    region, c.promise, c.added, &along, &across
+                ):
+                    self._take_path(c, &along, &across)
             region.length = region.radius
         self._vectors.along[k], self._vectors.across[k] = along, across
         curvature = across * across * (c.promise - c.added)
@@ -153,6 +153,24 @@ cdef class Dogleg:
             c.predicted = 2 * (along * region.descent_length + across * c.promise) - curvature
         else:
             c.predicted = 2 * across * c.promise - curvature
+
+    cdef void _take_path(self, Component* c, double* along, double* across) noexcept nogil:
+        """Where the dogleg leaves the region, as parts of steepest descent and Gauss-Newton step."""
+        cdef Region* region = &c.region
+        cdef double gg = region.descent_length, t = gg / region.descent_curvature
+        cdef double square = region.radius * region.radius, corner, product, gap
+        if not isfinite(t):
+            t = 0
+        corner = t * t * gg
+        if corner >= square:
+            along[0], across[0] = region.radius / sqrt(gg), 0
+            return
+        # |corner + s (n - corner)| = radius, of the root that cancels nothing
+        product = t * c.promise - corner
+        gap = region.newton_length - 2 * t * c.promise + corner
+        across[0] = (square - corner) / (
+            product + sqrt(product * product + gap * (square - corner)))
+        along[0] = t * (1 - across[0])
 
     cdef void _descend(self) noexcept nogil:
         """Steepest descent of all components, once a linearisation."""
@@ -175,7 +193,7 @@ cdef class Dogleg:
     cdef void adapt(self, Component* c, double gain) noexcept nogil:
         cdef Region* region = &c.region
         if not c.accepted:
-            region.radius = SHRINK_REJECTED * region.length
+            region.radius = (HALVE if self._path == LINE else SHRINK_REJECTED) * region.length
         elif gain > GOOD:
             region.radius = max(region.radius, GROW * region.length)
         elif not gain >= POOR:
@@ -183,18 +201,19 @@ cdef class Dogleg:
 
 
 cdef Dogleg dogleg_of(
-    Vectors vectors, Box box, double floor, components, const int32_t* component
+    Vectors vectors, Box box, double floor, int path, components, const int32_t* component
 ):
     """Trust regions of the components of `vectors`.
 
     Parameters
     ----------
+    path : DOGLEG, SUBSPACE or LINE
     components : array that holds a `Component` for each
     component : that of each scalar, or NULL: all are of one
     """
     cdef Dogleg found = Dogleg.__new__(Dogleg)
     cdef Py_ssize_t k
-    found._vectors, found._box, found.floor = vectors, box, floor
+    found._vectors, found._box, found.floor, found._path = vectors, box, floor, path
     found._components = <Component*>writable(components, np.float64)
     found._count, found._component = vectors.components, component
     memory = np.zeros(2 * found._count)

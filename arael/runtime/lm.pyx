@@ -120,7 +120,7 @@ cdef class Minimiser(Supervised):
             c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
         self.damping = self._components[0].damping
         self.dogleg = dogleg_of(
-            self.vectors, self._box, s.lambda_floor, self._memory, self._component)
+            self.vectors, self._box, s.lambda_floor, s.path, self._memory, self._component)
 
     # --- from Python -------------------------------------------------------------------------
 

@@ -44,7 +44,8 @@ cdef Settings settings_of(config, dtype, bint guarded, bint watched) except *:
     s.predicted_reduction_tolerance = config.predicted_reduction_tolerance
     s.min_diagonal = config.min_diagonal
     s.time_limit = INFINITY if config.time_limit is None else config.time_limit
-    s.dogleg = config.chosen_strategy() == "dogleg"
+    s.dogleg = config.chosen_strategy() != "damped"
+    s.path = {"subspace": SUBSPACE, "gauss_newton": LINE}.get(config.chosen_strategy(), DOGLEG)
     s.damping = CUSTOM if callable(config.damping) else {
         "ladder": LADDER, "nielsen": NIELSEN, "gain": GAIN
     }[config.damping]
