@@ -17,6 +17,7 @@ from benchmarks import (
     runtime_residuals,
     scale,
     schur,
+    strategies,
     threads,
 )
 from benchmarks.measure import machine
@@ -36,6 +37,7 @@ OWN: dict[str, Chapter] = {
     "residuals": runtime_residuals.run,
     "threads": threads.run,
     "scale": scale.run,
+    "strategies": strategies.run,
     "cold": cold.run,
 }
 SUITES = (*BESIDE, *OWN)

@@ -5,7 +5,6 @@ Families of random problems, each judged by an independent computation in double
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from scipy.optimize import least_squares
 import arael
 from arael.model import Model
 from arael.result import Result
+from benchmarks import nist
 from tests.public_data import public
 
 PRECISIONS = ("f64", "f32")
@@ -349,57 +349,15 @@ def test_two_decays_from_far_away(load: Load, seed: int) -> None:
 
 # --- public data ------------------------------------------------------------------------------
 
-# Number of parameters and formula of data sets of NIST's collection for nonlinear regression.
-NIST = {
-    "BoxBOD": "b1*(1 - exp(-b2*x))",
-    "Chwirut1": "exp(-b1*x) / (b2 + b3*x)",
-    "DanWood": "b1 * x^b2",
-    "ENSO": (
-        "b1 + b2*cos(2*pi*x/12) + b3*sin(2*pi*x/12) + b5*cos(2*pi*x/b4) + b6*sin(2*pi*x/b4)"
-        " + b8*cos(2*pi*x/b7) + b9*sin(2*pi*x/b7)"
-    ),
-    "Gauss1": "b1*exp(-b2*x) + b3*exp(-(x - b4)^2/b5^2) + b6*exp(-(x - b7)^2/b8^2)",
-    "Hahn1": "(b1 + b2*x + b3*x^2 + b4*x^3) / (1 + b5*x + b6*x^2 + b7*x^3)",
-    "Kirby2": "(b1 + b2*x + b3*x^2) / (1 + b4*x + b5*x^2)",
-    "Lanczos3": "b1*exp(-b2*x) + b3*exp(-b4*x) + b5*exp(-b6*x)",
-    "MGH09": "b1*(x^2 + x*b2) / (x^2 + x*b3 + b4)",
-    "MGH10": "b1*exp(b2 / (x + b3))",
-    "MGH17": "b1 + b2*exp(-x*b4) + b3*exp(-x*b5)",
-    "Misra1a": "b1*(1 - exp(-b2*x))",
-    "Misra1b": "b1*(1 - 1/(1 + b2*x/2)^2)",
-    "Misra1c": "b1*(1 - 1/sqrt(1 + 2*b2*x))",
-    "Roszman1": "b1 - b2*x - atan(b3/(x - b4))/pi",
-    "Thurber": "(b1 + b2*x + b3*x^2 + b4*x^3) / (1 + b5*x + b6*x^2 + b7*x^3)",
-}
-
-
-def nist_set(name: str) -> tuple[Any, float, Any]:
-    """Starts and certified values (columns), certified cost, and data (y, x) of a NIST file."""
-    text = public(f"nist/{name}.dat").read_text()
-    number = r"[-+]?[\d.]+(?:[eE][-+]?\d+)?"
-    lines = [line.split("=")[1] for line in text.splitlines() if re.match(r"\s*b\d+ =", line)]
-    values = np.array([[float(v) for v in re.findall(number, line)] for line in lines])
-    cost = float(re.search(r"Residual Sum of Squares:\s*(\S+)", text)[1])  # type: ignore[index]
-    data = text[text.rindex("Data:") :].splitlines()[1:]
-    return values, cost, np.array([[float(v) for v in row.split()] for row in data if row.strip()])
-
 
 @pytest.mark.parametrize("start", [0, 1])
-@pytest.mark.parametrize("name", NIST)
+@pytest.mark.parametrize("name", nist.FORMULAS)
 def test_certified_values_are_reached_from_both_starts(load: Load, name: str, start: int) -> None:
-    values, cost, data = nist_set(name)
-    names = [f"b{k + 1}" for k in range(len(values))]
-    formula = re.sub(r"\b(b\d)\b", r"root.\1", NIST[name])
-    model = load(
-        "struct Point { x: real\n y: real\n"
-        f"    constraint fit {{ {formula} - y }}\n}}\n"
-        "root A { points: list of Point\n"
-        + "".join(f"    param {one}: real\n" for one in names)
-        + "}\n"
-    )(**dict(zip(names, values[:, start], strict=True)))
-    model.points.extend(x=data[:, 1], y=data[:, 0])
+    values, cost, data = nist.parsed(public(f"nist/{name}.dat").read_text())
+    kind = load(nist.model_text(name, len(values)))
+    model = nist.filled(kind, values[:, start], data)
     result = solved(model)
     assert result.status == "converged"
-    found = [float(getattr(model, one).value) for one in names]
+    found = [float(getattr(model, f"b{k + 1}").value) for k in range(len(values))]
     np.testing.assert_allclose(found, values[:, 2], rtol=1e-4)
     assert result.end_cost == pytest.approx(cost, rel=1e-6)

@@ -11,6 +11,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 SOLVERS = ("auto", "dense", "band", "sparse", "schur", "schur_pcg", "cholmod", "lapack_band")
 
+STRATEGIES = ("auto", "dogleg", "subspace", "gauss_newton", "damped")
+"""As `arael.LmConfig.strategy`."""
+
 INITS = ("auto", "file", "tree", "chordal")
 """As `arael.starts.WAYS`, which would import NumPy for ``--help``."""
 
@@ -42,6 +45,15 @@ def init_option(function: F) -> F:
         default="auto",
         show_default=True,
         help="Start values of a pose graph: auto takes those of least cost.",
+    )(function)
+
+
+def strategy_option(function: F) -> F:
+    """Add ``--strategy``."""
+    return click.option(
+        "--strategy",
+        type=click.Choice(STRATEGIES),
+        help="How steps are chosen, in place of what the model's passes ask for.",
     )(function)
 
 

@@ -17,6 +17,7 @@ from arael.cli.options import (
     plot_option,
     precision_option,
     solver_option,
+    strategy_option,
     threads_option,
 )
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 @click.option("--pass", "passes", multiple=True, metavar="NAME", help="Run this pass only.")
 @init_option
 @solver_option
+@strategy_option
 @precision_option
 @threads_option
 @click.option("--max-iters", type=click.IntRange(min=1), help="Most attempts at a step per pass.")
@@ -63,6 +65,7 @@ def command(
     passes: tuple[str, ...],
     init: str,
     solver: str,
+    strategy: str | None,
     precision: str | None,
     threads: int,
     max_iters: int | None,
@@ -96,7 +99,7 @@ def command(
     start = _initialise(instance, init)
     if start is not None and not as_json:
         click.echo(str(start), err=True)
-    result = run(instance, solver, passes, threads, max_iters, verbose, as_json)
+    result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
     solution = solution_of(instance, loaded.layout, shown)
     if not as_json:
         click.echo(str(result))
@@ -146,6 +149,7 @@ def _initialise(instance: Any, init: str) -> Any:
 def run(
     instance: Any,
     solver: str,
+    strategy: str | None,
     passes: tuple[str, ...],
     threads: int,
     max_iters: int | None,
@@ -159,6 +163,8 @@ def run(
     options: dict[str, Any] = {"verbose": verbose, "num_threads": threads, "observer": progress}
     if max_iters is not None:
         options["max_iters"] = max_iters
+    if strategy is not None:
+        options["strategy"] = strategy
     try:
         # As single settings they go over what the model's passes set.
         return instance.solve(solver=solver, passes=list(passes) or None, **options)

@@ -1,0 +1,193 @@
+"""Each strategy that has a name: its steps, and its ends on families of problems."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import arael
+from arael.model import Model
+from arael.result import Result
+from tests.test_endings import LINEAR, PRECISIONS, ROBUST, ROSENBROCK, SATURATION, SQUARE
+
+STRATEGIES = ("dogleg", "subspace", "gauss_newton", "damped")
+BOUNDED = """
+root A {
+    param x: real in -5 .. 0.5 = -1.2
+    param y: real = 1
+    constraint c { [10*(y - x*x), 1 - x] }
+}
+"""
+
+Load = Callable[..., type[Model]]
+
+
+@pytest.fixture(scope="module")
+def load(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Load]:
+    """Load a model's text, once each, without compiling it."""
+    folder = tmp_path_factory.mktemp("strategies")
+    loaded: dict[tuple[str, str], type[Model]] = {}
+
+    def model(text: str, precision: str = "f64") -> type[Model]:
+        key = (text, precision)
+        if key not in loaded:
+            path = Path(folder) / f"m{len(loaded)}.arael"
+            path.write_text(text)
+            loaded[key] = arael.load(path, precision=precision, interpret=True)
+        return loaded[key]
+
+    yield model
+
+
+def solved(model: Any, strategy: str, **settings: Any) -> Result:
+    """Solve, and check what holds for every end."""
+    result = model.solve(strategy=strategy, **settings)
+    assert result.end_cost <= result.start_cost
+    assert result.end_cost == pytest.approx(model.cost(), rel=1e-6, abs=1e-30)
+    accepted = result.history[result.history["accepted"] == 1]
+    assert (accepted["trial_cost"] < accepted["cost"]).all()
+    return result
+
+
+# --- the steps --------------------------------------------------------------------------------
+
+
+def in_region(model: Any, scale: Any, radius: float) -> float:
+    """Largest decrease that the linear model of a root predicts inside a region, by its angles."""
+    rows = model.jacobian()
+    jacobian, r = rows.dense() / np.sqrt(scale), rows.residuals
+    angle = np.linspace(0, 2 * np.pi, 20001)
+    step = radius * np.stack([np.cos(angle), np.sin(angle)])
+    return float(np.max((r**2).sum() - np.square(r[:, None] + jacobian @ step).sum(axis=0)))
+
+
+def test_subspace_of_two_parameters_is_the_exact_trust_region(load: Load) -> None:
+    """The plane is all there is: a cut step of the first linearisation is the best possible."""
+    kind, cut = load(ROSENBROCK), 0
+    for x, y in np.random.default_rng(0).uniform(-3, 3, (20, 2)):
+        scale = np.diag(kind(x=x, y=y, s=1.0).hessian()) / 2
+        plain = solved(kind(x=x, y=y, s=1.0), "dogleg", max_iters=8).history
+        found = solved(kind(x=x, y=y, s=1.0), "subspace", max_iters=8).history
+        for one, other in zip(found, plain, strict=False):
+            if one["iteration"] > 1 or other["iteration"] > 1:
+                break
+            assert one["radius"] == pytest.approx(other["radius"])
+            if one["predicted"] < (1 - 1e-9) * one["promise"]:
+                best = in_region(kind(x=x, y=y, s=1.0), scale, one["radius"])
+                assert one["predicted"] == pytest.approx(best, rel=1e-3)
+                assert one["predicted"] >= other["predicted"] * (1 - 1e-3)
+                cut += 1
+    assert cut >= 10
+
+
+def test_gauss_newton_halves_what_does_not_lower_the_cost(load: Load) -> None:
+    history = solved(load(ROSENBROCK)(s=1.0), "gauss_newton").history
+    for before, after in itertools.pairwise(history):
+        if after["retry"]:
+            assert after["step_norm"] == pytest.approx(before["step_norm"] / 2)
+        else:
+            assert after["predicted"] == pytest.approx(after["promise"], rel=1e-6)
+    assert (history["retry"] > 0).any()
+
+
+@pytest.mark.parametrize("strategy", ["subspace", "gauss_newton"])
+def test_rejected_attempts_factorise_nothing_anew(load: Load, strategy: str) -> None:
+    result = solved(load(ROSENBROCK)(s=1.0), strategy)
+    assert result.iterations > result.accepted_iterations
+    assert len(np.unique(result.history["iteration"])) <= result.accepted_iterations + 1
+
+
+# --- the ends ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
+def test_units_of_the_residuals_do_not_matter(
+    load: Load, precision: str, strategy: str, scale: float
+) -> None:
+    model = load(ROSENBROCK, precision)(s=scale)
+    assert solved(model, strategy).status == "converged"
+    near = 1e-9 if precision == "f64" else 1e-3
+    np.testing.assert_allclose([model.x.value, model.y.value], 1, rtol=near)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_exact_and_linear_problems_converge(load: Load, precision: str, strategy: str) -> None:
+    rng = np.random.default_rng(2)
+    near = 1e-9 if precision == "f64" else 1e-4
+    for t in np.exp(rng.uniform(-7, 7, 15)):
+        model = load(SQUARE, precision)(t=t)
+        assert solved(model, strategy).status == "converged"
+        assert float(model.v.value) == pytest.approx(np.sqrt(t), rel=near)
+    for k in rng.normal(size=15):
+        model = load(LINEAR, precision)(k=k)
+        result = solved(model, strategy)
+        assert result.status == "converged" and result.iterations <= 4
+        assert result.end_cost < (1e-20 if precision == "f64" else 1e-10)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("loss", ["huber(1)", "cauchy(1)", "geman_mcclure(1)", "tukey(1)"])
+def test_losses_end_where_the_default_ends(load: Load, strategy: str, loss: str) -> None:
+    rng = np.random.default_rng(5)
+    kind = load(ROBUST.replace("LOSS", loss))
+    x = np.linspace(-1, 1, 15)
+    for _ in range(5):
+        y = 0.7 * x - 0.2 + 0.1 * rng.normal(size=15)
+        y[::5] += 3 * rng.normal(size=3)
+        ends = []
+        for one in ("auto", strategy):
+            model = kind(a=0.6, b=-0.1, s=3.0)
+            model.points.extend(x=x, y=y)
+            result = solved(model, one)
+            assert result.status == "converged"
+            ends.append(result.end_cost)
+        assert ends[1] == pytest.approx(ends[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_bounds_hold(load: Load, strategy: str) -> None:
+    model = load(BOUNDED)()
+    assert solved(model, strategy).status == "converged"
+    np.testing.assert_allclose([model.x.value, model.y.value], [0.5, 0.25], rtol=1e-6)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_a_jump_of_the_cost_is_no_convergence(load: Load, strategy: str) -> None:
+    model = load(
+        "root A { param x: real = 0.5\n    constraint a { x - 2 }\n"
+        "    constraint k when x >= 1 { 10 + 1e-9*x }\n}\n"
+    )()
+    result = solved(model, strategy)
+    assert not result.converged
+    assert result.end_cost == pytest.approx(1, rel=1e-5)
+
+
+@pytest.mark.parametrize("strategy", ["dogleg", "subspace"])
+def test_saturation_from_a_start_on_its_plateau(load: Load, strategy: str) -> None:
+    x = np.array([1.0, 2, 3, 5, 7, 10])
+    model = load(SATURATION)(a=1.0, b=1.0)
+    model.points.extend(x=x, y=210 * (1 - np.exp(-0.55 * x)))
+    assert solved(model, strategy).status == "converged"
+    np.testing.assert_allclose([model.a.value, model.b.value], [210, 0.55], rtol=1e-5)
+
+
+@pytest.mark.parametrize("strategy", ["subspace", "gauss_newton"])
+def test_components_end_as_each_does_alone(load: Load, strategy: str) -> None:
+    kind = load(
+        "struct One { param v: real = 2\n t: real\n constraint c { v*v - t } }\n"
+        "root A { ones: list of One }\n"
+    )
+    both, alone = kind(), kind()
+    both.ones.extend(v=[2.0, 2.0], t=[9.0, 1e-3])
+    alone.ones.extend(v=[2.0], t=[1e-3])
+    solved(alone, strategy)
+    assert solved(both, strategy).status == "converged"
+    assert float(both.ones.v.value[1]) == pytest.approx(float(alone.ones.v.value[0]), rel=1e-12)
