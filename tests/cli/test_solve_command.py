@@ -77,6 +77,14 @@ def test_max_iters_goes_over_the_models_passes(arael: Arael, line: Path) -> None
     assert done.json["converged"] is False
 
 
+def test_a_strategy_can_be_chosen(arael: Arael, line: Path) -> None:
+    for strategy, word in (("damped", "lambda="), ("subspace", "radius="), ("dogleg", "radius=")):
+        done = arael("solve", "line.arael", "line.json", "-v", "--strategy", strategy)
+        assert done.code == 0
+        assert word in done.err
+    assert arael("solve", "line.arael", "line.json", "--strategy", "other").code == 2
+
+
 def test_a_stalled_solve_says_what_was_promised(arael: Arael, tmp_path: Path) -> None:
     """The residual jumps where it starts: exit code 1, and the predicted decrease beside it."""
     (tmp_path / "jump.arael").write_text(
