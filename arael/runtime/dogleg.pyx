@@ -155,7 +155,7 @@ cdef class Dogleg:
             c.predicted = 2 * across * c.promise - curvature
 
     cdef void _take_path(self, Component* c, double* along, double* across) noexcept nogil:
-        """Where the dogleg leaves the region, as parts of steepest descent and Gauss-Newton step."""
+        """Where the dogleg leaves the region: parts of steepest descent and Gauss-Newton step."""
         cdef Region* region = &c.region
         cdef double gg = region.descent_length, t = gg / region.descent_curvature
         cdef double square = region.radius * region.radius, corner, product, gap

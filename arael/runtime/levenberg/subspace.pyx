@@ -27,7 +27,7 @@ cdef bint best_in_plane(
     cdef double mixed = (region.descent_length - region.descent_added) / size
     cdef double ee = region.descent_curvature / region.descent_length
     cdef double ef, ff, shift = 0, a, b, pivot, x, y, length, slope
-    cdef int k
+    cdef int _
     if not rest > 1e-12 * region.newton_length:
         return False
     rest = sqrt(rest)
@@ -35,7 +35,7 @@ cdef bint best_in_plane(
     ff = (promise - added - 2 * m * mixed + m * m * ee) / (rest * rest)
     # (B + shift) (x, y) = (|c|, 0) with B = (ee, ef; ef, ff), and a shift that makes the length
     # equal the radius: Newton's method on 1 / length, from the left, after Hebden.
-    for k in range(MOST):
+    for _ in range(MOST):
         a, b = ee + shift, ff + shift
         pivot = a * b - ef * ef
         if not (pivot > 0 and a > 0):
