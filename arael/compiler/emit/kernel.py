@@ -112,7 +112,7 @@ def emit_squares(w: Writer, residuals: list[str]) -> None:
     with w.block("else:"):
         with w.block("for w in range(count):"):
             w.line(f"costs[w] = {squares}")
-        w.line("costs += W")
+        w.line("costs = &costs[W]")
 
 
 def _emit_guard(

@@ -289,7 +289,7 @@ def _evaluate(
             with w.block("else:"):
                 w.line("memset(costs, 0, count * sizeof(double))")
                 _squares(w, range(first, first + r), "costs")
-                w.line("costs += W")
+                w.line("costs = &costs[W]")
             with w.block("if derive:"):
                 _calls(w, number, parts, names, range(parts.leading, len(parts.parts)))
                 with w.block("if entries != NULL:"), w.block("for w in range(count):"):
