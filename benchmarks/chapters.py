@@ -10,8 +10,10 @@ from pathlib import Path
 from benchmarks import (
     backends,
     cold,
+    demo_seeds,
     fit,
     kernels,
+    optimum,
     pictures,
     runtime_residuals,
     scale,
@@ -35,6 +37,8 @@ OWN: dict[str, Chapter] = {
     "threads": threads.run,
     "scale": scale.run,
     "cold": cold.run,
+    "optimum": optimum.run,
+    "demo-seeds": demo_seeds.run,
 }
 SUITES = (*BESIDE, *OWN)
 
