@@ -28,6 +28,10 @@ _CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
 # noise alone leaves about 1 there, and steps take care of the rest.
 _NEAR = 10.0
 
+# Nor any at all where the file's start costs less than this per residual, which is what noise alone
+# leaves at the optimum: a start that is off costs many times as much.
+_AT_NOISE = 1.0
+
 
 @dataclass(frozen=True)
 class Start:
@@ -70,8 +74,9 @@ def initialise(model: Any, how: How = "auto") -> Start:
     model : an instance of `pose_graph_2d`, `pose_graph_3d`, or of a model with their collections
     how : ``tree`` composes poses along the least uncertain paths; ``chordal`` relaxes rotations
         to matrices and solves two sparse linear systems; ``file`` keeps the values that are there;
-        ``auto`` takes the one of these at which the cost is least, and does without the tree where
-        the chordal start is already near the noise
+        ``auto`` takes the one of these at which the cost is least; it does without the tree where
+        the chordal start is already near the noise, and computes none where the file's cost is
+        below 1 per residual, as noise alone leaves it
 
     Returns
     -------
@@ -120,7 +125,8 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     costs = {"file": problem.cost()}
     graph = graph_of(store)
     nothing_to_do = not len(graph.a) or (graph.fixed_position & graph.fixed_rotation).all()
-    if how == "file" or nothing_to_do:
+    at_noise = how == "auto" and costs["file"] < _AT_NOISE * graph.residuals
+    if how == "file" or nothing_to_do or at_noise:
         return "file", costs
     # `put` leaves fixed parts alone, so restoring goes through the columns themselves.
     columns = ("t", rotation_column(store))

@@ -30,7 +30,7 @@ def with_odometry(path: Path, folder: Path) -> Path:
     lines = path.read_text(encoding="utf-8").splitlines()
     chain: dict[int, Array] = {}
     for line in lines:
-        tag, *words = line.split()
+        tag, *words = line.split() or [""]
         if tag != "EDGE_SE2" or int(words[1]) != int(words[0]) + 1:
             continue
         x, y, th = chain.setdefault(int(words[0]), np.zeros(3))

@@ -25,9 +25,9 @@ from benchmarks.systems import OURS, PROGRAMS, Plan, reason
 LIMIT, QUICK_LIMIT = 300, 30
 """Iterations that a system may take."""
 RUNS, ROUNDS = 5, 2
-SLOW = 12.0
+SLOW = 6.0
 """Seconds of a system in the first round after which it has no second one."""
-TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 30, 20
+TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 15, 15
 """Seconds for a system, for one of its ways, and for one of its ways from a solved start."""
 KEEP = "ARAEL_BENCH_KEEP"
 """Names a folder in which results of peers are kept and found again, to measure arael alone."""
