@@ -1,4 +1,4 @@
-"""The SLAM demo over many seeds: attempts and errors, by the default and by the reference's loop."""
+"""The SLAM demo over many seeds: attempts and errors, by default and by the reference's loop."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     return [
         "### SLAM demo over seeds",
         "",
-        "All three passes; `reference` is `LmConfig.reference()` on the same scene. Errors are after "
-        "alignment.",
+        "All three passes; `reference` is `LmConfig.reference()` on the same scene. Errors are "
+        "after alignment.",
         "",
         *table(head, rows),
         "",

@@ -33,8 +33,8 @@ class Problem:
 def all_problems(folder: Path, quick: bool) -> Iterator[Problem]:
     """Make the problems one by one, generated ones in `folder`; public ones may not be there."""
     yield from _public_graphs(folder, quick)
-    yield from _generated_graphs(folder, quick)
     yield from _bundles(folder, quick)
+    yield from _generated_graphs(folder, quick)
     yield from _scenes(folder, quick)
 
 
@@ -81,10 +81,6 @@ def _bundles(folder: Path, quick: bool) -> Iterator[Problem]:
 
 
 def _scenes(folder: Path, quick: bool) -> Iterator[Problem]:
-    for shape, poses in (("s-curve", 60),) if quick else _SCENES:
-        path = folder / f"slam-{shape}-{poses}.npz"
-        problems.write_scene(make_scene(benchmark_config(poses, trajectory=shape)), path)  # type: ignore[arg-type]
-        yield Problem("slam", f"slam, {shape}, {poses} poses", path)
     for poses in (60,) if quick else (60, 300, 500):
         path = folder / f"localization-{poses}.npz"
         problems.write_scene(make_scene(benchmark_config(poses)), path)
@@ -93,6 +89,10 @@ def _scenes(folder: Path, quick: bool) -> Iterator[Problem]:
         path = folder / f"plane-{poses}.npz"
         problems.write_planes(make_plane_scene(PlaneConfig(poses)), path)
         yield Problem("plane", f"plane, {poses} poses", path)
+    for shape, poses in (("s-curve", 60),) if quick else _SCENES:
+        path = folder / f"slam-{shape}-{poses}.npz"
+        problems.write_scene(make_scene(benchmark_config(poses, trajectory=shape)), path)  # type: ignore[arg-type]
+        yield Problem("slam", f"slam, {shape}, {poses} poses", path)
 
 
-_SCENES = (("s-curve", 60), ("s-curve", 300), ("s-curve", 900), ("loop", 300), ("eight", 300))
+_SCENES = (("s-curve", 60), ("s-curve", 300), ("loop", 300), ("eight", 300), ("s-curve", 900))

@@ -176,7 +176,7 @@ def _planar(path: Path, truth: Array, edges: Edges, turn: float, shift: float) -
         if k + 1 < len(truth):
             x, y, th = found[k]
             c, s = np.cos(at[2]), np.sin(at[2])
-            at = at + [c * x - s * y, s * x + c * y, th]
+            at = at + np.array([c * x - s * y, s * x + c * y, th])
     upper = np.diag([shift**-2.0] * 2 + [turn**-2.0])[np.triu_indices(3)]
     for k, (i, j) in enumerate(edges):
         lines.append(f"EDGE_SE2 {i} {j} {_words(found[k], upper)}")

@@ -24,10 +24,10 @@ from benchmarks.systems import OURS, PROGRAMS, Plan, reason
 
 LIMIT, QUICK_LIMIT = 300, 30
 """Iterations that a system may take."""
-RUNS, ROUNDS = 5, 2
+RUNS, ROUNDS = 5, 1
 SLOW = 6.0
 """Seconds of a system in the first round after which it has no second one."""
-TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 15, 15
+TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 10, 10
 """Seconds for a system, for one of its ways, and for one of its ways from a solved start."""
 KEEP = "ARAEL_BENCH_KEEP"
 """Names a folder in which results of peers are kept and found again, to measure arael alone."""
@@ -118,7 +118,7 @@ class Solved:
 
     @property
     def ours(self) -> Ending | None:
-        """arael at its defaults."""
+        """Arael at its defaults."""
         return next((e for e in self.endings if (e.system, e.way) == ("arael", "default")), None)
 
     @property

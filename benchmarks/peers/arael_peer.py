@@ -93,9 +93,7 @@ class Arael:
 
 def _make(suite: str) -> Any:
     kind = problems.KINDS[suite]
-    return lambda path, threads: Arael(
-        kind.load(path, precision=PRECISION), kind, threads, path
-    )
+    return lambda path, threads: Arael(kind.load(path, precision=PRECISION), kind, threads, path)
 
 
 if __name__ == "__main__":

@@ -59,7 +59,6 @@ class Gtsam:
                 before = after
         return count
 
-
     def ways(self) -> dict[str, str]:
         return {
             "LM": "LevenbergMarquardtParams, METIS",
@@ -118,7 +117,7 @@ class _Tries:
             os.close(self.before)
 
     def counts(self, iterations: int) -> list[int]:
-        """Attempts at the start and after each iteration; rows begin with the iteration's number."""
+        """Attempts at the start and after each iteration, the number that rows begin with."""
         found = np.zeros(iterations, dtype=int)
         self.file.seek(0)
         for line in self.file:

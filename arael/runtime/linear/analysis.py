@@ -126,12 +126,15 @@ def analyse(
         # An entity without unknowns still takes part in the graph.
         order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
         if name == "natural" and best:
-            if _envelope(pattern, start, neighbours, order) > _FULL * best.flops:
+            full = _envelope(pattern, start, neighbours, order)
+            if full > _FULL * best.flops:
                 continue
         found = _price(name, pattern, start, neighbours, order, tried)
         # Of equals the natural order.
-        if best is None or found.milliseconds < best.milliseconds or (
-            name == "natural" and found.milliseconds == best.milliseconds
+        if (
+            best is None
+            or found.milliseconds < best.milliseconds
+            or (name == "natural" and found.milliseconds == best.milliseconds)
         ):
             best = found
     assert best is not None
