@@ -88,7 +88,8 @@ def summary(found: Sequence[Solved]) -> list[str]:
             row += [f"{few.attempts}{mark} ({few.system} {few.way})"]
             row += [f"{_ms(fast.to_end)} ({fast.system} {fast.way})"]
             row += [f"{ratio:.2f}" + ("" if ratio <= HALF else " !" if ratio <= 1 else " !!")]
-            soon = min((e.to_best()[1] for e in peers if not math.isnan(e.to_best()[1])), default=0)
+            reached = [e.to_best()[1] for e in peers if e.to_best()[0] is not None]
+            soon = min(reached, default=math.nan)
             row.append(f"{_ms(ours.to_best()[1])} / {_ms(soon)}")
         else:
             row += ["-", "-", "-", f"{_ms(ours.to_best()[1])} / -"]
@@ -154,7 +155,7 @@ def _above(ending: Ending) -> str:
         return "-"
     if ending.at_best:
         return "at best"
-    return f"{100 * ending.above:.2g} %" if ending.above < 10 else f"{ending.above + 1:.3g} times"
+    return f"{100 * ending.above:.2g} %" if ending.above < 1 else f"{ending.above + 1:.3g} times"
 
 
 def _cost(value: float) -> str:
