@@ -50,7 +50,7 @@ def main() -> None:
     names = tuple(chosen.suites) or tuple(chapters.SUITES)
 
     began = time.perf_counter()
-    if any(name in chapters.BESIDE for name in names):
+    if any(name in (*chapters.BESIDE, "optimum") for name in names):
         prepare(plan)
     report = chapters.Report(chosen.output)
     for name in names:

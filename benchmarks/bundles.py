@@ -9,6 +9,7 @@ free.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.random import PCG64, Generator
@@ -51,15 +52,39 @@ def write_bundle(path: Path, cameras: int, points: int, seed: int = 42) -> int:
     shift = -np.einsum("kij,kj->ki", turned, start)
     lens = np.array([FOCAL, K1, K2]) * (1 + rng.normal(0, [0.01, 0.0, 0.0], (cameras, 3)))
     world = world[used] + rng.normal(0, 0.05, (len(used), 3))
-    with path.open("w", encoding="ascii") as file:
-        file.write(f"{cameras} {len(used)} {len(camera)}\n")
-        for c, p, (x, y) in zip(camera, point, pixel, strict=True):
-            file.write(f"{c} {p} {x:.6f} {y:.6f}\n")
-        for row in np.hstack([vectors, shift, lens]):
-            file.write("\n".join(repr(float(v)) for v in row) + "\n")
-        for row in world:
-            file.write("\n".join(repr(float(v)) for v in row) + "\n")
+    _write(path, camera, point, pixel, np.hstack([vectors, shift, lens]), world)
     return len(camera)
+
+
+def write_bal(path: Path, bundle: Any) -> None:
+    """Write an instance of `bundle_adjustment` in BAL's format."""
+    cameras = bundle.cameras
+    vectors = vector_from_quaternion(np.asarray(cameras.r.value, dtype=np.float64))
+    lens = np.column_stack([cameras[name].value for name in ("f", "k1", "k2")])
+    rows = np.hstack([vectors, cameras.t.value, lens])
+    seen = bundle._store.tables["observations"]
+    camera, point = seen.target_rows("camera"), seen.target_rows("point")
+    pixel = np.array(bundle.observations.pixel)
+    _write(path, camera, point, pixel, rows, np.array(bundle.points.pos.value), "{!r}")
+
+
+def _write(
+    path: Path,
+    camera: NDArray[np.int64],
+    point: NDArray[np.int64],
+    pixel: Array,
+    cameras: Array,
+    points: Array,
+    form: str = "{:.6f}",
+) -> None:
+    """Write a file; pixels (n, 2) in a form, cameras (n, 9) and points (n, 3) exactly."""
+    pair = f"{form} {form}"
+    with path.open("w", encoding="ascii") as file:
+        file.write(f"{len(cameras)} {len(points)} {len(camera)}\n")
+        for c, p, (x, y) in zip(camera, point, pixel, strict=True):
+            file.write(f"{c} {p} {pair.format(float(x), float(y))}\n")
+        for row in [*cameras, *points]:
+            file.write("\n".join(repr(float(v)) for v in row) + "\n")
 
 
 def _ring(cameras: int) -> tuple[Array, Array]:

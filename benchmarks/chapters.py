@@ -11,8 +11,10 @@ from benchmarks import (
     backends,
     cold,
     components,
+    demo_seeds,
     fit,
     kernels,
+    optimum,
     pictures,
     runtime_residuals,
     scale,
@@ -41,6 +43,8 @@ OWN: dict[str, Chapter] = {
     "scale": scale.run,
     "strategies": strategies.run,
     "cold": cold.run,
+    "optimum": optimum.run,
+    "demo-seeds": demo_seeds.run,
 }
 SUITES = (*BESIDE, *OWN)
 

@@ -190,7 +190,7 @@ def _run(
     except subprocess.TimeoutExpired:
         return Outcome(reason=f"not done in {TIMEOUT} s")
     except (subprocess.SubprocessError, OSError, ValueError, IndexError, KeyError) as error:
-        return Outcome(reason=_reason(error))
+        return Outcome(reason=reason(error))
     return Outcome(
         tuple(said["slopes"]),
         said["memory"],
@@ -203,7 +203,7 @@ def _run(
     )
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
     """Why a program failed: the last line it said; what to install where a wheel is missing."""
     words = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
     said = " ".join(words) or type(error).__name__

@@ -28,6 +28,10 @@ _CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
 # solver reduces the rest.
 _NEAR = 10.0
 
+# No start is computed if the file's values cost less than this per residual, the noise level at the
+# optimum: a wrong start costs many times as much.
+_AT_NOISE = 1.0
+
 
 @dataclass(frozen=True)
 class Start:
@@ -70,8 +74,9 @@ def initialise(model: Any, how: How = "auto") -> Start:
     model : an instance of `pose_graph_2d`, `pose_graph_3d`, or of a model with their collections
     how : ``tree`` composes poses along the least uncertain paths; ``chordal`` relaxes rotations
         to matrices and solves two sparse linear systems; ``file`` keeps the given values; ``auto``
-        uses the one of least cost, and skips the tree if the cost of the chordal start is already
-        near the noise level
+        uses the one of least cost: it skips the tree if the cost of the chordal start is already
+        near the noise level, and keeps the file's values without computing a start if their cost
+        is below 1 per residual, which is the noise level
 
     Returns
     -------
@@ -120,7 +125,8 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     costs = {"file": problem.cost()}
     graph = graph_of(store)
     nothing_to_do = not len(graph.a) or (graph.fixed_position & graph.fixed_rotation).all()
-    if how == "file" or nothing_to_do:
+    at_noise = how == "auto" and costs["file"] < _AT_NOISE * graph.residuals
+    if how == "file" or nothing_to_do or at_noise:
         return "file", costs
     # `put` does not change fixed parts, so the columns are restored directly.
     columns = ("t", rotation_column(store))

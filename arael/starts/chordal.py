@@ -80,6 +80,10 @@ def _chordal_weight(information: Array, d: int) -> Array:
         return planar
     trace = np.trace(information, axis1=1, axis2=2)
     raw = 0.5 * trace[:, None, None] * np.eye(3) - information
+    diagonal = np.diagonal(raw, axis1=1, axis2=2)
+    if np.count_nonzero(raw) == np.count_nonzero(diagonal):  # as in most files: nothing to find
+        alone: Array = np.maximum(diagonal, _LEAST * trace[:, None])[:, :, None] * np.eye(3)
+        return alone
     values, vectors = np.linalg.eigh(raw)
     values = np.maximum(values, _LEAST * trace[:, None])
     found: Array = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)

@@ -37,7 +37,8 @@ class Relaxation:
 
         self.count, self.d, self.a, self.b = count, d, a, b
         pattern = BlockPattern.from_pairs(np.full(count, d, np.int64), a, b)
-        self._solver = SparseSolver(pattern)
+        # Two factorisations of it do not repay a comparison of orders.
+        self._solver = SparseSolver(pattern, ordering="minimum_degree")
         self._size = pattern.value_count
         self._coupled = pattern.find(a, b)
         self._diagonal = pattern.value_start[pattern.column_start[:-1]]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import time
 from typing import Any
 
 import numpy as np
 
 import arael
+from arael.starts.choose import can_initialise
 from benchmarks import problems
+from benchmarks.peers.endings import Path
 from benchmarks.peers.runner import main
 
 SOLVER: Any = os.environ.get("ARAEL_BENCH_SOLVER", "auto")
@@ -19,8 +22,8 @@ UNSTOPPED = {"min_iters": 10_000, "patience": 10_000, "abs_precision": 0.0, "rel
 class Arael:
     """A model with data."""
 
-    def __init__(self, instance: Any, kind: Any, threads: int) -> None:
-        self.instance, self.kind, self.threads = instance, kind, threads
+    def __init__(self, instance: Any, kind: Any, threads: int, path: str = "") -> None:
+        self.instance, self.kind, self.threads, self.path = instance, kind, threads, path
         self.first = kind.state(instance)
         self.settings = f"{SOLVER}, {PRECISION}"
         self.facts: dict[str, float] = {}
@@ -52,13 +55,45 @@ class Arael:
         scalar = 4 if PRECISION == "f32" else 8
         self.facts = {"data": data, "factor": scalar * plan.get("nnz_l", 0)}
 
+    def ways(self) -> dict[str, str]:
+        found = {"default": "as `arael solve` does, --init auto"}
+        if can_initialise(self.instance):
+            found["file"] = "--init file"
+        return found
+
+    def fresh(self) -> None:
+        self.instance = self.kind.load(self.path, precision=PRECISION)
+
+    def solve(self, way: str, path: Path, limit: int) -> str:
+        """As the command does: start values, preparation, analysis and steps all count.
+
+        The result's seconds are those of the clock; they are scaled to the processor's.
+        """
+        began, wall = time.process_time(), time.perf_counter()
+        words = ""
+        if way == "default" and can_initialise(self.instance):
+            words = f", start {arael.initialise(self.instance).chosen}"
+        started = time.perf_counter() - wall
+        result = self.instance.solve(
+            passes=self.kind.last_pass, max_iters=limit, num_threads=self.threads
+        )
+        scale = (time.process_time() - began) / (time.perf_counter() - wall)
+        at = started + result.timing["prepare"] + result.timing["analyse"]
+        path.mark(result.start_cost, 0)
+        path.times[-1] = scale * at
+        spent = at + np.cumsum(result.history["seconds"])
+        for k, row in enumerate(result.history):
+            path.mark(row["trial_cost"] if row["accepted"] else row["cost"], k + 1)
+            path.times[-1] = scale * spent[k]
+        return f"{result.status}{words}, {result.plan['solver']}"
+
     def answer(self) -> dict[str, np.ndarray]:
         return self.kind.state(self.instance)
 
 
 def _make(suite: str) -> Any:
     kind = problems.KINDS[suite]
-    return lambda path, threads: Arael(kind.load(path, precision=PRECISION), kind, threads)
+    return lambda path, threads: Arael(kind.load(path, precision=PRECISION), kind, threads, path)
 
 
 if __name__ == "__main__":

@@ -5,11 +5,15 @@ an edge is scaled so that the residual is the model's own. Scenes have g2o's dep
 depth of no weight in the place of the angular residuals, priors on whole poses, loose but for what
 was measured, for GPS and tilt, and no damping towards the start. Bundles and planes,
 for which the wheel has no edges with the model's residuals, are left to `g2o_program`.
+
+To the end (`benchmarks.peers.endings`) by Levenberg-Marquardt, Gauss-Newton and dogleg, with the
+action that g2o has for ending: a relative gain below 1e-6.
 """
 
 from __future__ import annotations
 
 import tempfile
+import time
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -17,8 +21,14 @@ from pathlib import Path
 import g2opy as g2o
 import numpy as np
 
+from benchmarks.peers.endings import Path as Recorded
 from benchmarks.peers.runner import main
 
+ALGORITHMS = {
+    "LM": g2o.OptimizationAlgorithmLevenberg,
+    "GN": g2o.OptimizationAlgorithmGaussNewton,
+    "dogleg": g2o.OptimizationAlgorithmDogleg,
+}
 FOCAL = 512 / np.tan(np.deg2rad(40))
 
 
@@ -41,6 +51,43 @@ class G2o:
     def iterate(self, count: int, to_end: bool) -> int:
         return int(self.optimizer.optimize(count))
 
+    def ways(self) -> dict[str, str]:
+        ending = "SparseOptimizerTerminateAction"
+        return {name: f"{ALGORITHMS[name].__name__}, {ending}" for name in ALGORITHMS}
+
+    def solver(self) -> object:
+        """A block solver of this problem's kind."""
+        return g2o.BlockSolverSE3(g2o.LinearSolverEigenSE3())
+
+    def fresh(self) -> None:
+        for k, vertex in self.vertices.items():
+            vertex.set_estimate(self.first[k])
+
+    def solve(self, way: str, path: Recorded, limit: int) -> str:
+        self.algorithm = ALGORITHMS[way](self.solver())
+        self.optimizer.set_algorithm(self.algorithm)
+        self.optimizer.set_compute_batch_statistics(True)
+        ending = g2o.SparseOptimizerTerminateAction()
+        ending.set_max_iterations(limit)
+        self.optimizer.add_post_iteration_action(ending)
+        began, wall = time.process_time(), time.perf_counter()
+        self.optimizer.initialize_optimization()
+        self.optimizer.compute_active_errors()
+        path.mark(self.optimizer.active_chi2(), 0)
+        before = time.perf_counter() - wall
+        done = int(self.optimizer.optimize(limit))
+        self.optimizer.remove_post_iteration_action(ending)
+        found = self.optimizer.batch_statistics()[: max(done, 0)]
+        # Iterations are timed by the clock; they are scaled to the processor's time.
+        scale = (time.process_time() - began) / (time.perf_counter() - wall)
+        attempts = 0
+        for one in found:
+            before += one.time_iteration
+            attempts += max(one.levenberg_iterations, 1)
+            path.mark(one.chi2, attempts)
+            path.times[-1] = scale * before
+        return f"ended after {done} iterations" if done < limit else "limit of iterations"
+
 
 class PoseGraph(G2o):
     """A g2o file; the first pose is held, which leads to the same optimum as a prior on it."""
@@ -48,10 +95,8 @@ class PoseGraph(G2o):
     def __init__(self, path: str, threads: int) -> None:
         with open(path, encoding="utf-8") as file:
             self.spatial = "SE3" in file.readline()
-        name = "SE3" if self.spatial else "SE2"
-        solver = getattr(g2o, f"BlockSolver{name}")(getattr(g2o, f"LinearSolverEigen{name}")())
         self.optimizer = g2o.SparseOptimizer()
-        self.optimizer.set_algorithm(g2o.OptimizationAlgorithmLevenberg(solver))
+        self.optimizer.set_algorithm(g2o.OptimizationAlgorithmLevenberg(self.solver()))
         if not self.optimizer.load(path):
             raise SystemExit(f"g2o cannot read {path}")
         self.vertices = self.optimizer.vertices()
@@ -63,6 +108,10 @@ class PoseGraph(G2o):
             for edge in self.optimizer.edges():
                 edge.set_information(scale @ edge.information() @ scale)
         self.remember()
+
+    def solver(self) -> object:
+        name = "SE3" if self.spatial else "SE2"
+        return getattr(g2o, f"BlockSolver{name}")(getattr(g2o, f"LinearSolverEigen{name}")())
 
     def answer(self) -> dict[str, np.ndarray]:
         keys = sorted(self.vertices)
@@ -82,9 +131,8 @@ class Slam(G2o):
     def __init__(self, path: str, threads: int, known: bool = False) -> None:
         data = dict(np.load(path))
         self.poses, self.known = len(data["pos"]), known
-        solver = g2o.BlockSolverSE3(g2o.LinearSolverEigenSE3())
         self.optimizer = g2o.SparseOptimizer()
-        self.optimizer.set_algorithm(g2o.OptimizationAlgorithmLevenberg(solver))
+        self.optimizer.set_algorithm(g2o.OptimizationAlgorithmLevenberg(self.solver()))
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "scene.g2o"
             file.write_text("\n".join(_scene(data, known)) + "\n", encoding="ascii")

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.peers import native
+from benchmarks.peers import endings, native
 from benchmarks.peers.runner import LEFT, AbsentError, missing, request, show
 
 SUITES = ("bundle", "plane")
@@ -48,11 +48,27 @@ def wheel() -> tuple[Path, str]:
     return Path(said[0]).parents[1], said[1]
 
 
-if __name__ == "__main__":
-    asked = request()
+def ways() -> dict[str, str]:
+    """Ways to the end, with the settings of each."""
+    kinds = {"LM": "Levenberg", "GN": "GaussNewton", "dogleg": "Dogleg"}
+    ending = "SparseOptimizerTerminateAction"
+    return {name: f"OptimizationAlgorithm{kind}, {ending}" for name, kind in kinds.items()}
+
+
+def main() -> None:
+    """Do what the command line asks for."""
+    to_the_end = sys.argv[1] == endings.WORD
     try:
-        if asked.suite not in SUITES:
+        if sys.argv[2 if to_the_end else 1] not in SUITES:
             raise AbsentError(f"{LEFT}g2opy")
-        native.run(program(), asked, f"g2o {wheel()[1]} (C++)")
+        version = f"g2o {wheel()[1]} (C++)"
+        if to_the_end:
+            native.run_to_the_end(program(), ways(), version)
+        else:
+            native.run(program(), request(), version)
     except AbsentError as error:
         show({"absent": str(error)})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,5 +1,10 @@
 """GTSAM: Levenberg-Marquardt as Ceres has it, multifrontal Cholesky in a METIS ordering.
 
+To the end (`benchmarks.peers.endings`) with its default tolerances: this and Levenberg-Marquardt by
+its own defaults, Gauss-Newton, dogleg, and for pose graphs the first and the third from chordal
+initialisation (`InitializePose3`, in the plane `lago`). The first pose of a graph is held by the
+prior that GTSAM's examples have, with variances of 1e-6 and 1e-4.
+
 Rotations of pose graphs are weighed by the rotation vector, in the limit of small errors the same
 as the model's. Scenes have GTSAM's reprojection factor with a body-to-sensor transform in the place
 of the angular residuals, an attitude factor for the tilt, and no damping towards the start. There
@@ -10,11 +15,17 @@ compare normals in the tangent plane where the model compares their components.
 
 from __future__ import annotations
 
+import ctypes
+import os
+import sys
+import tempfile
 from functools import partial
+from typing import Any
 
 import gtsam
 import numpy as np
 
+from benchmarks.peers.endings import Path
 from benchmarks.peers.runner import main
 
 HELD = 1e-6
@@ -31,11 +42,10 @@ class Gtsam:
     def __init__(self, graph: gtsam.NonlinearFactorGraph, initial: gtsam.Values) -> None:
         self.graph, self.initial = graph, initial
         self.optimizer = None
+        self.tried: dict[str, list[int]] = {}
 
     def start(self) -> None:
-        parameters = gtsam.LevenbergMarquardtParams.CeresDefaults()
-        parameters.setLinearSolverType("MULTIFRONTAL_CHOLESKY")
-        parameters.setOrderingType("METIS")
+        parameters = _metis(gtsam.LevenbergMarquardtParams.CeresDefaults())
         self.optimizer = gtsam.LevenbergMarquardtOptimizer(self.graph, self.initial, parameters)
 
     def iterate(self, count: int, to_end: bool) -> int:
@@ -49,9 +59,93 @@ class Gtsam:
                 before = after
         return count
 
+    def ways(self) -> dict[str, str]:
+        return {
+            "LM": "LevenbergMarquardtParams, METIS",
+            "LM (Ceres)": "LevenbergMarquardtParams.CeresDefaults, METIS",
+            "GN": "GaussNewtonParams, METIS",
+            "dogleg": "DoglegParams, METIS",
+        }
+
+    def fresh(self) -> None:
+        self.optimizer = None
+
+    def initial_of(self, way: str) -> gtsam.Values:
+        """Where a way starts."""
+        return self.initial
+
+    def solve(self, way: str, path: Path, limit: int) -> str:
+        kind, made = OPTIMIZERS[way.removeprefix("chordal + ")]
+        parameters = _metis(made())
+        parameters.setMaxIterations(limit)
+        initial = self.initial_of(way)
+        marking = kind is gtsam.LevenbergMarquardtOptimizer and way not in self.tried
+        with _Tries(parameters if marking else None) as tries:
+            parameters.iterationHook = lambda k, before, after: path.mark(after, k)
+            self.optimizer = kind(self.graph, initial, parameters)
+            path.mark(self.optimizer.error(), 0)
+            self.optimizer.optimize()
+        if marking:
+            self.tried[way] = tries.counts(len(path.costs) - 1)
+        path.counts = self.tried.get(way, path.counts)
+        return "ended" if self.optimizer.iterations() < limit else "limit of iterations"
+
+
+class _Tries:
+    """Counts attempts at a step by the table that Levenberg-Marquardt prints, a line for each.
+
+    An iteration of GTSAM's goes on until a step is accepted, and the wheel does not say how many it
+    took. Without parameters nothing is printed.
+    """
+
+    def __init__(self, parameters: Any) -> None:
+        self.parameters = parameters
+
+    def __enter__(self) -> _Tries:
+        if self.parameters is not None:
+            self.parameters.setVerbosityLM("SUMMARY")
+            self.file = tempfile.TemporaryFile("w+")
+            sys.stdout.flush()
+            self.before = os.dup(1)
+            os.dup2(self.file.fileno(), 1)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self.parameters is not None:
+            ctypes.CDLL(None).fflush(None)
+            os.dup2(self.before, 1)
+            os.close(self.before)
+
+    def counts(self, iterations: int) -> list[int]:
+        """Attempts at the start and after each iteration, the number that rows begin with."""
+        found = np.zeros(iterations, dtype=int)
+        self.file.seek(0)
+        for line in self.file:
+            number = line.split(maxsplit=1)[0] if line.strip() else ""
+            if number.isdigit() and int(number) < iterations:
+                found[int(number)] += 1
+        return [0, *(int(n) for n in np.cumsum(found))]
+
+
+def _metis(parameters: Any) -> Any:
+    parameters.setLinearSolverType("MULTIFRONTAL_CHOLESKY")
+    parameters.setOrderingType("METIS")
+    return parameters
+
+
+OPTIMIZERS = {
+    "LM": (gtsam.LevenbergMarquardtOptimizer, gtsam.LevenbergMarquardtParams),
+    "LM (Ceres)": (
+        gtsam.LevenbergMarquardtOptimizer,
+        gtsam.LevenbergMarquardtParams.CeresDefaults,
+    ),
+    "GN": (gtsam.GaussNewtonOptimizer, gtsam.GaussNewtonParams),
+    "dogleg": (gtsam.DoglegOptimizer, gtsam.DoglegParams),
+}
+
 
 class PoseGraph(Gtsam):
-    """A g2o file; the first pose is held as the model holds it."""
+    """A g2o file; the first pose is held by a prior."""
 
     def __init__(self, path: str, threads: int) -> None:
         with open(path, encoding="utf-8") as file:
@@ -64,15 +158,25 @@ class PoseGraph(Gtsam):
                     first = int(line.split()[1])
                     break
         if self.spatial:
-            prior = gtsam.PriorFactorPose3(
-                first, initial.atPose3(first), gtsam.noiseModel.Unit.Create(6)
-            )
+            held = gtsam.noiseModel.Diagonal.Variances(np.array([1e-6] * 3 + [1e-4] * 3))
+            prior = gtsam.PriorFactorPose3(first, initial.atPose3(first), held)
         else:
-            prior = gtsam.PriorFactorPose2(
-                first, initial.atPose2(first), gtsam.noiseModel.Unit.Create(3)
-            )
+            held = gtsam.noiseModel.Diagonal.Variances(np.array([1e-6, 1e-6, 1e-8]))
+            prior = gtsam.PriorFactorPose2(first, initial.atPose2(first), held)
         graph.push_back(prior)
         super().__init__(graph, initial)
+
+    def ways(self) -> dict[str, str]:
+        start = "InitializePose3.initialize" if self.spatial else "lago.initialize"
+        own = super().ways()
+        return own | {f"chordal + {name}": f"{start}, {own[name]}" for name in ("LM", "GN")}
+
+    def initial_of(self, way: str) -> gtsam.Values:
+        if not way.startswith("chordal"):
+            return self.initial
+        if self.spatial:
+            return gtsam.InitializePose3.initialize(self.graph)
+        return gtsam.lago.initialize(self.graph)
 
     def answer(self) -> dict[str, np.ndarray]:
         values = self.optimizer.values()

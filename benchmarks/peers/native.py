@@ -12,10 +12,12 @@ import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks import exchange, problems
+from benchmarks.peers import endings
 from benchmarks.peers.runner import AbsentError, Request, show
 
 HERE = Path(__file__).parent
@@ -28,11 +30,7 @@ def run(program: Path, asked: Request, version: str | None = None) -> None:
     Without a `version` the program knows its own.
     """
     out = Path(asked.out)
-    # One file for all programs and numbers of threads.
-    folder = Path(os.environ.get("ARAEL_BENCH_COLUMNS", out.parent))
-    columns = folder / f"{asked.suite}-{Path(asked.problem).stem}.columns"
-    if not columns.exists():
-        exchange.write_model(columns, problems.KINDS[asked.suite].load(asked.problem))
+    columns = _columns(asked.suite, asked.problem, out.parent)
     answer = out.with_suffix(".columns")
     numbers = (asked.short, asked.long, asked.runs, asked.threads, asked.limit)
     command = [program, asked.suite, columns, *numbers, answer]
@@ -44,6 +42,44 @@ def run(program: Path, asked: Request, version: str | None = None) -> None:
     said["settings"] = said.pop("plan", "")
     said.pop("cost", None)
     show(said if version is None else {**said, "version": version})
+
+
+def run_to_the_end(program: Path, ways: Mapping[str, str], version: str | None = None) -> None:
+    """Solve in each way by a built program (`endings`), a process each, and pass on what came."""
+    suite, problem, runs, limit, out = endings.request()
+    columns = _columns(suite, problem, Path(out).parent)
+    found, setup = [], 0.0
+    for number, (name, settings) in enumerate(endings.chosen(ways).items()):
+        answer = Path(f"{out}.{number}.columns")
+        words = [program, endings.WORD, suite, columns, name, runs, limit, answer]
+        one = _way([str(word) for word in words])
+        version = version or one.pop("version", None)
+        setup = one.pop("setup", setup)
+        if one["runs"]:
+            np.savez(f"{out}.{number}.npz", **exchange.read(answer))  # type: ignore[arg-type]
+        found.append({"name": name, "settings": settings, **one})
+    show({"version": version, "setup": setup, "ways": found})
+
+
+def _way(command: Sequence[str]) -> dict[str, Any]:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=endings.PATIENCE)
+    except subprocess.TimeoutExpired:
+        return endings.failed(f"not done in {endings.PATIENCE:.0f} s")
+    if done.returncode:
+        said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        return endings.failed(said[-1])
+    found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    return found
+
+
+def _columns(suite: str, problem: str, folder: Path) -> Path:
+    """The problem as columns: one file for all programs and numbers of threads."""
+    folder = Path(os.environ.get("ARAEL_BENCH_COLUMNS", folder))
+    columns = folder / f"{suite}-{Path(problem).stem}.columns"
+    if not columns.exists():
+        exchange.write_model(columns, problems.KINDS[suite].load(problem))
+    return columns
 
 
 def compiled(

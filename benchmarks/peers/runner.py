@@ -23,6 +23,8 @@ from typing import Protocol
 
 import numpy as np
 
+from benchmarks.peers import endings
+
 BUDGET, LEAST = 6.0, 3
 """Seconds after which no further slope is begun, if there are so many."""
 BRIEF, MOST = 1.0, 51
@@ -99,6 +101,9 @@ def show(found: Mapping[str, object]) -> None:
 
 def main(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> None:
     """Run one suite of this system; a suite is made from the problem's path and the threads."""
+    if sys.argv[1] == endings.WORD:
+        show(_endings(version, suites))
+        return
     asked = request()
     if asked.suite not in suites:
         show({"absent": f"no {asked.suite} in {version}"})
@@ -124,6 +129,15 @@ def main(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> None
             "residuals": getattr(peer, "residuals", ""),
         }
     )
+
+
+def _endings(version: str, suites: Mapping[str, Callable[[str, int], Peer]]) -> dict[str, object]:
+    if sys.argv[2] not in suites:
+        return {"absent": f"no {sys.argv[2]} in {version}"}
+    try:
+        return endings.main(version, suites)
+    except AbsentError as reason:
+        return {"absent": str(reason)}
 
 
 def _peak_megabytes() -> float:

@@ -10,9 +10,10 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 from pathlib import Path
 
-from benchmarks.peers import native
+from benchmarks.peers import endings, native
 from benchmarks.peers.runner import AbsentError, request, show
 
 PROJECT = native.HERE / "rust"
@@ -42,14 +43,25 @@ def version() -> str:
     return f"Rust framework {found.group(1) if found else ''}".strip()
 
 
-if __name__ == "__main__":
-    asked = request()
-    if asked.suite not in SUITES:
-        show({"absent": f"no {asked.suite} in the Rust project"})
-    else:
-        try:
-            built = program()
-        except AbsentError as reason:
-            show({"absent": str(reason)})
+def ways() -> dict[str, str]:
+    """Ways to the end, with the settings of each."""
+    return {name: f"LmConfig::{name}" for name in ("conservative", "ill_conditioned")}
+
+
+def main() -> None:
+    """Do what the command line asks for."""
+    to_the_end = sys.argv[1] == endings.WORD
+    suite = sys.argv[2 if to_the_end else 1]
+    try:
+        if suite not in SUITES:
+            raise AbsentError(f"no {suite} in the Rust project")
+        if to_the_end:
+            native.run_to_the_end(program(), ways(), version())
         else:
-            native.run(built, asked, version())
+            native.run(program(), request(), version())
+    except AbsentError as reason:
+        show({"absent": str(reason)})
+
+
+if __name__ == "__main__":
+    main()

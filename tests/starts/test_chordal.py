@@ -66,6 +66,13 @@ def test_the_weight_of_a_chordal_residual_is_the_information_for_small_errors() 
     assert (chordal > 0.999 * expected).all()
 
 
+def test_the_weight_of_a_diagonal_information_is_that_of_any_other() -> None:
+    alone = np.eye(3) * np.random.default_rng(2).uniform(0, 9, (6, 1, 3))
+    coupled = np.stack([2 * np.eye(3) + 0.1])
+    both = _chordal_weight(np.concatenate([alone, coupled]), 3)
+    assert np.allclose(_chordal_weight(alone, 3), both[:6])
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_relaxation_solves_the_dense_normal_equations(seed: int) -> None:
     """Edges in both directions, some twice, some poses held."""

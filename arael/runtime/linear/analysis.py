@@ -75,10 +75,20 @@ ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {
     "nested_dissection": nested_dissection,
 }
 
+# The order in which they are tried; what early ones find decides which later ones are worth trying.
+_AUTO = ("minimum_degree", "natural", "nested_dissection")
+
 # Nested dissection takes longer than the others, in milliseconds per neighbour of a vertex. It is
-# tried only if it can save time: two fifths of twenty factorisations.
+# tried only if it can save time: two fifths of the eight factorisations of a solve.
 _DISSECTION = 2e-3
-_WINS = 8.0
+_WINS = 3.2
+
+# The natural order of a chain of entities fills its envelope. Where that takes so many times the
+# flops of another order, its symbolic factor is not worth computing.
+_FULL = 4.0
+
+# Part of the entities that must be coupled with the one before for the envelope to fill.
+_CHAIN = 0.9
 
 # Above this fraction of coupled pairs there are no useful separators.
 _CROWDED = 0.25
@@ -103,7 +113,7 @@ def analyse(
         Milliseconds of another solver for the same system.
     """
     start, neighbours = adjacency(pattern)
-    names = list(ORDERINGS) if ordering == "auto" else [ordering]
+    names = list(_AUTO) if ordering == "auto" else [ordering]
     best = known
     tried: dict[str, float] = dict(known.tried) if known else {}
     for name in names if known is None else ["nested_dissection"]:
@@ -114,11 +124,37 @@ def analyse(
                 continue
         # An entity without unknowns is still a vertex of the graph.
         order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
+        if name == "natural" and best:
+            full = _envelope(pattern, start, neighbours, order)
+            if full > _FULL * best.flops:
+                continue
         found = _price(name, pattern, start, neighbours, order, tried)
-        if best is None or found.milliseconds < best.milliseconds:
+        # Of equals the natural order.
+        if (
+            best is None
+            or found.milliseconds < best.milliseconds
+            or (name == "natural" and found.milliseconds == best.milliseconds)
+        ):
             best = found
     assert best is not None
     return best
+
+
+def _envelope(pattern: BlockPattern, start: Ints, neighbours: Ints, order: Ints) -> float:
+    """Flops of an order in which the factor fills its envelope; 0 where it need not."""
+    count = len(order)
+    place = np.empty(count, np.int64)
+    place[order] = np.arange(count)
+    here = place[np.repeat(np.arange(count), np.diff(start))]
+    there = place[neighbours]
+    if np.count_nonzero(here == there + 1) < _CHAIN * count:
+        return 0.0
+    first = np.arange(count)
+    np.minimum.at(first, here, there)
+    # Row i of the factor reaches from `first[i]` to i: of each column the scalars below it.
+    width = pattern.sizes[order].astype(np.float64)
+    ends = np.bincount(first, width, count) - width
+    return float((width * np.cumsum(ends) ** 2).sum())
 
 
 def analyse_order(pattern: BlockPattern, name: str, order: Ints) -> Analysis:

@@ -10,6 +10,7 @@ namespace {
 std::unique_ptr<System> load(const std::string& suite, const Columns& data, int threads) {
   std::unique_ptr<Problem> found;
   if (suite == "pose_graph" && data.has("poses.th")) found = std::make_unique<PlanarGraph>(data);
+  if (suite == "pose_graph" && data.has("poses.q")) found = std::make_unique<SpatialGraph>(data);
   if (suite == "bundle") found = std::make_unique<Bundle>(data);
   if (suite == "plane") found = std::make_unique<PlaneMap>(data);
   if (!found) fail("no suite " + suite);

@@ -1,5 +1,7 @@
-// Planar pose graphs, the residuals of models/pose_graph_2d.arael.
+// Pose graphs, the residuals of models/pose_graph_2d.arael and models/pose_graph_3d.arael.
 #pragma once
+
+#include <ceres/rotation.h>
 
 #include "problem.h"
 
@@ -64,6 +66,10 @@ class PlanarGraph : public Problem {
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<PlanarAnchor, 3, 3>(anchor),
                                 nullptr, &state_[3 * pose[k]]);
     }
+    const auto& fixed = data.index("poses.t.fixed");
+    for (size_t k = 0; k < fixed.size(); ++k) {
+      if (fixed[k]) problem_.SetParameterBlockConstant(&state_[3 * k]);
+    }
     remember(state_);
   }
 
@@ -90,6 +96,90 @@ class PlanarGraph : public Problem {
   }
 
  private:
+  const Columns& data_;
+  std::vector<double> state_;
+};
+
+// A pose is a position and a unit quaternion (w x y z).
+struct SpatialEdge {
+  const double *t, *q, *u;
+
+  template <typename T>
+  bool operator()(const T* at, const T* aq, const T* bt, const T* bq, T* r) const {
+    const T back[4] = {aq[0], -aq[1], -aq[2], -aq[3]};
+    const T moved[3] = {bt[0] - at[0], bt[1] - at[1], bt[2] - at[2]};
+    const T measured[4] = {T(q[0]), T(-q[1]), T(-q[2]), T(-q[3])};
+    T e[6], turned[4], off[4];
+    ceres::UnitQuaternionRotatePoint(back, moved, e);
+    for (int i = 0; i < 3; ++i) e[i] -= t[i];
+    ceres::QuaternionProduct(back, bq, turned);
+    ceres::QuaternionProduct(measured, turned, off);
+    const T twice = off[0] < 0.0 ? T(-2.0) : T(2.0);
+    for (int i = 0; i < 3; ++i) e[3 + i] = twice * off[1 + i];
+    for (int i = 0; i < 6; ++i) {
+      r[i] = T(0.0);
+      for (int j = i; j < 6; ++j) r[i] += u[6 * i + j] * e[j];
+    }
+    return true;
+  }
+};
+
+class SpatialGraph : public Problem {
+ public:
+  explicit SpatialGraph(const Columns& data) : data_(data) {
+    const auto &t = data.real("poses.t"), &q = data.real("poses.q");
+    const size_t poses = t.size() / 3;
+    if (!data.index("anchors.pose").empty()) fail("anchors of spatial graphs are not built here");
+    for (size_t k = 0; k < poses; ++k) {
+      state_.insert(state_.end(), &t[3 * k], &t[3 * k] + 3);
+      state_.insert(state_.end(), &q[4 * k], &q[4 * k] + 4);
+    }
+    for (size_t k = 0; k < poses; ++k) {
+      problem_.AddParameterBlock(position(k), 3);
+      problem_.AddParameterBlock(turn(k), 4, new ceres::QuaternionManifold());
+    }
+    const auto &a = data.index("edges.a"), &b = data.index("edges.b");
+    for (size_t k = 0; k < a.size(); ++k) {
+      auto* edge = new SpatialEdge{&data.real("edges.t")[3 * k], &data.real("edges.q")[4 * k],
+                                   &data.real("edges.u")[36 * k]};
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<SpatialEdge, 6, 3, 4, 3, 4>(edge),
+                                nullptr, position(a[k]), turn(a[k]), position(b[k]), turn(b[k]));
+    }
+    const auto &held = data.index("poses.t.fixed"), &turned = data.index("poses.q.fixed");
+    for (size_t k = 0; k < poses; ++k) {
+      if (held[k]) problem_.SetParameterBlockConstant(position(k));
+      if (turned[k]) problem_.SetParameterBlockConstant(turn(k));
+    }
+    remember(state_);
+  }
+
+  const char* settings() const override {
+    return "LM, SPARSE_NORMAL_CHOLESKY (SuiteSparse, AMD), automatic derivatives";
+  }
+
+  void answer(Answer& out) const override {
+    std::vector<double> id, t, q;
+    for (const auto i : data_.index("poses.id")) id.push_back(static_cast<double>(i));
+    for (size_t k = 0; k < id.size(); ++k) {
+      const double* at = &state_[7 * k];
+      t.insert(t.end(), at, at + 3);
+      q.insert(q.end(), at + 3, at + 7);
+    }
+    out.add("id", 1, id);
+    out.add("t", 3, t);
+    out.add("q", 4, q);
+  }
+
+ protected:
+  void configure(ceres::Solver::Options& options) const override {
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.initial_trust_region_radius = 1e9;
+  }
+
+ private:
+  double* position(int64_t k) { return &state_[7 * k]; }
+  double* turn(int64_t k) { return &state_[7 * k + 3]; }
+
   const Columns& data_;
   std::vector<double> state_;
 };

@@ -10,6 +10,7 @@ import pytest
 import scipy.sparse
 
 from arael.diagnostics.records import AraelError
+from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.auto import CANDIDATES, SOLVERS, make_solver
 from tests.optional import solvers
 from tests.runtime.linear.block_matrices import (
@@ -176,3 +177,16 @@ def test_cholmod_through_the_interface_of_0_5(monkeypatch: pytest.MonkeyPatch) -
     assert np.allclose(dense(pattern, values, diagonal) @ solver.solved(b), b)
     diagonal[5] = -100.0
     assert solver.factorise(values, diagonal) == 1 + 5
+
+
+def test_the_elimination_stands_for_other_orders_of_many_alike_entities() -> None:
+    side = 30
+    pairs = [(i, i + 1) for i in range(side * side - 1)]
+    pairs += [(i, i + side) for i in range(side * side - side)]
+    pattern = build([3] * (side * side), pairs)
+    plan = make_solver("auto", pattern).plan
+    assert list(plan["orderings"]) == ["eliminate_first"]
+    best = analyse(pattern).milliseconds
+    assert plan["costs"]["sparse"]["predicted_ms"] < 1.2 * best
+    few = build([3] * 100, [(i, j) for i, j in pairs if j < 100])
+    assert "minimum_degree" in make_solver("auto", few).plan["orderings"]

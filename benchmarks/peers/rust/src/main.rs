@@ -6,6 +6,7 @@
 
 mod bundle;
 mod columns;
+mod endings;
 mod localization;
 mod plane;
 mod pose_graph_2d;
@@ -33,22 +34,16 @@ type Load = fn(&Columns) -> Box<dyn Problem>;
 
 fn main() {
     let words: Vec<String> = std::env::args().collect();
+    if words.len() == 8 && words[1] == "optimum" {
+        return endings::run(&words);
+    }
     if words.len() != 9 {
         fail("peer SUITE PROBLEM SHORT LONG RUNS THREADS LIMIT OUT");
     }
     let count = |k: usize| words[k].parse::<usize>().unwrap_or_else(|_| fail("expected a number"));
     let (short, long, runs, threads, limit) = (count(3), count(4), count(5), count(6), count(7));
     let data = Columns::read(&words[2]);
-    // What the model's own passes set, so that all start with the same damping.
-    let (load, damping): (Load, f64) = match words[1].as_str() {
-        "slam" => (slam::load, 1e-4),
-        "localization" => (localization::load, 1e-4),
-        "pose_graph" if data.has("poses.q") => (pose_graph_3d::load, 1e-9),
-        "pose_graph" => (pose_graph_2d::load, 1e-9),
-        "bundle" => (bundle::load, 1e-4),
-        "plane" => (plane::load, 1e-4),
-        other => fail(&format!("no suite {other}")),
-    };
+    let (load, damping) = suite(&words[1], &data);
     let timed = |iterations: usize| {
         let mut problem = load(&data);
         let mut config = LmConfig::conservative()
@@ -97,6 +92,19 @@ fn main() {
         result.end_cost,
         plan(&result),
     );
+}
+
+/// How a suite's problems are loaded, and the damping that all systems start with.
+fn suite(name: &str, data: &Columns) -> (Load, f64) {
+    match name {
+        "slam" => (slam::load, 1e-4),
+        "localization" => (localization::load, 1e-4),
+        "pose_graph" if data.has("poses.q") => (pose_graph_3d::load, 1e-9),
+        "pose_graph" => (pose_graph_2d::load, 1e-9),
+        "bundle" => (bundle::load, 1e-4),
+        "plane" => (plane::load, 1e-4),
+        other => fail(&format!("no suite {other}")),
+    }
 }
 
 fn brief((seconds, result, _): (f64, LmResult<f64>, Box<dyn Problem>)) -> (f64, usize) {

@@ -73,6 +73,10 @@ pub fn load(data: &Columns) -> Box<dyn Problem> {
             hb: SelfBlock::new(),
         }));
     }
+    for (k, &pose) in poses.iter().enumerate() {
+        graph.poses[pose].t.optimize = data.index("poses.t.fixed")[k] == 0;
+        graph.poses[pose].turn.angle.optimize = data.index("poses.th.fixed")[k] == 0;
+    }
     for (k, &th) in data.real("edges.th").iter().enumerate() {
         graph.edges.push(PlanarEdge {
             a: poses[data.index("edges.a")[k] as usize],

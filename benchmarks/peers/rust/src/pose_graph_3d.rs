@@ -80,6 +80,10 @@ pub fn load(data: &Columns) -> Box<dyn Problem> {
             hb: SelfBlock::new(),
         }));
     }
+    for (k, &pose) in poses.iter().enumerate() {
+        graph.poses[pose].t.optimize = data.index("poses.t.fixed")[k] == 0;
+        graph.poses[pose].q.optimize = data.index("poses.q.fixed")[k] == 0;
+    }
     let upper = data.real("edges.u");
     for (k, &a) in data.index("edges.a").iter().enumerate() {
         let mut u = [[0.0; 6]; 6];

@@ -1,0 +1,215 @@
+"""The suite `optimum`: what counts as the optimum, what the report says, how a system is run."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import arael
+from benchmarks import demo_seeds, problems
+from benchmarks.bundles import write_bal, write_bundle
+from benchmarks.optimum import graphs
+from benchmarks.optimum.cases import Problem, write_solved
+from benchmarks.optimum.chapter import chapter, summary
+from benchmarks.optimum.solving import KEEP, Ending, Solved, solve_problem
+from benchmarks.systems import Plan
+
+PLAN = Plan(peers=(), python=sys.executable, quick=True)
+OURS = Ending(
+    *("arael", "default", "--init auto", "converged, sparse", 4, 10.0),
+    costs=[1000.0, 50.0, 11.0, 10.000_005, 10.0],
+    counts=[0, 1, 2, 3, 4],
+    cpu=[0.004, 0.006, 0.005],
+    wall=[0.008, 0.009, 0.010],
+    times=[[0.001, 0.002, 0.003, 0.0035, 0.004]] * 3,
+    score=10.0,
+    best=10.0,
+    setup=0.1,
+)
+PEER = replace(OURS, system="gtsam", way="GN", attempts=3, cpu=[0.020], wall=[0.02], best=10.0)
+
+
+@pytest.fixture
+def solved() -> Solved:
+    found = Solved(Problem("pose_graph", "ring", Path("ring.g2o")), [OURS, PEER])
+    found.versions = {"arael": "arael 1", "gtsam": "GTSAM 4"}
+    return found
+
+
+def test_the_time_to_the_best_cost_is_that_of_the_first_iteration_within_a_millionth() -> None:
+    assert OURS.to_best() == (3, 0.0035)
+    assert OURS.to_end == 0.005
+    assert OURS.to_end_wall == 0.009
+    attempts, seconds = replace(OURS, best=9.9).to_best()
+    assert attempts is None
+    assert math.isnan(seconds)
+
+
+@pytest.mark.parametrize(
+    ("cost", "best", "at_best", "near"),
+    [
+        (10.0, 10.0, True, True),
+        (10.000_009, 10.0, True, True),
+        (10.000_02, 10.0, False, True),
+        (10.02, 10.0, False, False),
+        (9e-10, 1e-25, True, True),  # exact, by the cost of 1000 at the start
+        (2e-9, 1e-25, False, False),
+        (math.nan, 10.0, False, False),
+    ],
+)
+def test_an_end_is_compared_with_the_best_known_cost(
+    cost: float, best: float, at_best: bool, near: bool
+) -> None:
+    ending = replace(OURS, cost=cost, best=best)
+    assert (ending.at_best, ending.near) == (at_best, near)
+
+
+def test_the_summary_sets_arael_beside_the_best_peer(solved: Solved) -> None:
+    text = "\n".join(summary([solved]))
+    assert (
+        "| ring | yes | 4 | 5.00 | 3 ! (gtsam GN) | 20.0 (gtsam GN) | 0.25 | 3.50 / 3.50 |" in text
+    )
+    assert "(within 1e-06): 1 of 1" in text
+    assert "plus a quarter: 0 of 1" in text
+    assert "half of the best peer's: 1 of 1; above the best peer's: 0" in text
+
+
+def test_peers_that_end_elsewhere_are_no_measure(solved: Solved) -> None:
+    solved.endings[1] = replace(PEER, cost=10.02)
+    assert "| ring | yes | 4 | 5.00 | - | - | - |" in "\n".join(summary([solved]))
+
+
+def test_what_falls_short_is_marked(solved: Solved) -> None:
+    slow = replace(OURS, cpu=[0.015], cost=10.5, status="max_iterations, sparse")
+    solved.endings[0] = slow
+    text = "\n".join(summary([solved]))
+    assert "| ring | no: 5 %, max_iterations | 4 | 15.0 |" in text
+    assert "| 0.75 ! |" in text
+    assert "ratios above 0.5: ring 0.75" in text
+    solved.endings[0] = replace(slow, cpu=[0.03])
+    assert "| 1.50 !! |" in "\n".join(summary([solved]))
+
+
+def test_the_chapter_has_a_table_a_problem_and_reasons(solved: Solved) -> None:
+    solved.absent = {"g2o": "g2opy is not installed"}
+    text = "\n".join(chapter([solved]))
+    assert "#### ring" in text
+    assert (
+        "| gtsam GN | 3 | converged, sparse | 10 | at best | 3 | 3.50 | 20.0 | 20.0 | 100 |" in text
+    )
+    assert "- g2o: g2opy is not installed" in text
+    assert "- GTSAM 4: GN: --init auto" in text
+
+
+def test_arael_is_run_to_its_end_in_a_process(tmp_path: Path) -> None:
+    path = tmp_path / "ring.g2o"
+    assert graphs.ring(path, poses=60) == 60
+    found = solve_problem(Problem("pose_graph", "ring", path), PLAN, tmp_path)
+    ours = found.ours
+    assert ours is not None
+    assert [e.way for e in found.endings] == ["default", "file"]
+    assert ours.status.startswith("converged, start ")
+    assert ours.at_best
+    assert ours.costs[0] > ours.costs[-1] == ours.cost
+    assert ours.score == pytest.approx(ours.cost, rel=1e-9)
+    assert len(ours.cpu) == len(ours.wall) == len(ours.times) >= 1
+    assert all(np.all(np.diff(times) >= 0) and times[-1] > 0 for times in ours.times)
+    assert max(t[-1] for t in ours.times) <= max(ours.cpu) * 1.01
+
+
+def test_a_file_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
+    found = solve_problem(Problem("bundle", "none", tmp_path / "none.txt"), PLAN, tmp_path)
+    assert "ARAEL_DATA" in found.absent["arael"]
+
+
+def test_results_of_peers_are_kept_and_those_of_arael_never(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "kept"
+    monkeypatch.setenv(KEEP, str(kept))
+    path = tmp_path / "ring.g2o"
+    graphs.ring(path, poses=40)
+    plan = Plan(peers=("gtsam",), python=str(tmp_path / "no-python"), quick=True)
+    place = kept / "ring-gtsam-0.json"
+    place.parent.mkdir()
+    way = {"name": "GN", "settings": "", "status": "ended", "attempts": 2, "cost": 1.0}
+    way |= {"costs": [2.0, 1.0], "counts": [0, 2], "score": 5.0}
+    way["runs"] = [{"cpu": 0.1, "wall": 0.1, "times": [0.0, 0.1]}]
+    place.write_text(json.dumps({"version": "GTSAM", "setup": 0.1, "ways": [way]}))
+    found = solve_problem(Problem("pose_graph", "ring", path), plan, tmp_path)
+    assert [e.system for e in found.endings] == ["arael", "arael", "gtsam"]
+    assert found.endings[-1].score == 5.0
+    assert not list(kept.glob("*arael*"))
+
+
+@pytest.mark.parametrize("name", graphs.GRAPHS)
+def test_generated_graphs_start_with_their_odometry_and_end_at_the_noise(
+    tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / f"{name}.g2o"
+    small = {"sphere": {"rings": 6, "around": 12}, "torus": {"rings": 12, "around": 8}}
+    make = getattr(graphs, name.removesuffix("-noisy"))
+    sizes = small.get(name.removesuffix("-noisy"), {})
+    sizes = sizes or {"blocks" if name == "city" else "poses": 300}
+    count = make(path, **sizes)
+    assert graphs.has_vertices(path)
+    graph = arael.load(problems.pose_graph_model(path))()
+    graph.read(path)
+    assert len(graph.poses) == count
+    assert graph.cost() > 0
+    arael.initialise(graph)
+    result = graph.solve()
+    assert result.converged
+    # The information is that of the noise: about one for each residual beyond the unknowns.
+    width = 3 if "VERTEX_SE2" in path.read_text(encoding="utf-8") else 6
+    freedom = width * (len(graph.edges) - count + 1)
+    assert 0.3 * freedom < result.end_cost < 2 * freedom + 10
+
+
+def test_a_file_without_vertices_gets_its_odometry(tmp_path: Path) -> None:
+    path = tmp_path / "bare.g2o"
+    edges = "EDGE_SE2 0 1 1 0 1.5707963 1 0 0 1 0 1\n\nEDGE_SE2 1 2 2 0 0 1 0 0 1 0 1\n"
+    path.write_text(edges + "EDGE_SE2 0 2 1 2 1.5 1 0 0 1 0 1\n")
+    assert not graphs.has_vertices(path)
+    (tmp_path / "out").mkdir()
+    out = graphs.with_odometry(path, tmp_path / "out")
+    graph = arael.load("pose_graph_2d")()
+    graph.read(out)
+    assert np.allclose(graph.poses.t.value, [[0, 0], [1, 0], [1, 2]], atol=1e-6)
+    assert len(graph.edges) == 3
+
+
+def test_a_solved_bundle_is_written_as_the_same_problem(tmp_path: Path) -> None:
+    path = tmp_path / "bundle.txt"
+    write_bundle(path, cameras=12, points=60)
+    bundle = problems.KINDS["bundle"].load(str(path))
+    write_bal(tmp_path / "copy.txt", bundle)
+    copy = problems.KINDS["bundle"].load(str(tmp_path / "copy.txt"))
+    assert copy.cost() == pytest.approx(bundle.cost(), rel=1e-9)
+    bundle.solve(max_iters=3)
+    state = problems.KINDS["bundle"].state(bundle)
+    again = write_solved(Problem("bundle", "b", path), state, tmp_path)
+    assert again is not None
+    assert problems.KINDS["bundle"].load(str(again)).cost() == pytest.approx(
+        bundle.cost(), rel=1e-9
+    )
+
+
+def test_scenes_have_no_other_start(tmp_path: Path) -> None:
+    assert write_solved(Problem("slam", "s", tmp_path / "s.npz"), {}, tmp_path) is None
+
+
+def test_the_demo_is_run_over_seeds() -> None:
+    text = "\n".join(demo_seeds.run(PLAN, None))
+    assert "- converged: 2 of 2" in text
+    seed, attempts, before, pose, landmark, status = demo_seeds.measure(1)
+    assert (seed, status) == (1, "")
+    assert attempts < before
+    assert pose < 0.02
+    assert landmark < 0.03
