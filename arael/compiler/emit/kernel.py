@@ -157,7 +157,8 @@ def _emit_evaluate(
     accumulate.emit_settle(w, number, plan)
     with w.block(
         f"cdef arael_inlined evaluate_{number}(const Lanes* lanes, bint derive, real* gradient, "
-        "real* values, real* residuals, real* entries, double* cost) noexcept nogil:"
+        "real* values, real* residuals, real* entries, double* cost, double* costs) "
+        "noexcept nogil:"
     ):
         _head(w, kernel, tape)
         w.line("cdef const real* s")
