@@ -191,6 +191,15 @@ EDITS: dict[str, Callable[[Edited], None]] = {
 }
 
 
+def same_components(warm: Result, cold: Result, what: str) -> None:
+    """Components of a session's solve are those of a fresh one."""
+    assert (warm.components is None) == (cold.components is None), what
+    if warm.components is not None:
+        assert warm.components.names == cold.components.names, what
+        np.testing.assert_array_equal(warm.components.rows, cold.components.rows, what)
+        np.testing.assert_array_equal(warm.components.status, cold.components.status, what)
+
+
 def agree(edited: Edited, what: str) -> None:
     """Solve in the session at hand and in a fresh one from the same start."""
     session, start = edited.model.session, edited.state()
@@ -199,6 +208,7 @@ def agree(edited: Edited, what: str) -> None:
     object.__setattr__(edited.model, "_session", Session())
     cold, other = edited.solve(), edited.state()
     assert warm.status == cold.status, what
+    same_components(warm, cold, what)
     np.testing.assert_allclose(warm.start_cost, cold.start_cost, 1e-12, err_msg=what)
     np.testing.assert_allclose(warm.end_cost, cold.end_cost, 1e-8, 1e-16, err_msg=what)
     np.testing.assert_allclose(np.sort(warm.x), np.sort(cold.x), 1e-5, 1e-6, err_msg=what)
@@ -276,6 +286,22 @@ def test_fixing_and_freeing_keeps_the_pattern_and_the_solver(net: type) -> None:
     assert counted(edited) == (problems + 3, analyses)
 
 
+def test_a_fixed_row_between_two_parts_of_a_problem_leaves_two_components(net: type) -> None:
+    edited = Edited(net, 30, 5)
+    assert edited.solve().components is None
+    for k in range(2):
+        point = edited.points[9 + 11 * k]
+        point.pos.fixed = point.scale.fixed = True
+        agree(edited, f"{k + 1} rows fixed")
+        found = edited.solve().components
+        assert edited.model.session.earlier.structure.idle == k + 1
+        assert found is not None and found.names == ["points[0]", "points[10]", "points[21]"][: k + 2]
+        assert found.rows.tolist() == [[9, 20], [9, 10, 9]][k]
+    edited.free_all()
+    agree(edited, "all free")
+    assert edited.solve().components is None
+
+
 def test_what_is_fixed_for_long_leaves_the_system_when_it_is_much(net: type) -> None:
     edited = Edited(net, 30, 5)
     assert edited.solve().plan["n"] == 90
@@ -335,7 +361,7 @@ def test_a_solver_with_options_is_made_as_they_say(net: type) -> None:
     assert len(result.plan["costs"]) > 3
     edited._link(13, 15)
     assert len(edited.solve().plan["costs"]) > 3  # what options made is no choice
-    assert edited.model.solve(solver="sparse").plan["why"] == "sparse was asked for"
+    assert edited.model.solve(solver="sparse").plan["why"] == "sparse was requested"
 
 
 def test_the_first_solve_of_a_small_problem_imports_nothing(tmp_path: Path) -> None:

@@ -25,7 +25,8 @@ Labels = NDArray[np.int32]
 class Partition:
     """The components of a problem that has at least two.
 
-    They are numbered in the order of their first blocks in the system.
+    They are numbered in the order of their first blocks in the system. Blocks in which nothing moves
+    join nothing; they have the number 0, and take no step there.
 
     Attributes
     ----------
@@ -65,11 +66,12 @@ def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
     pattern = structure.pattern
     if pattern.block_count < 2:
         return None
+    idle = _idle(structure)
     ones, others = _uncoupled(structure, groups)
-    count, labels = connected(pattern.column_start, pattern.rows, ones, others)
+    count, labels = connected(pattern.column_start, pattern.rows, ones, others, idle)
     if count < 2:
         return None
-    instances = [_of_instances(structure, g, labels, count) for g in range(len(groups))]
+    instances = [_of_instances(structure, g, labels, count, idle) for g in range(len(groups))]
     guarded = np.zeros(count + 1, dtype=bool)
     for group, found in zip(groups, instances, strict=True):
         if group.moving_guard is not None:
@@ -81,9 +83,18 @@ def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
         tuple(instances),
         guarded[:count],
         _of_values(structure, labels),
-        np.flatnonzero(np.diff(np.maximum.accumulate(labels), prepend=-1)),
-        np.bincount(labels, minlength=count),
+        np.flatnonzero(np.diff(np.maximum.accumulate(np.where(idle, -1, labels)), prepend=-1)),
+        np.bincount(labels[idle == 0], minlength=count),
     )
+
+
+def _idle(structure: Structure) -> NDArray[np.uint8]:
+    """(nb,) whether nothing moves in a block, which a session keeps for when it does again."""
+    found = np.zeros(structure.pattern.block_count, dtype=np.uint8)
+    if structure.idle:
+        for blocks in structure.system.blocks:
+            found[blocks.block[(blocks.block >= 0) & ~blocks.solved]] = 1
+    return found
 
 
 def _blocks(structure: Structure, group: int) -> Ints:
@@ -114,10 +125,14 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
     return np.concatenate(ones), np.concatenate(others)
 
 
-def _of_instances(structure: Structure, group: int, labels: Labels, count: int) -> Labels:
+def _of_instances(
+    structure: Structure, group: int, labels: Labels, count: int, idle: NDArray[np.uint8]
+) -> Labels:
     blocks = _blocks(structure, group)
     if blocks.shape[1] == 0:
         return np.full(len(blocks), count, dtype=np.int32)
+    if structure.idle:
+        blocks[(blocks >= 0) & (idle[blocks] != 0)] = -1
     # All uses that are solved for are of one component.
     block = blocks.max(axis=1)
     return np.where(block >= 0, labels[block], np.int32(count)).astype(np.int32)

@@ -142,6 +142,7 @@ def _with_other_flags(
         frozen=frozen,
         system=hold(system, free),
         idle=idle,
+        partition=[],
     )
 
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from libc.stdint cimport int32_t, int64_t
+from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.address cimport address, writable
 
@@ -25,7 +25,7 @@ cdef inline void join(int32_t* parent, int32_t one, int32_t other) noexcept nogi
         parent[one] = other
 
 
-def connected(column_start, rows, ones, others):
+def connected(column_start, rows, ones, others, idle):
     """Components of a graph whose edges are blocks of a pattern, and pairs beside them.
 
     Parameters
@@ -33,29 +33,36 @@ def connected(column_start, rows, ones, others):
     column_start : (n + 1,) int64, first entry of each node in `rows`
     rows : (m,) int64, neighbours
     ones, others : (k,) int64, nodes that are joined as well
+    idle : (n,) uint8, nodes that join nothing and form no component
 
     Returns
     -------
     count : int
-    labels : (n,) int32, component of each node, numbered in order of their first nodes
+    labels : (n,) int32, component of each node, numbered in order of their first nodes; 0 for idle
+        nodes
     """
     cdef Py_ssize_t n = len(column_start) - 1, k, p, pairs = len(ones)
     cdef const int64_t* start = <const int64_t*>address(column_start, np.int64)
     cdef const int64_t* row = <const int64_t*>address(rows, np.int64)
     cdef const int64_t* one = <const int64_t*>address(ones, np.int64)
     cdef const int64_t* other = <const int64_t*>address(others, np.int64, pairs)
+    cdef const uint8_t* out = <const uint8_t*>address(idle, np.uint8, n)
     labels = np.arange(n, dtype=np.int32)
     cdef int32_t* parent = <int32_t*>writable(labels, np.int32, n)
     cdef int32_t count = 0
     with nogil:
         for k in range(n):
             for p in range(start[k], start[k + 1]):
-                join(parent, <int32_t>k, <int32_t>row[p])
+                if not (out[k] or out[row[p]]):
+                    join(parent, <int32_t>k, <int32_t>row[p])
         for p in range(pairs):
-            join(parent, <int32_t>one[p], <int32_t>other[p])
+            if not (out[one[p]] or out[other[p]]):
+                join(parent, <int32_t>one[p], <int32_t>other[p])
         # Parents have smaller numbers than their children, so that they have their label by now.
         for k in range(n):
-            if parent[k] == k:
+            if out[k]:
+                parent[k] = -1
+            elif parent[k] == k:
                 parent[k] = -1 - count
                 count += 1
             else:

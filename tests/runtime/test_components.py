@@ -27,15 +27,19 @@ def test_components_are_those_of_scipy(seed: int) -> None:
     order = np.argsort(edges[:, 0], kind="stable")
     start = np.searchsorted(edges[order, 0], np.arange(n + 1)).astype(np.int64)
     ones, others = (np.ascontiguousarray(column) for column in more.T)
-    count, labels = connected(start, np.ascontiguousarray(edges[order, 1]), ones, others)
+    idle = (rng.random(n) < rng.choice([0, 0.3])).astype(np.uint8)
+    count, labels = connected(start, np.ascontiguousarray(edges[order, 1]), ones, others, idle)
+    assert (labels[idle != 0] == 0).all()
     every = np.concatenate((edges, more))
+    every = every[(idle[every] == 0).all(axis=1)]
     graph = coo_matrix((np.ones(len(every)), (every[:, 0], every[:, 1])), (n, n))
     expected, by_scipy = connected_components(graph, directed=False)
-    assert count == expected
-    # Numbered in the order of their first nodes, as SciPy does.
-    _, first = np.unique(by_scipy, return_index=True)
+    assert count == expected - idle.sum()
+    # Numbered in the order of their first nodes.
+    by_scipy = by_scipy[idle == 0]
+    _, first, inverse = np.unique(by_scipy, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
-    np.testing.assert_array_equal(labels, rank[by_scipy])
+    np.testing.assert_array_equal(labels[idle == 0], rank[inverse])
 
 
 def nodes(formula, residuals_of_both: bool = True):

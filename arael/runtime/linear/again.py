@@ -37,11 +37,11 @@ class Choice:
     @classmethod
     def of(cls, solver: LinearSolver) -> Choice | None:
         """The choice behind a solver; None where it was not compared, or is not made again."""
-        from arael.runtime.linear.analysis import ORDERINGS
-
         plan = solver.plan
         if plan.get("asked") != "auto" or plan.get("solver") not in ("band", "sparse"):
             return None
+        from arael.runtime.linear.analysis import ORDERINGS
+
         if plan["solver"] == "sparse" and plan.get("ordering") not in ORDERINGS:
             return None
         return cls(plan["solver"], plan.get("ordering", ""), plan["n"], float(plan["predicted_ms"]))
