@@ -295,7 +295,9 @@ def test_a_fixed_row_between_two_parts_of_a_problem_leaves_two_components(net: t
         agree(edited, f"{k + 1} rows fixed")
         found = edited.solve().components
         assert edited.model.session.earlier.structure.idle == k + 1
-        assert found is not None and found.names == ["points[0]", "points[10]", "points[21]"][: k + 2]
+        assert (
+            found is not None and found.names == ["points[0]", "points[10]", "points[21]"][: k + 2]
+        )
         assert found.rows.tolist() == [[9, 20], [9, 10, 9]][k]
     edited.free_all()
     agree(edited, "all free")

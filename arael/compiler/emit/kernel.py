@@ -231,9 +231,7 @@ def _emit_functions(w: Writer, number: int) -> None:
         "real* residuals, real* entries) noexcept nogil:"
     ):
         w.line("cdef double cost = 0")
-        w.line(
-            f"evaluate_{number}(lanes, True, gradient, values, residuals, entries, &cost, NULL)"
-        )
+        w.line(f"evaluate_{number}(lanes, True, gradient, values, residuals, entries, &cost, NULL)")
         w.line("return cost")
     w.line()
     with w.block(
