@@ -27,7 +27,7 @@ LIMIT, QUICK_LIMIT = 300, 30
 RUNS, ROUNDS = 5, 1
 SLOW = 6.0
 """Seconds of a system in the first round after which it has no second one."""
-TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 10, 10
+TIMEOUT, PATIENCE, PATIENCE_AGAIN = 600, 30, 15
 """Seconds for a system, for one of its ways, and for one of its ways from a solved start."""
 KEEP = "ARAEL_BENCH_KEEP"
 """Names a folder in which results of peers are kept and found again, to measure arael alone."""

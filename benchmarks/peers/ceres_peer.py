@@ -14,6 +14,7 @@ import pyceres
 import pycolmap
 from pycolmap import cost_functions
 
+from benchmarks.peers.endings import Path
 from benchmarks.peers.runner import AbsentError, main
 
 FOCAL = 512 / np.tan(np.deg2rad(40))
@@ -53,6 +54,33 @@ class Ceres:
         # The first entry is the start.
         return int(summary.num_successful_steps + summary.num_unsuccessful_steps - 1)
 
+    def ways(self) -> dict[str, str]:
+        return {
+            "LM": "defaults",
+            "LM, non-monotone": "use_nonmonotonic_steps",
+            "dogleg": "DOGLEG, TRADITIONAL_DOGLEG",
+        }
+
+    def fresh(self) -> None:
+        self.start()
+
+    def solve(self, way: str, path: Path, limit: int) -> str:
+        options = pyceres.SolverOptions()
+        options.linear_solver_type = self.linear_solver
+        options.max_num_iterations = limit
+        options.num_threads = self.threads
+        options.minimizer_progress_to_stdout = False
+        options.logging_type = pyceres.LoggingType.SILENT
+        options.use_nonmonotonic_steps = way.endswith("non-monotone")
+        if way == "dogleg":
+            options.trust_region_strategy_type = pyceres.TrustRegionStrategyType.DOGLEG
+        marking = _Marking(path)
+        options.callbacks = [marking]
+        summary = pyceres.SolverSummary()
+        pyceres.solve(options, self.problem, summary)
+        path.mark(summary.final_cost, path.counts[-1])
+        return str(summary.termination_type).rpartition(".")[2]
+
     def pose(self, rotation: np.ndarray, translation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Make the blocks of a pose from quaternion x y z w and translation."""
         blocks = (np.array(rotation, dtype=float), np.array(translation, dtype=float))
@@ -61,6 +89,18 @@ class Ceres:
             self.problem.add_parameter_block(block, len(block))
         self.problem.set_manifold(blocks[0], pyceres.EigenQuaternionManifold())
         return blocks
+
+
+class _Marking(pyceres.IterationCallback):
+    """Records cost and attempts at the start and after each iteration, which is one attempt."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path = path
+
+    def __call__(self, now: pyceres.IterationSummary) -> pyceres.CallbackReturnType:
+        self.path.mark(now.cost, now.iteration)
+        return pyceres.CallbackReturnType.SOLVER_CONTINUE
 
 
 def matrix(q: np.ndarray) -> np.ndarray:
