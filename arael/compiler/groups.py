@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
@@ -21,7 +22,11 @@ from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
+from arael.symbolic.jacobian import derive
 from arael.symbolic.jacobian import jacobian as differentiate
+
+if TYPE_CHECKING:
+    from arael.symbolic.sharing import Shared
 
 # Above this many multiplications, products J'J are formed by loops over the Jacobian instead of
 # being spelled out: the C compiler's time grows faster than the gain.
@@ -76,6 +81,24 @@ class Kernel:
     uniform_names: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of a constraint before they are written as a program.
+
+    Attributes
+    ----------
+    residuals : nodes
+    shared : their derivatives by (use, tangent), over the graph of the residuals
+    names : of the inputs of that graph, by node
+    tangents : names of what is differentiated by
+    """
+
+    residuals: list[int]
+    shared: Shared[tuple[int, int]]
+    names: dict[int, str]
+    tangents: dict[tuple[int, int], str]
+
+
 class _Uses:
     """Numbers the entities that a constraint reads, in order of appearance."""
 
@@ -118,6 +141,46 @@ def compile_constraint(
     functions: Functions | None = None,
 ) -> Kernel:
     """Derive everything about one constraint at one place, for f32 where `single`."""
+    scalariser, uses, residuals, guard, holds = _scalarise(site, states, single, functions)
+    graph = scalariser.graph
+    jacobian = _differentiate(graph, residuals, uses)
+    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+
+
+def derivatives(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool = False,
+    functions: Functions | None = None,
+) -> Derivatives | None:
+    """Derivatives of one constraint as SymPy has them; None if nothing varies."""
+    scalariser, uses, residuals, _, _ = _scalarise(site, states, single, functions)
+    graph = scalariser.graph
+    seeds = _seeds(graph, residuals, uses)
+    if not any(seeds.values()):
+        return None
+    names: dict[int, str] = {}
+    for key in list(graph.inputs):
+        node = graph.input(key)
+        if isinstance(key, StateInput):
+            names[node] = _state_name(site, uses.uses[key.use], states, key.offset)
+        else:
+            names[node] = _node_name(site, graph, node)
+    tangents = {
+        (use, k): f"{_slot_name(site, u.slot)}{states[u.entity].entity.prefix}{name}"
+        for use, u in enumerate(uses.uses)
+        for k, name in enumerate(states[u.entity].entity.tangent_names)
+    }
+    return Derivatives(residuals, derive(graph, residuals, seeds), names, tangents)
+
+
+def _scalarise(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool,
+    functions: Functions | None,
+) -> tuple[Scalariser, _Uses, list[int], Typed | None, int | None]:
+    """Residuals with loss and guard; the guard over data, and the node of that over parameters."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses, functions or Functions())
@@ -129,14 +192,27 @@ def compile_constraint(
     if moving is not None:
         (holds,) = scalariser.nodes(moving)
         residuals = switched(graph, residuals)
-    jacobian = _differentiate(graph, residuals, uses)
-    return _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    return scalariser, uses, residuals, guard, holds
 
 
 def _differentiate(
     graph: Graph, residuals: list[int], uses: _Uses
 ) -> dict[tuple[int, int, int], int]:
     """Structurally non-zero Jacobian entries: (residual, use, tangent) -> node."""
+    rows = differentiate(graph, residuals, _seeds(graph, residuals, uses))
+    zero = graph.const(0.0)
+    return {
+        (k, use, tangent): row[use, tangent]
+        for k, row in enumerate(rows)
+        for use, tangent in sorted(row)
+        if row[use, tangent] != zero
+    }
+
+
+def _seeds(
+    graph: Graph, residuals: list[int], uses: _Uses
+) -> dict[int, dict[tuple[int, int], int]]:
+    """Derivatives of the state scalars that `residuals` read, by (use, tangent)."""
     seeds: dict[int, dict[tuple[int, int], int]] = {}
     live = set(graph.live(residuals))
     for key in list(graph.inputs):
@@ -153,14 +229,7 @@ def _differentiate(
         }
         copies = state.graph.copy(nodes, graph, known)
         seeds[node] = {(use, k): c for k, c in zip(tangents, copies, strict=True)}
-    rows = differentiate(graph, residuals, seeds)
-    zero = graph.const(0.0)
-    return {
-        (k, use, tangent): row[use, tangent]
-        for k, row in enumerate(rows)
-        for use, tangent in sorted(row)
-        if row[use, tangent] != zero
-    }
+    return seeds
 
 
 def _assemble(

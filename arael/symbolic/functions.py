@@ -74,6 +74,14 @@ class select(Operation):
 class quotient(Operation):
     """``a / b`` as one operation, where SymPy would distribute a power over it."""
 
+    def _sympystr(self, printer: Any) -> str:
+        return f"({printer.doprint(self.args[0])}/{printer.doprint(self.args[1])})"
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        above, below = map(printer.doprint, self.args)
+        text = rf"\left(\frac{{{above}}}{{{below}}}\right)"
+        return text if exp is None else f"{text}^{{{exp}}}"
+
 
 class power(Operation):
     """``a^b``. SymPy's own power divides by ``a`` in its derivative, which is 0/0 at 0."""
@@ -229,6 +237,8 @@ OPERATION_OF: Mapping[type[Expr], str] = {
     both: "and",
 }
 """Functions that occur in derivatives -> operation of a graph."""
+
+FUNCTION_OF: Mapping[str, type[Expr]] = {name: func for func, name in OPERATION_OF.items()}
 
 
 @cache

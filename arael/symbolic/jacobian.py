@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from arael.symbolic.graph import Graph
 from arael.symbolic.varying import arguments, rank_of_seeds, varying
+
+if TYPE_CHECKING:
+    from arael.symbolic.sharing import Shared
 
 Seed = TypeVar("Seed", bound=Hashable)
 Method = Literal["forward", "eliminate"]
@@ -48,6 +51,18 @@ def jacobian(
     outputs = list(outputs)
     if not seeds or not any(seeds.values()):
         return [{} for _ in outputs]
+    rows = derive(graph, outputs, seeds, methods).write()
+    zero = graph.const(0.0)
+    return [{seed: node for seed, node in row.items() if node != zero} for row in rows]
+
+
+def derive(
+    graph: Graph,
+    outputs: Sequence[int],
+    seeds: Mapping[int, Mapping[Seed, int]],
+    methods: Sequence[Method] = ("forward", "eliminate"),
+) -> Shared[Seed]:
+    """Differentiate as `jacobian` does, without writing the derivatives into the graph."""
     from arael.symbolic.elimination import eliminate
     from arael.symbolic.forward import forward
     from arael.symbolic.sharing import Shared
@@ -74,8 +89,7 @@ def jacobian(
         if least > LARGEST_FOR_ELIMINATION:
             break
     assert best is not None
-    zero = graph.const(0.0)
-    return [{s: node for s, node in row.items() if node != zero} for row in best.write()]
+    return best
 
 
 def _products(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, Mapping[Seed, int]]) -> int:
@@ -109,6 +123,6 @@ def _products(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, Mapping[
     return total + sum(reached[n][1].bit_count() for n in outputs if n in reached)
 
 
-def _cost(graph: Graph, outputs: list[int], rows: list[dict[Seed, int]]) -> int:
+def _cost(graph: Graph, outputs: Sequence[int], rows: list[dict[Seed, int]]) -> int:
     nodes = graph.live([*outputs, *(node for row in rows for node in row.values())])
     return sum(_COST.get(graph.ops[node], 1) for node in nodes if not graph.is_free(node))

@@ -12,7 +12,7 @@ from typing import Any
 
 from sympy import Add, Integer, Rational, S, Symbol
 
-from arael.symbolic.functions import CONSTANTS, FORMAL, VALUE, partials
+from arael.symbolic.functions import CONSTANTS, FORMAL, FUNCTION_OF, VALUE, partials
 from arael.symbolic.graph import Graph
 
 Term = Any
@@ -100,7 +100,11 @@ class Terms:
         return symbol
 
     def _learn(self, node: int) -> None:
-        """Remember what a sum computes, whatever the order of its terms."""
+        """Remember what a function computes, and a sum, whatever the order of its terms."""
+        function = FUNCTION_OF.get(self.graph.ops[node])
+        if function is not None:
+            value = function(*map(self.leaf, self.graph.args[node]))
+            self._known.setdefault(value, self.leaf(node))
         if self.graph.ops[node] not in ("add", "sub", "mul"):
             return
         total = self._sum(node)
@@ -181,6 +185,7 @@ class Terms:
                 found = term
             else:
                 found = term.func(*(self.atom(self._filled(a, known)) for a in term.args))
+                found = self._known.get(found, found)
             known[term] = found
         return found
 
