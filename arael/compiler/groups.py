@@ -20,6 +20,7 @@ from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.runtime.layout import Group, Raw, Use
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
@@ -35,29 +36,7 @@ UNROLLED_PRODUCTS = 1500
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
 EXTRA_LANES = 6
-COSTLY = frozenset(
-    [
-        "div",
-        "sqrt",
-        "cbrt",
-        "exp",
-        "log",
-        "log2",
-        "log10",
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "atan2",
-        "sinh",
-        "cosh",
-        "tanh",
-        "hypot",
-        "pow",
-    ]
-)
+COSTLY = frozenset(("div", *(f.name for f in FUNCTIONS)))
 
 
 @dataclass(frozen=True)

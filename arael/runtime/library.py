@@ -56,6 +56,13 @@ class LibraryFunction:
         """Name in the C library."""
         return self.c or self.name
 
+    @property
+    def python(self) -> str:
+        """How Python code calls it that has imported NumPy as ``np``, and `scipy.special`."""
+        if isinstance(self.numpy, np.ufunc):
+            return f"np.{self.numpy.__name__}"
+        return f"scipy.special.{self.numpy.__name__}"
+
     def fold(self, *values: float) -> float:
         """Value on numbers."""
         return float((self.number or self.numpy)(*values))
@@ -69,6 +76,7 @@ def _scipy(name: str) -> Callable[..., Any]:
 
         return getattr(special, name)(x)
 
+    call.__name__ = name
     return call
 
 
@@ -176,8 +184,8 @@ FUNCTIONS: list[LibraryFunction] = [
         "ln(1 + x), without cancellation near 0", number=math.log1p,
     ),
     LibraryFunction(
-        "lgamma", 1, _scipy("gammaln"), "sympy:loggamma", "pure", "digamma(x)",
-        "inf at 0 and the negative integers with derivative NaN", "ln |gamma(x)|",
+        "lgamma", 1, _scipy("gammaln"), f"{_OWN}:lgamma", "pure", "digamma(x)",
+        "inf at 0, -1, -2, ...; derivative -inf at 0, of size 1e15 at -1, -2, ...", "ln |gamma(x)|",
         number=math.lgamma, latex="\\ln\\Gamma",
     ),
 ]  # fmt: skip

@@ -12,11 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 import sympy as sp
 from sympy import Expr, S, Symbol
 
+from arael.runtime.library import FUNCTIONS, LibraryFunction
 from arael.symbolic.scalars.function import REGULARISATION
 
 FORMAL = tuple(Symbol(name, real=True) for name in ("a", "b", "c"))
@@ -175,7 +177,67 @@ class starship(Operation):
         return slope if argindex == 1 else sp.atan(ratio) - a / b * slope
 
 
+class log2(Operation):
+    """Logarithm to base 2."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """1 / (a ln 2)."""
+        return 1 / (self.args[0] * sp.log(2))
+
+
+class log10(Operation):
+    """Logarithm to base 10."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """1 / (a ln 10)."""
+        return 1 / (self.args[0] * sp.log(10))
+
+
+class hypot(Operation):
+    """``sqrt(a^2 + b^2)`` without overflow."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """Share of the operand in the value."""
+        return self.args[argindex - 1] / self
+
+
+class expm1(Operation):
+    """``exp(a) - 1`` without cancellation near 0."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """By the value itself: `exp` needs no call of its own."""
+        return self + 1
+
+
+class log1p(Operation):
+    """``log(1 + a)`` without cancellation near 0."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """1 / (1 + a)."""
+        return 1 / (1 + self.args[0])
+
+
+class digamma(Operation):
+    """Derivative of `lgamma`."""
+
+
+class lgamma(Operation):
+    """``log |gamma(a)|``."""
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """SymPy's is ``polygamma``, which the C library lacks."""
+        return digamma(self.args[0])
+
+
 Maker = Callable[..., Expr]
+
+
+def sympy_function(function: LibraryFunction) -> Maker:
+    """Return the SymPy function of a record."""
+    module, _, name = function.sympy.partition(":")
+    found = globals() if module == __name__ else vars(import_module(module))
+    return found[name]  # type: ignore[no-any-return]
+
 
 MAKERS: dict[str, Maker] = {
     "add": lambda a, b: a + b,
@@ -184,24 +246,7 @@ MAKERS: dict[str, Maker] = {
     "div": lambda a, b: a / b,
     "neg": lambda a: -a,
     "identity": lambda a: a,
-    "pow": power,
-    "sqrt": sp.sqrt,
-    "cbrt": sp.cbrt,
-    "exp": sp.exp,
-    "log": sp.log,
-    "log2": lambda a: sp.log(a, 2),
-    "log10": lambda a: sp.log(a, 10),
-    "sin": sp.sin,
-    "cos": sp.cos,
-    "tan": sp.tan,
-    "asin": sp.asin,
-    "acos": sp.acos,
-    "atan": sp.atan,
-    "atan2": sp.atan2,
-    "sinh": sp.sinh,
-    "cosh": sp.cosh,
-    "tanh": sp.tanh,
-    "hypot": lambda a, b: sp.sqrt(a**2 + b**2),
+    **{f.name: sympy_function(f) for f in FUNCTIONS},
     "abs": sp.Abs,
     "clamp": clamp,
     "safe_sqrt": safe_sqrt,
@@ -214,18 +259,10 @@ MAKERS: dict[str, Maker] = {
 }
 """Operation of a graph -> SymPy's expression of its operands."""
 
-OPERATION_OF: Mapping[type[Expr], str] = {
-    sp.exp: "exp",
-    sp.log: "log",
-    sp.sin: "sin",
-    sp.cos: "cos",
-    sp.tan: "tan",
-    sp.atan: "atan",
-    sp.sinh: "sinh",
-    sp.cosh: "cosh",
+OPERATION_OF: Mapping[Any, str] = {
+    **{MAKERS[f.name]: f.name for f in FUNCTIONS},
     sp.sign: "sign",
     sp.Abs: "abs",
-    power: "pow",
     quotient: "div",
     minimum: "min",
     maximum: "max",
@@ -235,10 +272,11 @@ OPERATION_OF: Mapping[type[Expr], str] = {
     eq: "eq",
     either: "or",
     both: "and",
+    digamma: "digamma",
 }
 """Functions that occur in derivatives -> operation of a graph."""
 
-FUNCTION_OF: Mapping[str, type[Expr]] = {name: func for func, name in OPERATION_OF.items()}
+FUNCTION_OF: Mapping[str, Maker] = {name: func for func, name in OPERATION_OF.items()}
 
 
 @cache

@@ -8,8 +8,10 @@ from typing import Any, Generic, TypeVar
 import sympy as sp
 from sympy import S, Symbol
 
+from arael.runtime.tape import PRIMITIVES
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
+from arael.symbolic.scalars import SCALARS
 from arael.symbolic.terms import Term, Terms
 
 Seed = TypeVar("Seed", bound=Hashable)
@@ -125,7 +127,9 @@ class _Writer:
             return self._product(term)
         if term.is_Pow:
             return self._power(term.base, term.exp)
-        return g.op(OPERATION_OF[term.func], *map(self.node, term.args))
+        name = OPERATION_OF[term.func]
+        args = map(self.node, term.args)
+        return g.op(name, *args) if name in PRIMITIVES else SCALARS[name](g, *args)
 
     def _sum(self, terms: Sequence[Any]) -> int:
         """Write what is added first, then what is subtracted."""

@@ -11,48 +11,14 @@ from arael.compiler.emit.rows import emit_rows
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import NATIVE
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
 
-_FUNCTIONS_1 = [
-    "sqrt",
-    "cbrt",
-    "exp",
-    "log",
-    "log2",
-    "log10",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "floor",
-    "ceil",
-]
-_FUNCTIONS_2 = ("pow", "atan2", "hypot", "copysign")
-
-# glibc's vector library has these since 2.22 and, in the second row, since 2.35.
-_VECTOR_OLD = ("sin", "cos", "exp", "log", "pow")
-_VECTOR_NEW = [
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "cbrt",
-    "log2",
-    "log10",
-    "hypot",
-]
+# Functions of the C library beside those of `arael.runtime.library`.
+_ROUNDING = ("floor", "ceil")
 
 
 def emit_module(
@@ -140,9 +106,9 @@ def _head(
     w.line("#include <string.h>")
     w.line("/* Vector forms of the C library's functions, where it has them (glibc's libmvec). */")
     w.line("#if defined(__GLIBC__) && defined(__x86_64__) && defined(ARAEL_LIBMVEC)")
-    _redeclare(w, _VECTOR_OLD, suffix)
+    _redeclare(w, "2.22", suffix)
     w.line("#if __GLIBC_PREREQ(2, 35)")
-    _redeclare(w, _VECTOR_NEW, suffix)
+    _redeclare(w, "2.35", suffix)
     w.line("#endif")
     w.line("#endif")
     w.line("#if defined(__GNUC__) || defined(__clang__)")
@@ -157,10 +123,10 @@ def _head(
         w.line(
             f"    void {name}(Py_ssize_t count, const {scalar}* q, {scalar}** at) noexcept nogil"
         )
-    for function in _FUNCTIONS_1:
-        w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}) noexcept nogil')
-    for function in _FUNCTIONS_2:
-        w.line(f'    {scalar} m_{function} "{function}{suffix}"({scalar}, {scalar}) noexcept nogil')
+    declared = [(f.name, f.c_name, f.arity) for f in sorted(FUNCTIONS, key=lambda f: f.arity)]
+    for name, c, arity in (*((n, n, 1) for n in _ROUNDING), *declared, ("copysign", "copysign", 2)):
+        arguments = ", ".join([scalar] * arity)
+        w.line(f'    {scalar} m_{name} "{c}{suffix}"({arguments}) noexcept nogil')
     w.line(f'    {scalar} m_abs "fabs{suffix}"({scalar}) noexcept nogil')
     w.line(f'    {scalar} m_nan "NAN"')
     w.line(f'    {scalar} m_inf "INFINITY"')
@@ -171,12 +137,14 @@ def _head(
     w.line(f"    W = {LANES[precision]}")
 
 
-def _redeclare(w: Writer, functions: Sequence[str], suffix: str) -> None:
+def _redeclare(w: Writer, since: str, suffix: str) -> None:
+    """Declare what has a form for vectors since that version of glibc."""
     scalar = "float" if suffix else "double"
-    for function in functions:
-        arguments = f"{scalar}, {scalar}" if function in _FUNCTIONS_2 else scalar
-        w.line("#pragma omp declare simd notinbranch")
-        w.line(f"extern {scalar} {function}{suffix}({arguments});")
+    for function in FUNCTIONS:
+        if function.vector == since:
+            arguments = ", ".join([scalar] * function.arity)
+            w.line("#pragma omp declare simd notinbranch")
+            w.line(f"extern {scalar} {function.c_name}{suffix}({arguments});")
 
 
 def _table(
