@@ -46,8 +46,8 @@ cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
 def _bind():
     names = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     for k, function in enumerate(LIBRARY):
-        address = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
-        functions[k] = <unary><size_t>address
+        found = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
+        functions[k] = <unary><size_t>found
 
 
 _bind()
