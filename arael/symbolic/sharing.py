@@ -156,7 +156,18 @@ class _Writer:
             negative = factor.is_Pow and factor.exp.is_number and factor.exp.is_negative
             (below if negative and factor not in self.nodes else above).append(factor)
         total = self._factors(above)
-        return g.op("div", total, self._factors([1 / f for f in below])) if below else total
+        return self._quotient(total, [1 / f for f in below]) if below else total
+
+    def _quotient(self, above: int, below: Sequence[Any]) -> int:
+        """Divide at the place of the innermost divisor: a division by zero is reported there."""
+        g = self.graph
+        saved = g.place
+        divisors = [n for n in map(self.node, below) if g.value(n) is None]
+        if divisors:
+            g.place = g.place_of(min(divisors), saved)
+        node = g.op("div", above, self._factors(below))
+        g.place = saved
+        return node
 
     def _factors(self, factors: Sequence[Any]) -> int:
         g = self.graph
@@ -175,7 +186,7 @@ class _Writer:
     def _power(self, base: Term, exponent: Term) -> int:
         g = self.graph
         if exponent.is_negative:
-            return g.op("div", g.const(1.0), self.node(base ** (-exponent)))
+            return self._quotient(g.const(1.0), [base ** (-exponent)])
         if exponent == 1:
             return self.node(base)
         if exponent.is_Integer:  # by squaring

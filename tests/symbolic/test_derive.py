@@ -249,3 +249,18 @@ def test_the_shortest_program_is_taken() -> None:
         g.rollback(mark)
     assert counts[1] < counts[0] and counts[2] == counts[1]
     assert len(g) == mark
+
+
+@methods
+def test_a_division_by_zero_has_the_place_of_the_divisor(method: Method) -> None:
+    # (sqrt(x) - y) / 0.1 with the root at a place of its own
+    g = Graph()
+    x, y = inputs(g, 2)
+    g.place = 1
+    root = g.op("sqrt", x)
+    g.place = 2
+    out = g.op("div", g.op("sub", root, y), g.const(0.1))
+    g.place = None
+    (row,) = method(g, [out], {x: {0: g.const(1.0)}})
+    divisions = [n for n in g.live([row[0]]) if g.ops[n] == "div"]
+    assert divisions and {g.places[n] for n in divisions} == {1}
