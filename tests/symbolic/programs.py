@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.tape import evaluate
+from arael.runtime.tape import Tape, evaluate
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import Method
 from arael.symbolic.jacobian import jacobian as derive
@@ -40,6 +40,12 @@ def jacobian(
     rows = derive(g, outputs, {node: {k: one} for k, node in enumerate(by)}, methods)
     flat = [row.get(k, zero) for row in rows for k in range(len(by))]
     return run(g, flat, point).reshape(len(outputs), len(by))
+
+
+def jacobian_program(g: Graph, outputs: list[int], seeds: dict[int, dict[int, int]]) -> Tape:
+    """Program of `outputs` and of all their derivatives."""
+    rows = derive(g, outputs, seeds)
+    return g.tape([*outputs, *(node for row in rows for node in row.values())])
 
 
 def central(g: Graph, outputs: Sequence[int], point: Sequence[float], step: float = 1e-6) -> Array:
