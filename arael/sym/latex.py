@@ -97,7 +97,6 @@ _OPERATORS = {
     "pi": Form("\\pi"),
     "e": Form("e"),
     "epsilon": Form("\\varepsilon"),
-    "custom": Form("{0}", 0, (0,)),
 }
 
 LATEX = Notation(
