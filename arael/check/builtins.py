@@ -22,6 +22,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.runtime.library import FUNCTIONS as LIBRARY
 from arael.symbolic.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 
 Types = Sequence[ValueType]
@@ -35,14 +36,17 @@ TWISTS: dict[ValueType, ValueType] = {VectorType(6): TRANSFORM, VectorType(7): S
 # Functions of one scalar; elementwise on vectors.
 ELEMENTWISE = frozenset(
     {
-        "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log2",
-        "log10", "sqrt", "cbrt", "abs", "sign", "floor", "ceil", "round", "heaviside", "identity",
+        *(f.name for f in LIBRARY if f.arity == 1),
+        "sinc", "digamma", "abs", "sign", "floor", "ceil", "round", "heaviside", "identity",
         "safe_sqrt", "safe_asin", "safe_acos", "deg2rad", "rad2deg", "fast_atan", "starship_gamma",
     }
 )  # fmt: skip
 
 # Functions of two scalars.
-BINARY = ("atan2", "hypot", "pow", "safe_atan2", "rad_diff", "rad_sum", "fast_atan2")
+BINARY = (
+    *(f.name for f in LIBRARY if f.arity == 2),
+    *("safe_atan2", "rad_diff", "rad_sum", "fast_atan2"),
+)
 
 # Constants by name, and the functions without arguments that read like constants.
 CONSTANTS = ("pi", "e", "epsilon")

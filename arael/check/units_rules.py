@@ -30,6 +30,7 @@ from arael.check.units_quantities import (
     spread,
     times,
 )
+from arael.runtime.library import FUNCTIONS
 
 Rule = Callable[[Apply, Sequence[Quantity]], Quantity]
 MAX_EXPONENT = 100
@@ -230,30 +231,39 @@ def _starship(node: Apply, args: Sequence[Quantity]) -> Quantity:
 _ANGLE = ("an angle", (RAD, ONE))
 _PURE = ("a pure number", (ONE,))
 
+# Rules that functions of the C library name (`arael.runtime.library`).
+LIBRARY: dict[str, Rule] = {
+    "angle": _from(*_ANGLE, ONE),
+    "angle of": _from(*_PURE, RAD),
+    "angle of two": _angle_of,
+    "pure": _from(*_PURE, ONE),
+    "joined": _joined,
+    "square root": _to(Fraction(1, 2)),
+    "cube root": _to(Fraction(1, 3)),
+    "power": _power,
+}
+
 RULES: dict[str, Rule] = {
     **dict.fromkeys(("neg", "abs", "floor", "ceil", "round", "identity"), _same),
     **dict.fromkeys(("transpose", "row", "column", "conj", "vee", "trace"), _same),
     **dict.fromkeys(("add", "sub"), _sum),
     **dict.fromkeys(("lt", "le", "gt", "ge", "eq", "ne"), _compare),
-    **dict.fromkeys(("min", "max", "clamp", "hypot"), _joined),
-    **dict.fromkeys(("sin", "cos", "tan"), _from(*_ANGLE, ONE)),
-    **dict.fromkeys(("asin", "acos", "atan", "safe_asin", "safe_acos", "fast_atan"),
-                    _from(*_PURE, RAD)),
-    **dict.fromkeys(("atan2", "safe_atan2", "fast_atan2"), _angle_of),
-    **dict.fromkeys(("sinh", "cosh", "tanh", "exp", "log", "log2", "log10", "starship_gamma"),
-                    _from(*_PURE, ONE)),
-    **dict.fromkeys(("sqrt", "safe_sqrt"), _to(Fraction(1, 2))),
+    **dict.fromkeys(("min", "max", "clamp"), _joined),
+    **{f.name: LIBRARY[f.units] for f in FUNCTIONS},
+    **dict.fromkeys(("safe_asin", "safe_acos", "fast_atan"), LIBRARY["angle of"]),
+    **dict.fromkeys(("safe_atan2", "fast_atan2"), LIBRARY["angle of two"]),
+    **dict.fromkeys(("starship_gamma", "digamma"), LIBRARY["pure"]),
+    "sinc": LIBRARY["angle"],
+    "safe_sqrt": LIBRARY["square root"],
     **dict.fromkeys(("sign", "heaviside"), _any(ONE)),
     **dict.fromkeys(("rad_diff", "rad_sum"), _from(*_ANGLE, RAD, True)),
     **dict.fromkeys(("identity2", "identity3"), lambda node, args: NUMBER),
-    "cbrt": _to(Fraction(1, 3)),
     "deg2rad": _from("an angle in degrees", (DEG, ONE), RAD, True),
     "rad2deg": _from("an angle in radians", (RAD, ONE), DEG, True),
     "mul": _product,
     "div": _quotient,
     "emul": _by_element(1),
     "ediv": _by_element(-1),
-    "pow": _power,
     "inverse": _inverse,
     "det": _det,
     "dot": _dot,

@@ -6,21 +6,32 @@ from pathlib import Path
 
 import click
 
-STAGES = ("ast", "types", "ir", "pyx", "c")
+STAGES = ("ast", "types", "sympy", "ir", "pyx", "c")
 
 
 @click.command("emit", short_help="Print a stage of the compiler.")
 @click.argument("model")
 @click.option("--stage", type=click.Choice(STAGES), default="pyx", show_default=True)
 @click.option("--precision", type=click.Choice(["f32", "f64"]), help="Overrides that of the root.")
-def command(model: str, stage: str, precision: str | None) -> None:
+@click.option("--constraint", metavar="NAME", help="Only this one, with --stage sympy: Pose.gps.")
+@click.option("--latex", is_flag=True, help="Print LaTeX, with --stage sympy.")
+def command(
+    model: str, stage: str, precision: str | None, constraint: str | None, latex: bool
+) -> None:
     """Print the output of a compiler stage for MODEL.
 
-    ast: the tree of the text; types: names and shapes resolved; ir: residuals and derivatives as
-    straight-line programs; pyx: the Cython source; c: the C source.
+    ast: the tree of the text; types: names and shapes resolved; sympy: values, derivatives and
+    shared subexpressions in SymPy; ir: residuals and derivatives as straight-line
+    programs; pyx: the Cython source; c: the C source.
     """
     from arael.loading import find_model
 
+    if stage == "sympy":
+        click.echo(_sympy(find_model(model), precision, constraint, latex))
+        return
+    for given, option in ((constraint, "--constraint"), (latex, "--latex")):
+        if given:
+            raise click.UsageError(f"{option} needs --stage sympy, found --stage {stage}")
     click.echo(_STAGES[stage](find_model(model), precision))
 
 
@@ -41,6 +52,18 @@ def _types(path: Path, precision: str | None) -> str:
 
     tree = compiler.syntax(read_source(path))
     return outline(compiler.types(tree, Findings(), None, Imports()))
+
+
+def _sympy(path: Path, precision: str | None, constraint: str | None, latex: bool) -> str:
+    from arael.cli.formulas import formulas
+    from arael.compiler import compiler
+    from arael.compiler.imports import Imports
+    from arael.diagnostics.records import Findings
+    from arael.syntax.files import read_source
+
+    tree = compiler.syntax(read_source(path))
+    model = compiler.types(tree, Findings(), None, Imports())
+    return formulas(model, precision, constraint, latex)
 
 
 def _ir(path: Path, precision: str | None) -> str:

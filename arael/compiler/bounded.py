@@ -28,8 +28,9 @@ class BoundedGraph(Graph):
         super().__init__()
         self.label, self.span, self.used = label, span, used
 
-    def _append(self, name: str, args: tuple[int, ...]) -> int:
-        if self.used + len(self.ops) >= MAX_NODES:
+    def reserve(self, operations: int) -> None:
+        """Refuse before operations are made that there is no place for."""
+        if self.used + len(self.ops) + operations >= MAX_NODES:
             takes = "and those before it take" if self.used else "takes"
             raise AraelError(
                 Diagnostic(
@@ -39,4 +40,7 @@ class BoundedGraph(Graph):
                     help=("split the residual, or move what depends on data alone into the data",),
                 )
             )
+
+    def _append(self, name: str, args: tuple[int, ...]) -> int:
+        self.reserve(0)
         return super()._append(name, args)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
@@ -21,9 +22,14 @@ from arael.compiler.parts import Parts, cut
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Raw, Use
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import Tape
 from arael.symbolic.graph import Graph
+from arael.symbolic.jacobian import derive
 from arael.symbolic.jacobian import jacobian as differentiate
+
+if TYPE_CHECKING:
+    from arael.symbolic.sharing import Shared
 
 # A constraint that exceeds one of these is large: its arithmetic is compiled in parts, and its
 # products J'r and J'J are formed by loops over the Jacobian, because the C compiler's time grows
@@ -39,29 +45,7 @@ MAX_PRODUCTS = 5_000_000
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
 EXTRA_LANES = 6
-COSTLY = frozenset(
-    [
-        "div",
-        "sqrt",
-        "cbrt",
-        "exp",
-        "log",
-        "log2",
-        "log10",
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "atan2",
-        "sinh",
-        "cosh",
-        "tanh",
-        "hypot",
-        "pow",
-    ]
-)
+COSTLY = frozenset(("div", *(f.name for f in FUNCTIONS)))
 
 
 @dataclass(frozen=True)
@@ -83,6 +67,24 @@ class Kernel:
     state_names: tuple[str, ...]
     data_names: tuple[str, ...]
     uniform_names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of a constraint before they are written as a program.
+
+    Attributes
+    ----------
+    residuals : nodes
+    shared : their derivatives by (use, tangent), over the graph of the residuals
+    names : of the inputs of that graph, by node
+    tangents : names of what is differentiated by
+    """
+
+    residuals: list[int]
+    shared: Shared[tuple[int, int]]
+    names: dict[int, str]
+    tangents: dict[tuple[int, int], str]
 
 
 class _Uses:
@@ -128,9 +130,9 @@ def compile_constraint(
 ) -> Kernel:
     """Derive everything about one constraint at one place, for f32 where `single`.
 
-    Where a product of matrices is applied to a vector, the constraint is derived twice, and the
-    shorter program is taken: factor by factor is shorter for few vectors, the product for many, or
-    where the product depends on data alone.
+    If a product of matrices is applied to a vector, the constraint is derived twice, and the
+    shorter program is used: factor by factor is shorter for few vectors, the product for many, or
+    if the product depends on data alone.
     """
     functions = functions or Functions()
     kernel, chains = _compile(site, states, single, functions, factored=True)
@@ -154,6 +156,52 @@ def _compile(
     factored: bool,
 ) -> tuple[Kernel, int]:
     """Derive a constraint; return the number of products applied factor by factor, too."""
+    scalariser, uses, residuals, guard, holds = _scalarise(
+        site, states, single, functions, factored
+    )
+    graph = scalariser.graph
+    jacobian = _differentiate(graph, residuals, uses)
+    kernel = _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    return kernel, scalariser.chains
+
+
+def derivatives(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool = False,
+    functions: Functions | None = None,
+) -> Derivatives | None:
+    """Derivatives of one constraint as SymPy has them; None if nothing varies."""
+    scalariser, uses, residuals, _, _ = _scalarise(
+        site, states, single, functions or Functions(), factored=True
+    )
+    graph = scalariser.graph
+    seeds = _seeds(graph, residuals, uses)
+    if not any(seeds.values()):
+        return None
+    names: dict[int, str] = {}
+    for key in list(graph.inputs):
+        node = graph.input(key)
+        if isinstance(key, StateInput):
+            names[node] = _state_name(site, uses.uses[key.use], states, key.offset)
+        else:
+            names[node] = _node_name(site, graph, node)
+    tangents = {
+        (use, k): f"{_slot_name(site, u.slot)}{states[u.entity].entity.prefix}{name}"
+        for use, u in enumerate(uses.uses)
+        for k, name in enumerate(states[u.entity].entity.tangent_names)
+    }
+    return Derivatives(residuals, derive(graph, residuals, seeds), names, tangents)
+
+
+def _scalarise(
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    single: bool,
+    functions: Functions,
+    factored: bool,
+) -> tuple[Scalariser, _Uses, list[int], Typed | None, int | None]:
+    """Residuals with loss and guard; the guard over data, and the node of that over parameters."""
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses, functions, factored)
@@ -165,15 +213,27 @@ def _compile(
     if moving is not None:
         (holds,) = scalariser.nodes(moving)
         residuals = switched(graph, residuals)
-    jacobian = _differentiate(graph, residuals, uses)
-    kernel = _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
-    return kernel, scalariser.chains
+    return scalariser, uses, residuals, guard, holds
 
 
 def _differentiate(
     graph: Graph, residuals: list[int], uses: _Uses
 ) -> dict[tuple[int, int, int], int]:
     """Structurally non-zero Jacobian entries: (residual, use, tangent) -> node."""
+    rows = differentiate(graph, residuals, _seeds(graph, residuals, uses))
+    zero = graph.const(0.0)
+    return {
+        (k, use, tangent): row[use, tangent]
+        for k, row in enumerate(rows)
+        for use, tangent in sorted(row)
+        if row[use, tangent] != zero
+    }
+
+
+def _seeds(
+    graph: Graph, residuals: list[int], uses: _Uses
+) -> dict[int, dict[tuple[int, int], int]]:
+    """Derivatives of the state scalars that `residuals` read, by (use, tangent)."""
     seeds: dict[int, dict[tuple[int, int], int]] = {}
     live = set(graph.live(residuals))
     for key in list(graph.inputs):
@@ -190,14 +250,7 @@ def _differentiate(
         }
         copies = state.graph.copy(nodes, graph, known)
         seeds[node] = {(use, k): c for k, c in zip(tangents, copies, strict=True)}
-    rows = differentiate(graph, residuals, seeds)
-    zero = graph.const(0.0)
-    return {
-        (k, use, tangent): row[use, tangent]
-        for k, row in enumerate(rows)
-        for use, tangent in sorted(row)
-        if row[use, tangent] != zero
-    }
+    return seeds
 
 
 def _assemble(

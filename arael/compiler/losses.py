@@ -23,8 +23,8 @@ from collections.abc import Callable
 
 from arael.check.typed import Loss
 from arael.compiler.scalarise import Scalariser
-from arael.symbolic.derive import forward
 from arael.symbolic.graph import Graph
+from arael.symbolic.jacobian import jacobian
 
 # Of a loss of the model's own, below this share of curvature in its slope, rho(s) / s is taken from
 # derivatives: there, rounding of rho(s) would cost more than the term that is left out.
@@ -95,7 +95,7 @@ def _own(scalariser: Scalariser, s: int, loss: Loss, single: bool) -> tuple[int,
 
 def _slope(g: Graph, node: int, argument: int) -> int:
     """Derivative of `node` by `argument`."""
-    (row,) = forward(g, [node], {argument: {0: g.const(1.0)}})
+    (row,) = jacobian(g, [node], {argument: {0: g.const(1.0)}}, ["forward"])
     return row.get(0, g.const(0.0))
 
 

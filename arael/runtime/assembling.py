@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arael.runtime.layout import Entity, Group, pair_of
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import NATIVE, PRIMITIVES, Tape
 
+# Functions of the C library that the machine calls by address.
+LIBRARY = tuple(f for f in FUNCTIONS if not f.opcode)
+_AT = {f.name: k for k, f in enumerate(LIBRARY)}
+
 # In the order of `Operation` in machine.pyx.
-OPERATIONS = tuple(name for name in PRIMITIVES if name not in ("input", "const"))
+OPERATIONS = tuple(name for name in PRIMITIVES if name not in ("input", "const", *_AT))
 _NUMBER = {name: k for k, name in enumerate(OPERATIONS)}
 _CALL = len(OPERATIONS)
+_LIBRARY = _CALL + 1
 
 Word = tuple[int, int, int, int, int]
 
@@ -119,6 +125,9 @@ def _words(
             continue
         if node in called:
             words.append((_CALL, register[node], *called[node], 0))
+            continue
+        if op in _AT:
+            words.append((_LIBRARY, register[node], register[tape.args[node][0]], 0, _AT[op]))
             continue
         a, b, c = (*(register[x] for x in tape.args[node]), 0, 0)[:3]
         words.append((_NUMBER[op], register[node], a, b, c))

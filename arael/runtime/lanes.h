@@ -1,4 +1,4 @@
-/* What all generated kernels share: vector functions, columns of lanes to rows, large products.
+/* What all generated kernels share: columns of lanes to rows, large products.
  *
  * A generated module defines ARAEL_SINGLE for f32, and ARAEL_LARGE if a kernel of it is in parts,
  * and includes this once. Lanes and columns are explained in docs/internals/compiler.md.
@@ -23,43 +23,12 @@ typedef long long arael_integer;
 #define ARAEL_TILE 4
 #endif
 
-/* Vector forms of the C library's functions, where it has them (glibc's libmvec). */
+/* Whether the C library has vector forms of its functions (glibc's libmvec): the first of them came
+   with 2.22, others with 2.35. A module declares those that it uses. */
 #if defined(__GLIBC__) && defined(__x86_64__) && defined(ARAEL_LIBMVEC)
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(sin)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(cos)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(exp)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(log)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(pow)(arael_real, arael_real);
+#define ARAEL_VECTORS_2_22
 #if __GLIBC_PREREQ(2, 35)
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(tan)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(asin)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(acos)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(atan)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(atan2)(arael_real, arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(sinh)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(cosh)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(tanh)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(cbrt)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(log2)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(log10)(arael_real);
-#pragma omp declare simd notinbranch
-extern arael_real ARAEL_F(hypot)(arael_real, arael_real);
+#define ARAEL_VECTORS_2_35
 #endif
 #endif
 

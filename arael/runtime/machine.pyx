@@ -6,6 +6,9 @@ instances at a time, so that its dispatch is paid once a block and its loop is a
 C compiler. Results are those of the NumPy interpreter, NaN for NaN.
 """
 
+import ctypes
+import sys
+
 import numpy as np
 
 from cython cimport floating
@@ -19,7 +22,7 @@ from libc.stdlib cimport free, malloc
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport Lanes, Native
 
-from arael.runtime.assembling import OPERATIONS, assemble
+from arael.runtime.assembling import LIBRARY, OPERATIONS, assemble
 
 cdef enum:
     LANES = 32
@@ -30,9 +33,24 @@ WIDTH = LANES
 cdef enum Operation:
     ADD, SUB, MUL, DIV, NEG, POW, SQRT, CBRT, EXP, LOG, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS
     ATAN, ATAN2, SINH, COSH, TANH, HYPOT, ABS, SIGN, HEAVISIDE, FLOOR, CEIL, ROUND, MIN, MAX
-    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL
+    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL, LIBRARY_CALL
 
 assert len(OPERATIONS) == CALL
+
+# Functions of the C library that have no instruction, by address.
+ctypedef double (*unary)(double) noexcept nogil
+
+cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
+
+
+def _bind():
+    names = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+    for k, function in enumerate(LIBRARY):
+        found = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
+        functions[k] = <unary><size_t>found
+
+
+_bind()
 
 
 cdef void run(
@@ -50,6 +68,7 @@ cdef void run(
     cdef floating *b
     cdef floating *c
     cdef const Native* native
+    cdef unary function
     cdef const int32_t* operand
     cdef Py_ssize_t k
     cdef int w, op
@@ -62,6 +81,12 @@ cdef void run(
                 for k in range(native.arity):
                     arguments[k] = registers[operand[k]][w]
                 t[w] = <floating>native.call(native, arguments)
+            continue
+        if op == LIBRARY_CALL:
+            t, a = registers[word[1]], registers[word[2]]
+            function = functions[word[4]]
+            for w in range(n):
+                t[w] = <floating>function(a[w])
             continue
         t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
         if op == ADD:

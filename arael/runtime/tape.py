@@ -13,6 +13,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.library import FUNCTIONS
+
 Array = NDArray[Any]
 
 
@@ -39,7 +41,7 @@ def _as_number(compare: Callable[..., Array]) -> Callable[..., Array]:
 
 
 # Name -> (number of arguments, NumPy implementation). "input" and "const" have no implementation.
-# A comparison yields 1.0 or 0.0. The C printer has one entry per name as well.
+# Functions of the C library are those of `arael.runtime.library`. A comparison yields 1.0 or 0.0.
 PRIMITIVES: dict[str, tuple[int, Callable[..., Array] | None]] = {
     "input": (0, None),
     "const": (0, None),
@@ -48,24 +50,7 @@ PRIMITIVES: dict[str, tuple[int, Callable[..., Array] | None]] = {
     "mul": (2, np.multiply),
     "div": (2, np.divide),
     "neg": (1, np.negative),
-    "pow": (2, np.power),
-    "sqrt": (1, np.sqrt),
-    "cbrt": (1, np.cbrt),
-    "exp": (1, np.exp),
-    "log": (1, np.log),
-    "log2": (1, np.log2),
-    "log10": (1, np.log10),
-    "sin": (1, np.sin),
-    "cos": (1, np.cos),
-    "tan": (1, np.tan),
-    "asin": (1, np.arcsin),
-    "acos": (1, np.arccos),
-    "atan": (1, np.arctan),
-    "atan2": (2, np.arctan2),
-    "sinh": (1, np.sinh),
-    "cosh": (1, np.cosh),
-    "tanh": (1, np.tanh),
-    "hypot": (2, np.hypot),
+    **{f.name: (f.arity, f.numpy) for f in FUNCTIONS if f.opcode},
     "abs": (1, np.abs),
     "sign": (1, _sign),
     "heaviside": (1, _heaviside),
@@ -83,6 +68,7 @@ PRIMITIVES: dict[str, tuple[int, Callable[..., Array] | None]] = {
     "or": (2, _as_number(np.logical_or)),
     "not": (1, _as_number(np.logical_not)),
     "select": (3, _where),
+    **{f.name: (f.arity, f.numpy) for f in FUNCTIONS if not f.opcode},
 }
 
 

@@ -10,42 +10,14 @@ from typing import Any, cast
 from arael.sym.complain import fail
 from arael.sym.expr import Expr, const, postorder, rewrite
 from arael.sym.limits import MAX_DERIVATIVES, MAX_DIFFERENTIATED
-from arael.sym.operations import WRITTEN, Written
+from arael.sym.operations import WRITTEN
 from arael.sym.shapes import Matrix, Vector, as_value
 from arael.sym.tidy import tidy
 from arael.sym.value import V, Value
-from arael.symbolic.graph import Graph
-from arael.symbolic.partials import branches, partials
 from arael.symbolic.scalars import SCALARS
+from arael.symbolic.varying import FLAT
 
-
-class _Nodes:
-    """Attributes of expressions, looked up as those of a graph's nodes are."""
-
-    def __init__(self, attribute: str) -> None:
-        self.attribute = attribute
-
-    def __getitem__(self, node: Expr) -> Any:
-        return getattr(node, self.attribute)
-
-
-class Tidied(Written):
-    """Takes the part of a graph whose nodes are expressions, made tidy."""
-
-    ops = _Nodes("op")
-    args = _Nodes("args")
-    functions: Mapping[str, Any] = {}  # calls of one's own are nodes of another kind here
-
-    def op(self, name: str, *args: Expr) -> Expr:
-        """Make an operation."""
-        return tidy(name, *args)
-
-
-_TIDIED = cast(Graph, Tidied())
 Partials = list[tuple[Expr, Expr]]
-_FLAT = frozenset(
-    {"sign", "heaviside", "floor", "ceil", "round", "lt", "le", "eq", "ne", "and", "or", "not"}
-)
 
 
 def diff(value: V, by: Expr | str, times: int = 1) -> V:
@@ -162,11 +134,11 @@ class _Differentiation:
     def _tangent(self, node: Expr, name: str, found: dict[int, Expr]) -> Expr | None:
         if node.op == "symbol":
             return const(1.0) if node.data == name else None
-        if not any(id(a) in found for a in node.args) or node.op in _FLAT:
+        if not any(id(a) in found for a in node.args) or node.op in FLAT:
             return None
-        branch = branches(_TIDIED, cast(int, node))
+        branch = _branch(node)
         if branch is not None:
-            condition, *arms = cast(tuple[Expr, ...], branch)
+            condition, *arms = branch
             taken, otherwise = (found.get(id(arm), const(0.0)) for arm in arms)
             return tidy("select", condition, taken, otherwise)
         total: Expr | None = None
@@ -189,11 +161,19 @@ def partials_of(node: Expr) -> Partials:
     """Operands of `node` with the derivatives by them."""
     if node.op == "call":
         return list(zip(node.args, node.data.partials(node.args), strict=True))
-    if node.op in WRITTEN_OUT:
-        formal, slopes = _slopes(node.op)
-        at = dict(zip(map(id, formal), node.args, strict=True))
-        return list(zip(node.args, rewrite(slopes, at), strict=True))
-    return cast(Partials, partials(_TIDIED, cast(int, node)))
+    formal, slopes = _slopes(node.op, len(node.args))
+    at = dict(zip(map(id, formal), (*node.args, node), strict=True))
+    return list(zip(node.args, rewrite(slopes, at, tidy), strict=True))
+
+
+def _branch(node: Expr) -> tuple[Expr, ...] | None:
+    """Condition and arms of ``select``, ``min`` and ``max``, as `arael.symbolic.varying` has."""
+    if node.op == "select":
+        return node.args
+    a, b = node.args if node.op in ("min", "max") else (node, node)
+    if node.op == "min":
+        return tidy("le", a, b), a, b
+    return (tidy("le", b, a), a, b) if node.op == "max" else None
 
 
 def written_out(name: str, *args: Expr) -> Expr:
@@ -202,12 +182,40 @@ def written_out(name: str, *args: Expr) -> Expr:
     return cast(Expr, build(WRITTEN, *args))
 
 
+def from_term(term: Any, known: Mapping[Any, Expr]) -> Expr:
+    """Return a derivative of `arael.symbolic.functions.partials` as an expression."""
+    from arael.symbolic.functions import CONSTANTS, OPERATION_OF
+
+    if term in known:
+        return known[term]
+    if term == 0 or term.is_number or term in CONSTANTS:
+        return const(float(CONSTANTS.get(term, term)))
+    args = [from_term(a, known) for a in term.args]
+    if term.is_Pow and term.exp.is_negative:
+        return tidy("div", const(1.0), from_term(term.base ** (-term.exp), known))
+    if term.is_Pow and term.exp.is_Rational and term.exp.q == 2:
+        root = tidy("sqrt", args[0])
+        return root if term.exp.p == 1 else tidy("pow", root, const(float(term.exp.p)))
+    if term.is_Add or term.is_Mul:
+        first, *rest = args if term.is_Mul else sorted(args, key=lambda a: a.op != "const")
+        for arg in rest:
+            first = tidy("mul" if term.is_Mul else "add", first, arg)
+        return first
+    return tidy("pow" if term.is_Pow else OPERATION_OF[term.func], *args)
+
+
 @cache
-def _slopes(name: str) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Formal arguments of a function of the language and its derivatives by them."""
-    formal = tuple(Expr("symbol", (), f"{name}.{i}") for i in range(SCALARS[name].arity))
-    value = written_out(name, *formal)
-    columns = _Differentiation([value]).by([f.name for f in formal])
+def _slopes(name: str, count: int) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    """Formal arguments of an operation, its value, and its derivatives by the arguments."""
+    from arael.symbolic.functions import FORMAL, MAKERS, VALUE, partials
+
+    formal = tuple(Expr("symbol", (), f"{name}.{i}") for i in range(count + 1))
+    if name in MAKERS:
+        symbols = dict(zip((*FORMAL[:count], VALUE), formal, strict=True))
+        found = dict(partials(name, count))
+        return formal, tuple(from_term(found.get(k, 0), symbols) for k in range(count))
+    value = written_out(name, *formal[:count])
+    columns = _Differentiation([value]).by([f.name for f in formal[:count]])
     # One object per argument, so that arguments can be put in place of it.
     table = {f.data: f for f in formal}
     unified = [

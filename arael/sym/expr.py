@@ -33,8 +33,7 @@ class Expr(Value):
     Attributes
     ----------
     op : ``const``, ``symbol``, an operation of `arael.runtime.tape.PRIMITIVES`, the name of a
-        function of the language, ``call`` of a user's function, or ``custom`` (a value with
-        prescribed derivatives, as in `arael.symbolic.graph.Graph.custom`)
+        function of the language, or ``call`` of a user's function
     args : operands
     data : value of a constant, name of a symbol, function of a call
     """
@@ -246,7 +245,7 @@ def rewrite(
 
 def remake(node: Expr, args: tuple[Expr, ...], make: Maker | None = None) -> Expr:
     """Return the operation of `node` on other operands."""
-    if node.op in ("call", "custom"):
+    if node.op == "call":
         return Expr(node.op, args, node.data)
     return (make or build)(node.op, *args)
 

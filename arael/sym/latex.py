@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+from arael.runtime.library import FUNCTIONS
 from arael.symbolic.printers.infix import ATOM, Form, Notation
 from arael.symbolic.scalars import SCALARS
 
@@ -17,13 +18,9 @@ _GREEK = frozenset(
     }
 )
 _NAMED = {
-    **{name: f"\\{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
-    **{name: f"\\{name}" for name in ("exp", "log", "min", "max")},
-    "asin": "\\arcsin",
-    "acos": "\\arccos",
-    "atan": "\\arctan",
-    "log2": "\\log_{2}",
-    "log10": "\\log_{10}",
+    **{f.name: f.latex for f in FUNCTIONS if f.latex},
+    "min": "\\min",
+    "max": "\\max",
 }
 
 
@@ -100,7 +97,6 @@ _OPERATORS = {
     "pi": Form("\\pi"),
     "e": Form("e"),
     "epsilon": Form("\\varepsilon"),
-    "custom": Form("{0}", 0, (0,)),
 }
 
 LATEX = Notation(

@@ -47,8 +47,6 @@ def lower(roots: Iterable[Expr], *, simplify: bool = True) -> Lowered:
             if node not in seen:
                 seen.add(node)
                 result.calls.append(node)
-        elif node.op == "custom":
-            at = args[0]
         elif node.op in SCALARS:
             at = SCALARS[node.op](g, *args)
         else:

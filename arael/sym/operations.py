@@ -20,6 +20,7 @@ from arael.sym.expr import Expr, arity, const
 from arael.sym.shapes import as_value, composite
 from arael.sym.value import Value
 from arael.symbolic.graph import Graph
+from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
 
 Operand = tuple[Value, Span | None]
@@ -41,9 +42,9 @@ class Written:
         """Value of a constant."""
         return node.value
 
-    def custom(self, value: Expr, partials: Sequence[tuple[Expr, Expr]]) -> Expr:
-        """Make a value with prescribed derivatives."""
-        return Expr("custom", (value, *(e for pair in partials for e in pair)))
+    def call(self, function: Prescribed, args: Sequence[Expr], value: Expr) -> Expr:
+        """Make the value of a function; its derivatives are looked up by its name."""
+        return value
 
 
 # The formulas are typed for graphs, whose nodes are numbers; they use no more than is above.

@@ -15,7 +15,8 @@ from arael.symbolic.folding import fold
 
 _LARGEST_DENOMINATOR = 1024
 _LARGEST_WHOLE = 1e15
-_KNOWN = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp")
+_KNOWN = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp",
+          "erf", "erfc")  # fmt: skip
 
 
 class Bridge:
@@ -157,6 +158,9 @@ def _operations(whole: bool) -> dict[str, Callable[..., Any]]:
         "hypot": lambda a, b: sp.sqrt(a**2 + b**2),
         "pi": lambda: sp.pi,
         "e": lambda: sp.E,
+        "expm1": lambda a: sp.exp(a) - 1,
+        "log1p": lambda a: sp.log(1 + a),
+        "lgamma": sp.loggamma,
         **{name: getattr(sp, name) for name in _KNOWN},
     }
 
@@ -343,7 +347,8 @@ def _function(node: Any, args: list[Expr]) -> Expr:
         return build("pi")
     if node is sp.E:
         return build("e")
-    name = {"Abs": "abs", "ceiling": "ceil"}.get(type(node).__name__, type(node).__name__)
+    name = type(node).__name__
+    name = {"Abs": "abs", "ceiling": "ceil", "loggamma": "lgamma"}.get(name, name)
     if name == "log" and len(args) == 2:
         return build("div", build("log", args[0]), build("log", args[1]))
     if name in ("Max", "Min") and args:
@@ -354,7 +359,7 @@ def _function(node: Any, args: list[Expr]) -> Expr:
     if name == "Heaviside" and node.args[1] != sp.Rational(1, 2):
         _unknown(node)
     name = name.lower()
-    if name in (*_KNOWN, "log", "abs", "sign", "heaviside", "floor", "ceil") and args:
+    if name in (*_KNOWN, "log", "abs", "sign", "heaviside", "floor", "ceil", "lgamma") and args:
         return build(name, *args)
     _unknown(node)
 

@@ -65,7 +65,6 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "min": sp.Min,
     "max": sp.Max,
     "identity": lambda a: a,
-    "custom": lambda value, *slopes: value,  # with derivatives of its own
     "lt": sp.Lt,
     "le": sp.Le,
     "eq": sp.Eq,

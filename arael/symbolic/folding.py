@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from arael.runtime.library import FUNCTIONS
+
 
 def _round_half_away(x: float) -> float:
     return math.copysign(math.floor(abs(x) + 0.5), x)
@@ -25,24 +27,7 @@ _VALUE: dict[str, Callable[..., float]] = {
     "mul": lambda a, b: a * b,
     "div": lambda a, b: a / b,
     "neg": lambda a: -a,
-    "pow": math.pow,
-    "sqrt": math.sqrt,
-    "cbrt": math.cbrt,
-    "exp": math.exp,
-    "log": math.log,
-    "log2": math.log2,
-    "log10": math.log10,
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "hypot": math.hypot,
+    **{f.name: f.fold for f in FUNCTIONS},
     "abs": abs,
     "sign": _sign,
     "heaviside": lambda x: 0.5 * (_sign(x) + 1.0),

@@ -166,6 +166,9 @@ class Graph:
             else:
                 del self._nodes[(name, args)]
 
+    def reserve(self, operations: int) -> None:
+        """Learn that about so many operations are going to be made; a bounded graph may refuse."""
+
     # Looking at nodes
 
     def exists(self, name: str, args: tuple[int, ...]) -> bool:

@@ -23,12 +23,13 @@ class Prescribed:
     ----------
     name : as the model spells it
     native : whether its value is known to native code only; else calls have a node of their value
-    partials : makes the partial derivatives, one per argument, from a graph and the arguments
+    partials : makes the partial derivatives, one per argument, from a graph and the arguments; None
+        of a function of `arael.symbolic.functions`, which SymPy differentiates
     """
 
     name: str
     native: bool
-    partials: Callable[[Graph, Sequence[int]], Sequence[int]]
+    partials: Callable[[Graph, Sequence[int]], Sequence[int]] | None = None
 
     @property
     def operation(self) -> str:

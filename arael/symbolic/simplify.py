@@ -17,13 +17,15 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from arael.runtime.library import FUNCTIONS
+
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph
 
 Rule = Callable[..., int]
 
-_ODD = ("sin", "tan", "asin", "atan", "sinh", "tanh", "cbrt", "sign", "round")
-_EVEN = ("cos", "cosh", "abs")
+_ODD = (*(f.name for f in FUNCTIONS if f.parity == "odd"), "sign", "round")
+_EVEN = (*(f.name for f in FUNCTIONS if f.parity == "even"), "abs")
 _BOOLEAN = frozenset({"lt", "le", "eq", "ne", "and", "or", "not"})
 _LARGEST_POWER = 8
 

@@ -1,4 +1,4 @@
-"""What of a program varies, and with which seeds."""
+"""What of a program varies, through which operands, and with which seeds."""
 
 from __future__ import annotations
 
@@ -6,9 +6,42 @@ from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.partials import arguments
 
 Seed = TypeVar("Seed")
+
+# Constant wherever they have a derivative: it is zero, also where they jump.
+FLAT = frozenset(
+    {"sign", "heaviside", "floor", "ceil", "round", "lt", "le", "eq", "ne", "and", "or", "not"}
+)
+
+
+def arguments(g: Graph, node: int) -> tuple[int, ...]:
+    """Nodes through which `node` varies, as far as its operation determines."""
+    name = g.ops[node]
+    if name in ("input", "const") or name in FLAT:
+        return ()
+    if name == "custom":
+        return g.args[node][1::2]
+    if name in g.functions:
+        return g.functions[name].arguments(g.args[node])
+    return g.args[node][1:] if name == "select" else g.args[node]
+
+
+def branches(g: Graph, node: int) -> tuple[int, int, int] | None:
+    """Condition and arms of a node that takes one of two values: ``select``, ``min``, ``max``.
+
+    Their derivative is that of the arm taken. Nothing of the other may reach it, not even
+    multiplied by zero, since it may be infinite or NaN. At a tie the first argument of ``min`` and
+    ``max`` is taken.
+    """
+    name, args = g.ops[node], g.args[node]
+    if name == "select":
+        return args[0], args[1], args[2]
+    if name == "min":
+        return g.op("le", args[0], args[1]), args[0], args[1]
+    if name == "max":
+        return g.op("le", args[1], args[0]), args[0], args[1]
+    return None
 
 
 def varying(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, object]) -> list[int]:

@@ -3,19 +3,19 @@ folder."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.tape import evaluate
-from arael.symbolic.derive import forward
+from arael.runtime.tape import Tape, evaluate
 from arael.symbolic.graph import Graph
+from arael.symbolic.jacobian import Method
+from arael.symbolic.jacobian import jacobian as derive
 from arael.symbolic.parameters import parameter_type
 
 Array = NDArray[Any]
-Method = Callable[..., list[dict[Any, int]]]
 
 
 def inputs(g: Graph, n: int, name: str = "x") -> list[int]:
@@ -34,13 +34,19 @@ def jacobian(
     outputs: Sequence[int],
     by: Sequence[int],
     point: Sequence[float],
-    method: Method = forward,
+    methods: Sequence[Method] = ("forward", "eliminate"),
 ) -> Array:
     """Symbolic derivative of `outputs` by input nodes `by`, evaluated."""
     one, zero = g.const(1.0), g.const(0.0)
-    rows = method(g, outputs, {node: {k: one} for k, node in enumerate(by)})
+    rows = derive(g, outputs, {node: {k: one} for k, node in enumerate(by)}, methods)
     flat = [row.get(k, zero) for row in rows for k in range(len(by))]
     return run(g, flat, point).reshape(len(outputs), len(by))
+
+
+def jacobian_program(g: Graph, outputs: list[int], seeds: dict[int, dict[int, int]]) -> Tape:
+    """Program of `outputs` and of all their derivatives."""
+    rows = derive(g, outputs, seeds)
+    return g.tape([*outputs, *(node for row in rows for node in row.values())])
 
 
 def central(g: Graph, outputs: Sequence[int], point: Sequence[float], step: float = 1e-6) -> Array:

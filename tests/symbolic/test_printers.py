@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.special
 import sympy as sp
 
 from arael.runtime.tape import PRIMITIVES
@@ -84,7 +85,7 @@ def every_operation(g: Graph, x: int, y: int) -> dict[str, int]:
         operands = (a, b) if arity == 2 else (a,) if arity == 1 else (condition, a, b)
         if name in ("asin", "acos"):
             operands = (g.op("sin", a),)
-        if name in ("sqrt", "log", "log2", "log10"):
+        if name in ("sqrt", "log", "log2", "log10", "log1p"):
             operands = (g.op("exp", a),)
         if name == "pow":
             operands = (g.op("exp", a), b)
@@ -118,7 +119,12 @@ def test_python_means_the_same() -> None:
         program = compile(tree, name, "eval")
         for point in POINTS:
             with np.errstate(all="ignore"):
-                names = {"np": np, "x": np.float64(point[0]), "y": np.float64(point[1])}
+                names = {
+                    "np": np,
+                    "scipy": scipy,
+                    "x": np.float64(point[0]),
+                    "y": np.float64(point[1]),
+                }
                 found = eval(program, {"__builtins__": {}}, names)
             assert found == pytest.approx(run(g, [node], point)[0], rel=1e-14, nan_ok=True), name
 

@@ -18,6 +18,7 @@ LANGUAGE = [
     *("log", "log2", "log10", "sqrt", "cbrt", "hypot", "abs", "sign", "min", "max", "clamp"),
     *("floor", "ceil", "round", "heaviside", "pow", "pi", "e", "epsilon", "identity"),
     *("safe_sqrt", "safe_asin", "safe_acos", "safe_atan2", "rad_diff", "rad_sum", "deg2rad"),
+    *("erf", "erfc", "expm1", "log1p", "lgamma", "digamma", "sinc"),
     *("rad2deg", "fast_atan", "fast_atan2", "starship", "starship_gamma"),
 ]
 

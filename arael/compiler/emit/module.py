@@ -12,31 +12,14 @@ from arael.compiler.emit.refresh import emit_refresh
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import NATIVE
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
 
-_FUNCTIONS_1 = [
-    "sqrt",
-    "cbrt",
-    "exp",
-    "log",
-    "log2",
-    "log10",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "floor",
-    "ceil",
-]
-_FUNCTIONS_2 = ("pow", "atan2", "hypot", "copysign")
+# Functions of the C library beside those of `arael.runtime.library`.
+_ROUNDING = ("floor", "ceil")
 
 
 def emit_module(
@@ -138,6 +121,11 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
     if large:
         w.line("#define ARAEL_LARGE")
     w.line('#include "lanes.h"')
+    calls = [(f"m_{f.name}", f.c_name + suffix, f.arity, f.vector) for f in FUNCTIONS]
+    calls += [(f"m_{name}", name + suffix, 1, "") for name in _ROUNDING]
+    calls.append(("m_copysign", "copysign" + suffix, 2, ""))
+    calls = [call for call in calls if call[0] in used]
+    _vector_forms(w, scalar, [call[1:] for call in calls])
     w.line('    """')
     w.line("    ctypedef void arael_inlined")
     rows = f"(Py_ssize_t count, const {scalar}* q, {scalar}** at)"
@@ -146,11 +134,8 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
         "add_rows": f"void add_rows{rows} noexcept nogil",
         "put_rows": f"void put_rows{rows} noexcept nogil",
         **{
-            f"m_{f}": f'{scalar} m_{f} "{f}{suffix}"({scalar}) noexcept nogil' for f in _FUNCTIONS_1
-        },
-        **{
-            f"m_{f}": f'{scalar} m_{f} "{f}{suffix}"({scalar}, {scalar}) noexcept nogil'
-            for f in _FUNCTIONS_2
+            name: f'{scalar} {name} "{c}"({", ".join([scalar] * arity)}) noexcept nogil'
+            for name, c, arity, _ in calls
         },
         "m_abs": f'{scalar} m_abs "fabs{suffix}"({scalar}) noexcept nogil',
         "m_nan": f'{scalar} m_nan "NAN"',
@@ -164,6 +149,22 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
         _large(w)
     w.line("cdef enum:")
     w.line(f"    W = {LANES[precision]}")
+
+
+def _vector_forms(w: Writer, scalar: str, calls: Sequence[tuple[str, int, str]]) -> None:
+    """Declare functions of the C library that have a form for vectors.
+
+    Parameters
+    ----------
+    calls : name in C, number of operands, and since which glibc there is a form for vectors
+    """
+    for since in sorted({since for _, _, since in calls if since}):
+        w.line(f"#ifdef ARAEL_VECTORS_{since.replace('.', '_')}")
+        for name, arity, version in calls:
+            if version == since:
+                w.line("#pragma omp declare simd notinbranch")
+                w.line(f"extern {scalar} {name}({', '.join([scalar] * arity)});")
+        w.line("#endif")
 
 
 def _large(w: Writer) -> None:

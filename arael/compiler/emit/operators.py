@@ -9,31 +9,11 @@ from __future__ import annotations
 
 import math
 
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import NATIVE
 
 _BINARY = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}"}
-_CALLS = [
-    "pow",
-    "sqrt",
-    "cbrt",
-    "exp",
-    "log",
-    "log2",
-    "log10",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "hypot",
-    "floor",
-    "ceil",
-]
+_CALLS = [(f.name, f.arity) for f in FUNCTIONS] + [("floor", 1), ("ceil", 1)]
 _TEST = {
     "lt": "{0} < {1}",
     "le": "{0} <= {1}",
@@ -46,8 +26,7 @@ _TEST = {
 
 FORMS: dict[str, str] = {
     **_BINARY,
-    **{name: f"m_{name}({{0}})" for name in _CALLS},
-    **{name: f"m_{name}({{0}}, {{1}})" for name in ("pow", "atan2", "hypot")},
+    **{name: f"m_{name}({', '.join(['{0}', '{1}'][:arity])})" for name, arity in _CALLS},
     **{name: f"<real>({form})" for name, form in _TEST.items()},
     "neg": "-{0}",
     "abs": "m_abs({0})",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
+from arael.runtime.library import FUNCTIONS
 from arael.runtime.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Form, Names, Notation, call, default_name, write
@@ -16,11 +17,11 @@ from arael.symbolic.printers.infix import Form, Names, Notation, call, default_n
 REAL_TYPES = {"double": "", "float": "f"}
 """C type of a real, and what the names of its library functions and its literals end with."""
 
-_SAME_NAME = (
-    *("sqrt", "cbrt", "exp", "log", "log2", "log10", "pow", "hypot", "floor", "ceil", "round"),
-    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
-)
-_LIBRARY = {**{name: name for name in _SAME_NAME}, "abs": "fabs"}
+_LIBRARY = {
+    **{f.name: f.c_name for f in FUNCTIONS},
+    **{name: name for name in ("floor", "ceil", "round")},
+    "abs": "fabs",
+}
 
 # Operands occur more than once in these; ONE, ZERO and HALF stand for literals.
 _INLINE = {

@@ -1,9 +1,14 @@
-"""Expressions in Python, over scalars or NumPy arrays, with NumPy imported as ``np``."""
+"""Expressions in Python, over scalars or NumPy arrays, with NumPy imported as ``np``.
+
+What NumPy lacks is called as ``scipy.special.erf``.
+"""
 
 from __future__ import annotations
 
 import math
 
+from arael.runtime.library import FUNCTIONS
+from arael.runtime.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Form, Names, Notation, call, default_name, write
 
@@ -18,21 +23,13 @@ def _as_number(condition: str) -> Form:
     return Form(f"np.where({condition}, 1.0, 0.0)", operands=(2, 2))
 
 
-_SAME_NAME = (
-    *("sqrt", "cbrt", "exp", "log", "log2", "log10", "hypot", "floor", "ceil", "abs", "sign"),
-    *("sin", "cos", "tan", "sinh", "cosh", "tanh"),
-)
 _NAMES = {
-    **{name: name for name in _SAME_NAME},
-    "asin": "arcsin",
-    "acos": "arccos",
-    "atan": "arctan",
-    "atan2": "arctan2",
-    "min": "minimum",
-    "max": "maximum",
-    "select": "where",
+    **{f.name: f.python for f in FUNCTIONS if f.name != "pow"},
+    **{name: f"np.{name}" for name in ("floor", "ceil", "abs", "sign")},
+    "min": "np.minimum",
+    "max": "np.maximum",
+    "select": "np.where",
 }
-_ARITY = {"hypot": 2, "atan2": 2, "min": 2, "max": 2, "select": 3}
 
 PYTHON = Notation(
     {
@@ -52,7 +49,7 @@ PYTHON = Notation(
         "and": _as_number("({0} != 0) & ({1} != 0)"),
         "or": _as_number("({0} != 0) | ({1} != 0)"),
         "not": _as_number("{0} == 0"),
-        **{name: call(f"np.{to}", _ARITY.get(name, 1)) for name, to in _NAMES.items()},
+        **{name: call(to, PRIMITIVES[name][0]) for name, to in _NAMES.items()},
     },
     _literal,
     7,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from arael.runtime.library import FUNCTIONS
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Names, default_name
 
@@ -77,6 +78,8 @@ def _number(value: float) -> Any:
 def _operations() -> Mapping[str, Callable[..., sympy.Expr]]:
     import sympy as sp
 
+    from arael.symbolic.functions import sympy_function
+
     def condition(number: Any) -> Any:
         """Undo `indicator`, so that conditions do not become numbers and conditions again."""
         if isinstance(number, sp.Piecewise) and number.args[0][0] == 1 and len(number.args) == 2:
@@ -92,24 +95,15 @@ def _operations() -> Mapping[str, Callable[..., sympy.Expr]]:
         "mul": lambda a, b: a * b,
         "div": lambda a, b: a / b,
         "neg": lambda a: -a,
+        **{f.name: sympy_function(f) for f in FUNCTIONS},
         "pow": lambda a, b: a**b,
-        "sqrt": sp.sqrt,
         "cbrt": lambda a: sp.sign(a) * sp.Abs(a) ** sp.Rational(1, 3),
-        "exp": sp.exp,
-        "log": sp.log,
         "log2": lambda a: sp.log(a, 2),
         "log10": lambda a: sp.log(a, 10),
-        "sin": sp.sin,
-        "cos": sp.cos,
-        "tan": sp.tan,
-        "asin": sp.asin,
-        "acos": sp.acos,
-        "atan": sp.atan,
-        "atan2": sp.atan2,
-        "sinh": sp.sinh,
-        "cosh": sp.cosh,
-        "tanh": sp.tanh,
         "hypot": lambda a, b: sp.sqrt(a**2 + b**2),
+        "expm1": lambda a: sp.exp(a) - 1,
+        "log1p": lambda a: sp.log(1 + a),
+        "lgamma": lambda a: sp.log(sp.Abs(sp.gamma(a))),
         "abs": sp.Abs,
         "sign": sp.sign,
         "heaviside": lambda a: sp.Heaviside(a, sp.Rational(1, 2)),

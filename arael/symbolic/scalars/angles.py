@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction
+from arael.symbolic.scalars.function import ScalarFunction, prescribed
 
 # Minimax fit of atan(x)/x - 1 in powers of x^2 on 0 .. 1 (Lawson's reweighting); largest error of
 # atan 5.03e-8. The leading 1 keeps value and slope exact at 0.
@@ -51,9 +51,7 @@ def _fast_atan(g: Graph, x: int) -> int:
     reduced = g.op("select", steep, g.op("div", one, g.op("select", steep, x, one)), x)
     inner = _fast_atan_unit(g, reduced)
     quarter = g.op("mul", g.const(math.pi / 2), g.op("sign", x))
-    value = g.op("select", steep, g.op("sub", quarter, inner), inner)
-    slope = g.op("div", one, g.op("add", one, g.op("mul", x, x)))
-    return g.custom(value, [(x, slope)])
+    return g.op("select", steep, g.op("sub", quarter, inner), inner)
 
 
 def _fast_atan2(g: Graph, y: int, x: int) -> int:
@@ -65,11 +63,7 @@ def _fast_atan2(g: Graph, y: int, x: int) -> int:
     steep, back = g.op("lt", along, across), g.op("lt", x, zero)
     angle = g.op("select", steep, g.op("sub", g.const(math.pi / 2), angle), angle)
     angle = g.op("select", back, g.op("sub", g.const(math.pi), angle), angle)
-    value = g.op("select", g.op("lt", y, zero), g.op("neg", angle), angle)
-    squares = g.op("add", g.op("mul", x, x), g.op("mul", y, y))
-    reciprocal = g.op("div", one, squares)
-    by_y, by_x = g.op("mul", x, reciprocal), g.op("neg", g.op("mul", y, reciprocal))
-    return g.custom(value, [(y, by_y), (x, by_x)])
+    return g.op("select", g.op("lt", y, zero), g.op("neg", angle), angle)
 
 
 FUNCTIONS = (
@@ -89,7 +83,7 @@ FUNCTIONS = (
         "1; 1",
         "pi at a half turn, from either side; derivatives 1 and 1 there too",
     ),
-    ScalarFunction(
+    prescribed(
         "fast_atan",
         1,
         _fast_atan,
@@ -97,7 +91,7 @@ FUNCTIONS = (
         "1 / (1 + x^2)",
         "jumps by less than 1e-7 at |x| = 1",
     ),
-    ScalarFunction(
+    prescribed(
         "fast_atan2",
         2,
         _fast_atan2,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import sys
 
+from arael.runtime.library import FUNCTIONS as LIBRARY
+from arael.symbolic import series
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars.function import ScalarFunction, primitive
 
@@ -23,43 +25,51 @@ def _scaled(name: str, factor: float, value: str) -> ScalarFunction:
     return ScalarFunction(name, 1, build, value, repr(factor))
 
 
+def _sinc(g: Graph, x: int) -> int:
+    return series.sinc(g, g.op("mul", x, x))
+
+
+# Bernoulli numbers B_2k / 2k, k = 1 .. 6: Abramowitz and Stegun, Handbook, 6.3.18.
+_BERNOULLI = (1 / 12, -1 / 120, 1 / 252, -1 / 240, 1 / 132, -691 / 32760)
+_SHIFT = 10
+
+
+def _digamma(g: Graph, x: int) -> int:
+    """Take the asymptotic series beyond 10, recurrence below it, reflection below 0."""
+    one, zero = g.const(1.0), g.const(0.0)
+    negative = g.op("lt", x, zero)
+    y = g.op("select", negative, g.op("sub", one, x), x)
+    far = g.op("add", y, g.const(float(_SHIFT)))
+    reciprocal = g.op("div", one, far)
+    rest = g.op("mul", reciprocal, reciprocal)
+    tail = g.op("mul", rest, series.polynomial(g, rest, _BERNOULLI))
+    value = g.op("sub", g.op("log", far), g.op("mul", g.const(0.5), reciprocal))
+    value = g.op("sub", value, tail)
+    for k in range(_SHIFT):
+        value = g.op("sub", value, g.op("div", one, g.op("add", y, g.const(float(k)))))
+    pi = g.const(math.pi)
+    angle = g.op("select", negative, g.op("mul", pi, x), one)
+    reflected = g.op("sub", value, g.op("div", pi, g.op("tan", angle)))
+    return g.op("select", negative, reflected, value)
+
+
 FUNCTIONS = (
-    primitive("sin", 1, "cos(x)"),
-    primitive("cos", 1, "-sin(x)"),
-    primitive("tan", 1, "1 + tan(x)^2"),
-    primitive("asin", 1, "1 / sqrt(1 - x^2)", "NaN for |x| > 1; derivative inf at x = -1, 1"),
-    primitive("acos", 1, "-1 / sqrt(1 - x^2)", "NaN for |x| > 1; derivative -inf at x = -1, 1"),
-    primitive("atan", 1, "1 / (1 + x^2)"),
-    primitive(
-        "atan2",
-        2,
-        "y / (x^2 + y^2); -x / (x^2 + y^2)",
-        "0 at (0, 0) with derivative NaN; jumps across the negative half axis of y",
-        "angle of the vector (y, x): atan2(x, y) has the sine's side first",
+    *(primitive(f.name, f.arity, f.derivative, f.singular, f.value) for f in LIBRARY),
+    ScalarFunction(
+        "sinc",
+        1,
+        _sinc,
+        "sin(x) / x",
+        "(cos(x) - sinc(x)) / x",
+        "1 at 0 with derivative 0",
     ),
-    primitive("sinh", 1, "cosh(x)"),
-    primitive("cosh", 1, "sinh(x)"),
-    primitive("tanh", 1, "1 - tanh(x)^2"),
-    primitive("exp", 1, "exp(x)"),
-    primitive("log", 1, "1 / x", "-inf at 0 with derivative inf; NaN for x < 0", "ln(x)"),
-    primitive("log2", 1, "1 / (x ln 2)", "-inf at 0 with derivative inf; NaN for x < 0"),
-    primitive("log10", 1, "1 / (x ln 10)", "-inf at 0 with derivative inf; NaN for x < 0"),
-    primitive("sqrt", 1, "1 / (2 sqrt(x))", "0 at 0 with derivative inf; NaN for x < 0"),
-    primitive("cbrt", 1, "1 / (3 cbrt(x)^2)", "0 at 0 with derivative inf"),
-    primitive(
-        "hypot",
-        2,
-        "x / hypot(x, y); y / hypot(x, y)",
-        "0 at (0, 0) with derivative NaN",
-        "sqrt(x^2 + y^2) without overflow",
-    ),
-    primitive(
-        "pow",
-        2,
-        "y x^(y - 1); x^y ln(x)",
-        "x^0 = 1, also at 0, with derivative NaN by x there; at x = 0 the derivative by y is 0; "
-        "NaN for x < 0 unless y is an integer",
-        "x^y",
+    ScalarFunction(
+        "digamma",
+        1,
+        _digamma,
+        "derivative of lgamma(x)",
+        "by that of its series",
+        "-inf at 0; of size 1e15 at -1, -2, ...",
     ),
     primitive("identity", 1, "1", value="x; simplification does not look through it"),
     _constant("pi", math.pi, "3.14159..."),

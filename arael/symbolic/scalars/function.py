@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from arael.symbolic.graph import Graph
+from arael.symbolic.prescribed import Prescribed
 
 REGULARISATION = 1e-12
 """Added under roots and to denominators by the ``safe_`` functions' derivatives."""
@@ -37,6 +38,26 @@ class ScalarFunction:
         if len(args) != self.arity:
             raise ValueError(f"{self.name} takes {self.arity} arguments, not {len(args)}")
         return self.build(g, *args)
+
+
+def prescribed(
+    name: str,
+    arity: int,
+    build: Callable[..., int],
+    value: str,
+    derivative: str,
+    singular: str = "",
+) -> ScalarFunction:
+    """Describe a function whose derivatives are those of its class in `symbolic.functions`.
+
+    `build` makes the node of its value, which differentiation does not look into.
+    """
+    function = Prescribed(name, native=False)
+
+    def call(g: Graph, *args: int) -> int:
+        return g.call(function, args, build(g, *args))
+
+    return ScalarFunction(name, arity, call, value, derivative, singular)
 
 
 def primitive(

@@ -9,17 +9,11 @@ from __future__ import annotations
 import math
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction
+from arael.symbolic.scalars.function import ScalarFunction, prescribed
 
 
 def _starship(g: Graph, r: int, gamma: int) -> int:
-    """Make gamma atan(u), u = r / gamma; the slope by r is 1 / (1 + u^2) without gamma / gamma."""
-    one = g.const(1.0)
-    u = g.op("div", r, gamma)
-    angle = g.op("atan", u)
-    slope = g.op("div", one, g.op("add", one, g.op("mul", u, u)))
-    by_gamma = g.op("sub", angle, g.op("mul", u, slope))
-    return g.custom(g.op("mul", gamma, angle), [(r, slope), (gamma, by_gamma)])
+    return g.op("mul", gamma, g.op("atan", g.op("div", r, gamma)))
 
 
 def _starship_gamma(g: Graph, bound: int) -> int:
@@ -27,7 +21,7 @@ def _starship_gamma(g: Graph, bound: int) -> int:
 
 
 FUNCTIONS = (
-    ScalarFunction(
+    prescribed(
         "starship",
         2,
         _starship,

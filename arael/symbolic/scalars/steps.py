@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction, primitive
+from arael.symbolic.scalars.function import prescribed, primitive
 
 
 def _clamp(g: Graph, x: int, low: int, high: int) -> int:
-    """min(max(x, low), high), flat outside the closed interval and of slope 1 in it."""
-    one, zero = g.const(1.0), g.const(0.0)
-    value = g.op("min", g.op("max", x, low), high)
-    over, under = g.op("lt", high, x), g.op("lt", x, low)
-    inside = g.op("select", g.op("or", over, under), zero, one)
-    by_low = g.op("select", g.op("and", under, g.op("le", low, high)), one, zero)
-    empty = g.op("and", g.op("lt", high, low), g.op("le", x, low))
-    by_high = g.op("select", g.op("or", over, empty), one, zero)
-    return g.custom(value, [(x, inside), (low, by_low), (high, by_high)])
+    return g.op("min", g.op("max", x, low), high)
 
 
 FUNCTIONS = (
@@ -41,7 +33,7 @@ FUNCTIONS = (
         "at x = y the derivative is that of x",
         "the larger",
     ),
-    ScalarFunction(
+    prescribed(
         "clamp",
         3,
         _clamp,

@@ -1,0 +1,135 @@
+"""Constraints as SymPy has them: values, shared subexpressions, derivatives (`--stage sympy`)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from difflib import get_close_matches
+from typing import Any
+
+import click
+import sympy as sp
+
+from arael.check.typed import ConstraintSite, TypedModel
+from arael.compiler.entities import model_state
+from arael.compiler.functions import Functions
+from arael.compiler.groups import Derivatives, derivatives
+from arael.runtime.tape import NATIVE
+from arael.symbolic.functions import MAKERS
+
+
+def formulas(
+    model: TypedModel, precision: str | None, constraint: str | None, latex: bool = False
+) -> str:
+    """Print the constraints of `model`, or the one called `constraint`.
+
+    Raises
+    ------
+    click.BadParameter
+        The model has no such constraint.
+    """
+    functions = Functions(model.functions)
+    states = [model_state(site, functions) for site in model.entities]
+    single = (precision or model.precision) == "f32"
+    sites = [s for s in model.constraints if constraint in (None, s.label)]
+    if not sites:
+        known = sorted({site.label for site in model.constraints})
+        near = get_close_matches(str(constraint), known, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(known)}"
+        raise click.BadParameter(
+            f"the model has no constraint {constraint!r}; {hint}", param_hint="--constraint"
+        )
+    parts = (
+        _constraint(site, derivatives(site, states, single, functions), latex) for site in sites
+    )
+    return "\n\n".join("\n".join(lines) for lines in parts)
+
+
+def _constraint(site: ConstraintSite, found: Derivatives | None, latex: bool) -> Iterator[str]:
+    yield f"constraint {site.label}  ({site.span})"
+    if found is None:
+        yield "  reads no parameter: no derivatives"
+        return
+    graph = found.shared.terms.graph
+    live = graph.live(found.residuals)
+    rows = found.shared.write()
+    written = [*found.residuals, *(node for row in rows for node in row.values())]
+    yield (
+        f"  {len(found.residuals)} residuals, {sum(map(len, rows))} derivatives, "
+        f"{graph.tree_operations(written)} operations before and {graph.operations(written)} after "
+        "common subexpressions"
+    )
+    yield from _Printer(found, latex).lines(live)
+
+
+class _Printer:
+    """Prints terms with the names of the model in place of numbers of nodes.
+
+    ``t`` are values, ``x`` shared subexpressions, ``w`` sums that derivatives use as factors.
+    """
+
+    def __init__(self, found: Derivatives, latex: bool) -> None:
+        self.found, self.latex = found, latex
+        self.terms = found.shared.terms
+
+    def lines(self, live: list[int]) -> Iterator[str]:
+        """Sections of a constraint; `live` are the nodes of its residuals."""
+        graph, shared = self.terms.graph, self.found.shared
+        yield "  values"
+        for node in live:
+            name = graph.ops[node]
+            if name not in ("input", "const", "neg") and not graph.is_free(node):
+                make = MAKERS.get(name, sp.Function(name.removeprefix(NATIVE)))
+                with sp.evaluate(False):
+                    value = make(*(self._named(self.terms.leaf(a)) for a in graph.args[node]))
+                yield self._line(f"t{node}", value)
+        for k, node in enumerate(self.found.residuals):
+            yield self._line(f"r{k}", self._named(self.terms.leaf(node)))
+        if shared.subexpressions:
+            yield "  shared subexpressions"
+        for symbol, term in shared.subexpressions.items():
+            yield self._line(_short(symbol), self._named(term))
+        yield "  derivatives"
+        for symbol, (term, _) in shared.definitions.items():
+            yield self._line(_short(symbol), self._named(term))
+        for k, row in enumerate(shared.rows):
+            for seed, term in row.items():
+                by = self.found.tangents[seed]
+                yield self._line(f"d r{k} / d {by}", self._named(term))
+
+    def _named(self, term: Any) -> Any:
+        return term.xreplace({symbol: self._name(symbol) for symbol in term.free_symbols})
+
+    def _name(self, symbol: Any) -> Any:
+        node = self.terms.symbols.get(symbol)
+        if node is None:
+            return sp.Symbol(_short(symbol))
+        value = self.terms.graph.value(node)
+        if value is not None:
+            return sp.Symbol(repr(value))
+        return sp.Symbol(self.found.names.get(node, f"t{node}"))
+
+    def _line(self, name: str, term: Any) -> str:
+        if not self.latex:
+            return f"    {name} = {sp.sstr(term, order='none')}"
+        names = {symbol: _tex(symbol.name) for symbol in term.free_symbols}
+        return f"    {_tex(name)} = {sp.latex(term, order='none', symbol_names=names)}"
+
+
+def _tex(name: str) -> str:
+    """Name in LaTeX's mathematics: ``t12`` with an index, ``info.cov_r[2]`` upright."""
+    if name.startswith("d r"):
+        above, below = name.removeprefix("d ").split(" / d ")
+        return rf"\frac{{\partial {_tex(above)}}}{{\partial {_tex(below)}}}"
+    if re.fullmatch(r"[rtwx]\d+", name):
+        return f"{name[0]}_{{{name[1:]}}}"
+    if re.fullmatch(r"[-\d.e+]+", name):
+        return name
+    stem, _, index = name.partition("[")
+    text = rf"\mathrm{{{stem}}}".replace("_", r"\_")
+    return f"{text}_{{{index.rstrip(']')}}}" if index else text
+
+
+def _short(symbol: Any) -> str:
+    """Name of a symbol without the zeros that keep symbols in order."""
+    return f"{symbol.name[0]}{int(symbol.name[1:])}"
