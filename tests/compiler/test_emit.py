@@ -69,7 +69,7 @@ def test_users_names_stay_readable() -> None:
     source = emitted(standard_models()["slam"].read_text(), "slam.arael")
     assert re.search(r"#     x\[\d+\] +pose.ea.R\[0,0\]", source)
     assert re.search(r"#     d\[\d+\] +feature.camera_pos\[0\]", source)
-    assert re.search(r"(o|q)\[\d+\]\[w\] = t\d+  # d r0 / d pose.ea.z", source)
+    assert re.search(r"(o|q)\[\d+\]\[w\] = .+  # d r0 / d pose.ea.z", source)
     assert re.search(r"  # J'J of pose.pos.x, pose.pos.x", source)
 
 
@@ -87,7 +87,7 @@ def test_the_head_has_options_and_a_constraint_its_own() -> None:
 def test_what_all_modules_share_is_in_the_header() -> None:
     """The line fit has its own lines only: the residual's arithmetic is there once."""
     source = emitted(standard_models()["linear"].read_text(), "linear.arael")
-    assert "pragma" not in source
+    assert source.count("pragma") == 1  # the vector form of atan
     assert source.count("= m_atan(") == 1
     assert len(source.splitlines()) < 250
     sections = [line.strip() for line in source.splitlines() if line.startswith("        ")]
