@@ -64,7 +64,7 @@ def chapter(found: Sequence[Solved]) -> list[str]:
 def summary(found: Sequence[Solved]) -> list[str]:
     """A row a problem, and what is aimed for beside what was found."""
     rows = []
-    best = fewer = half = above = counted = 0
+    best = fewer = half = above = counted = sooner = reachable = 0
     late: list[str] = []
     for solved in found:
         ours, peers = solved.ours, solved.peers()
@@ -88,20 +88,30 @@ def summary(found: Sequence[Solved]) -> list[str]:
             row += [f"{few.attempts}{mark} ({few.system} {few.way})"]
             row += [f"{_ms(fast.to_end)} ({fast.system} {fast.way})"]
             row += [f"{ratio:.2f}" + ("" if ratio <= HALF else " !" if ratio <= 1 else " !!")]
-            reached = [e.to_best()[1] for e in peers if e.to_best()[0] is not None]
-            soon = min(reached, default=math.nan)
+            reached = [e.to_best() for e in peers if e.to_best()[0] is not None]
+            least = min((attempts for attempts, _ in reached if attempts is not None), default=None)
+            soon = min((seconds for _, seconds in reached), default=math.nan)
+            mine = ours.to_best()[0]
+            if least is not None:
+                reachable += 1
+                sooner += mine is not None and mine <= MORE * least
+            row.append(f"{_count(mine)} / {_count(least)}")
             row.append(f"{_ms(ours.to_best()[1])} / {_ms(soon)}")
         else:
-            row += ["-", "-", "-", f"{_ms(ours.to_best()[1])} / -"]
+            mine = ours.to_best()[0]
+            row += ["-", "-", "-", f"{_count(mine)} / -", f"{_ms(ours.to_best()[1])} / -"]
         rows.append(row)
     total = len(rows)
     head = ["problem", "at the best known cost", "attempts", "ms to the end", "fewest attempts"]
-    head += ["least ms to the end", "ratio of time", "ms to best, arael / peer"]
+    head += ["least ms to the end", "ratio of time", "attempts to best, arael / peer"]
+    head += ["ms to best, arael / peer"]
     lines = table(head, rows)
     lines += [
         "",
         f"- converged, and at the best known cost (within {AT_BEST:g}): {best} of {total}",
         f"- attempts at most those of the best peer plus a quarter: {fewer} of {counted}",
+        f"- attempts to within {AT_BEST:g} of the best known cost, at most those of the best peer "
+        f"plus a quarter: {sooner} of {reachable}",
         f"- time to the end at most half of the best peer's: {half} of {counted}; "
         f"above the best peer's: {above}",
     ]
@@ -160,6 +170,10 @@ def _above(ending: Ending) -> str:
 
 def _cost(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.8g}"
+
+
+def _count(attempts: int | None) -> str:
+    return "-" if attempts is None else str(attempts)
 
 
 def _ms(seconds: float) -> str:

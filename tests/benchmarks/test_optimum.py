@@ -72,11 +72,13 @@ def test_an_end_is_compared_with_the_best_known_cost(
 
 def test_the_summary_sets_arael_beside_the_best_peer(solved: Solved) -> None:
     text = "\n".join(summary([solved]))
-    assert (
-        "| ring | yes | 4 | 5.00 | 3 ! (gtsam GN) | 20.0 (gtsam GN) | 0.25 | 3.50 / 3.50 |" in text
+    row = (
+        "| ring | yes | 4 | 5.00 | 3 ! (gtsam GN) | 20.0 (gtsam GN) | 0.25 | 3 / 3 | 3.50 / 3.50 |"
     )
+    assert row in text
     assert "(within 1e-06): 1 of 1" in text
-    assert "plus a quarter: 0 of 1" in text
+    assert "- attempts at most those of the best peer plus a quarter: 0 of 1" in text
+    assert "plus a quarter: 1 of 1" in text  # attempts to the best cost
     assert "half of the best peer's: 1 of 1; above the best peer's: 0" in text
 
 
