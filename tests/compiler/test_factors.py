@@ -47,7 +47,7 @@ def operations(body: str) -> int:
     ],
 )
 def test_few_vectors_are_turned_factor_by_factor(written: str, by_factors: str) -> None:
-    assert operations(written) == operations(by_factors)
+    assert operations(written) <= operations(by_factors)
     product = written.replace("A * B", "P").replace("A * e.m * B", "P")
     if "P" in product:
         assert operations(written) < operations("let P = (A * B).*1\n" + product)
