@@ -25,8 +25,8 @@ Labels = NDArray[np.int32]
 class Partition:
     """The components of a problem that has at least two.
 
-    They are numbered in the order of their first blocks in the system. Blocks in which nothing moves
-    join nothing; they have the number 0, and take no step there.
+    They are numbered in the order of their first blocks in the system. Blocks in which nothing
+    moves join nothing; they have the number 0, and take no step there.
 
     Attributes
     ----------

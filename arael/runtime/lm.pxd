@@ -25,7 +25,9 @@ cdef class Minimiser(Supervised):
     cdef readonly double start_cost
     cdef readonly double current_cost
     cdef readonly Py_ssize_t accepted
-    cdef readonly Py_ssize_t factorisations  # failed ones counted
+    # Of the whole system, failed ones counted, and their seconds but for the first.
+    cdef readonly Py_ssize_t factorisations
+    cdef readonly double factor_seconds
     cdef readonly double damping          # largest lambda of the next attempt
     cdef readonly Vectors vectors
     cdef readonly Dogleg dogleg
@@ -50,6 +52,14 @@ cdef class Minimiser(Supervised):
     # Cost of components that have left the system, and of what reads nothing that is solved for.
     cdef double _settled
     cdef object _memory                   # of components, sums and flags
+    # While only some components are left: see `_narrow`.
+    cdef object _partition                # of the components; None: one component
+    cdef object _whole                    # the linear solver of all
+    cdef object _narrowed                 # arrays that are in use since
+    cdef readonly Py_ssize_t narrowings
+    cdef Py_ssize_t _scalars              # of the system as it was narrowed last
+    cdef int64_t _in_vain                 # scalars that were passed over since
+    cdef int64_t _constant, _multiple     # how many may be
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
@@ -74,5 +84,6 @@ cdef class Minimiser(Supervised):
     cdef void _end(self, Component* c, int status) noexcept nogil
     cdef void _retire(self) noexcept nogil
     cdef void _empty_retired(self) noexcept nogil
+    cdef void _count_in_vain(self) noexcept nogil
     cdef int _worst(self) noexcept nogil
     cdef void _finish(self) noexcept nogil

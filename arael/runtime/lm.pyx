@@ -15,6 +15,7 @@ from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.raw cimport bytes_at
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
 from arael.runtime.component_lanes cimport ComponentLanes
@@ -34,8 +35,10 @@ from arael.runtime.levenberg.supervised cimport (
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Vectors
 
+from arael.runtime import remaining
 from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.records import check_record, probe_of
+from arael.runtime.state_pair import rows_of
 
 # What became of a component, as `outcomes.py` takes it.
 COMPONENT = np.dtype(
@@ -98,6 +101,9 @@ cdef class Minimiser(Supervised):
             partition.of_scalar, np.int32, self.evaluation.size)
         self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
         self._value_run_count = len(partition.of_values)
+        self._partition, self._whole = partition, self.solver
+        self._scalars = self.evaluation.size
+        self._constant, self._multiple = remaining.CONSTANT, remaining.MULTIPLE
 
     def _make_components(self, guarded):
         cdef Py_ssize_t k
@@ -129,8 +135,12 @@ cdef class Minimiser(Supervised):
 
         What watcher, driver, interpreter or linear solver raised passes through.
         """
-        with nogil:
-            self._run()
+        try:
+            with nogil:
+                self._run()
+        finally:
+            if self.narrowings:
+                self._widen()
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
@@ -188,6 +198,8 @@ cdef class Minimiser(Supervised):
         cdef Settings* s = &self._settings
         cdef double cost
         self._mark = seconds()
+        if self._running < self._count:
+            self._count_in_vain()
         cost = self.evaluation.linearise(
             self.vectors.gradient, self.vectors.values, self.lanes)
         if s.guarded and not s.by_promise:
@@ -333,10 +345,13 @@ cdef class Minimiser(Supervised):
                 k = self.vectors.active[j]
                 self.vectors.damping[k] = self._components[k].damping
             self.vectors.prepare(self._settings.damping == GAIN)
-        self.factorisations += 1
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
+        if self.narrowings == 0:
+            self.factorisations += 1
+            if self.attempts:
+                self.factor_seconds += seconds() - self._mark
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
@@ -595,6 +610,45 @@ cdef class Minimiser(Supervised):
         """Couplings of components that have ended are zero, so that their rows are the identity."""
         if self._running < self._count:
             self.vectors.empty_values(self._value_runs, self._value_run_count, self._marks)
+
+    cdef void _count_in_vain(self) noexcept nogil:
+        """Narrow where that takes no longer than what was lost; see `remaining.CONSTANT`."""
+        self._in_vain += self._scalars - self.vectors.active_scalars
+        if self._in_vain < self._constant + self._multiple * self.vectors.active_scalars:
+            return
+        if self._scalars == self.vectors.active_scalars:
+            return
+        with gil:
+            try:
+                self._narrow()
+            except KeyboardInterrupt:
+                self._status = ABORTED
+            except BaseException as error:
+                self._failure, self._status = error, ABORTED
+
+    def _narrow(self):
+        """Restrict solver, states, totals and bounds to the components that are left.
+
+        This is Python, and allocates: `_count_in_vain` keeps it rare.
+        """
+        partition = self._partition
+        kept = np.frombuffer(bytes_at(self._marks, self._count), np.bool_).copy()
+        runs = np.ascontiguousarray(partition.of_values[kept[partition.of_values[:, 2]]])
+        self.solver = remaining.remaining_solver(self._whole, partition, kept)
+        self.narrowings += 1
+        self.evaluation.states.restrict(partition.of_scalar, kept)
+        self.evaluation.totals.restrict(rows_of(kept[partition.of_scalar], 0), runs[:, :2])
+        self._box.restrict(partition.of_scalar, kept)
+        self._narrowed = runs
+        self._value_runs, self._value_run_count = (
+            <const int64_t*>table_address(runs, 3), len(runs))
+        self._scalars, self._in_vain = self.vectors.active_scalars, 0
+
+    def _widen(self):
+        """Undo what `_narrow` did to the problem."""
+        self.evaluation.states.restrict()
+        self.evaluation.totals.restrict()
+        self._box.restrict()
 
     cdef int _worst(self) noexcept nogil:
         cdef Py_ssize_t k

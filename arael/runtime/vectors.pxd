@@ -55,6 +55,7 @@ cdef class Vectors:
     cdef Sums* sums             # [components] as the functions below leave them
     cdef int64_t* active        # [active_count] components that are still solved
     cdef Py_ssize_t active_count
+    cdef Py_ssize_t active_scalars  # of those
     cdef uint8_t* wanted        # [components] which `keep_newton` keeps
     cdef double* damping        # [components]
     cdef double* along          # [components] of the descent, in a dogleg

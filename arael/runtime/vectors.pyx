@@ -70,7 +70,7 @@ cdef class Vectors:
         self.active = <int64_t*>(self.damping + 3 * components)
         self.wanted = <uint8_t*>(self.active + components)
         memset(self.wanted, 1, components)
-        self.active_count = components
+        self.active_count, self.active_scalars = components, n
         cdef Py_ssize_t k
         for k in range(components):
             self.active[k] = k
@@ -183,6 +183,7 @@ cdef class Vectors:
                     memmove(self._run + 3 * found, run, 3 * sizeof(int64_t))
                     found += 1
                     continue
+                self.active_scalars -= run[1] - run[0]
                 for i in range(run[0], run[1]):
                     step[i] = 0
                     (<real*>self.damped)[i] = 1
