@@ -516,6 +516,7 @@ def test_the_table_is_data_of_json(load: Load) -> None:
     assert found["count"] == 8 == len(found["name"]) == len(found["status"])
     assert found["name"][0] == "decays[0]" and sum(found["statuses"].values()) == 8
     assert found["iterations"] == result.components.iterations.tolist()
+    assert found["name"] == [one.name for one in result.components]
 
 
 def test_what_has_ended_is_not_evaluated(load: Load) -> None:

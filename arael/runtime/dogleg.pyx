@@ -63,13 +63,6 @@ cdef class Dogleg:
             c.region.radius = 0
         c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
 
-    cdef void prepare(self) noexcept nogil:
-        cdef Py_ssize_t j, k
-        for j in range(self._vectors.active_count):
-            k = self._vectors.active[j]
-            self._vectors.damping[k] = self._components[k].region.regularisation
-        self._vectors.prepare(True)
-
     cdef void regularise(self, Component* c) noexcept nogil:
         c.region.regularisation = max(10 * c.region.regularisation, 1e-15)
 

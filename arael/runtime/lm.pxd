@@ -48,6 +48,7 @@ cdef class Minimiser(Supervised):
     cdef double* _sums                    # [components + 1] costs or energies
     cdef uint8_t* _marks                  # [components + 1] which are evaluated
     cdef uint8_t* _accepts                # [components]
+    cdef bint _ending                     # whether components end with this linearisation or attempt
     cdef bint _retiring                   # whether components have ended that are in the system
     # Cost of components that have left the system, and of what reads nothing that is solved for.
     cdef double _settled
@@ -68,10 +69,11 @@ cdef class Minimiser(Supervised):
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef bint _may_attempt(self) noexcept nogil
-    cdef bint _all_known(self) noexcept nogil
     cdef bint _factor(self) noexcept nogil
     cdef void _blame(self, Py_ssize_t pivot) noexcept nogil
     cdef void _take_noise(self) noexcept nogil
+    cdef void _empty_sums(self) noexcept nogil
+    cdef void _keep_noise(self, Component* c, double energy) noexcept nogil
     cdef void _propose_damped(self) noexcept nogil
     cdef void _look_ahead(self) noexcept nogil
     cdef void _take_costs(self, int which) noexcept nogil

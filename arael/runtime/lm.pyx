@@ -178,8 +178,6 @@ cdef class Minimiser(Supervised):
         """Costs of the start."""
         cdef Py_ssize_t k
         self.evaluation.guard()
-        for k in range(self._count):
-            self._components[k].tried = True
         self._take_costs(self.evaluation.states.current)
         if self.lanes is not None:
             self._settled = self._sums[self._count]
@@ -187,8 +185,7 @@ cdef class Minimiser(Supervised):
             if self._settled != 0:
                 self.lanes.choose(self._marks)
         for k in range(self._count):
-            self._components[k].cost = self._components[k].trial_cost
-            self._components[k].start_cost = self._components[k].trial_cost
+            self._components[k].cost = self._components[k].start_cost = self._sums[k]
         self._measure()
         self.start_cost = self.current_cost
         self._lap(COST)
@@ -226,59 +223,73 @@ cdef class Minimiser(Supervised):
         self._end_at_linearisation()
 
     cdef void _begin_components(self) noexcept nogil:
+        """What each has of the new linearisation, and whether it ends with it.
+
+        One pass: with many components each pass reads all of them from memory.
+        """
         cdef Py_ssize_t j, k
         cdef Component* c
+        cdef bint noise = self._settings.by_promise or self._settings.dogleg
         cdef double largest = 0
+        self._ending = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
             if c.status != RUNNING:
                 continue
             largest = max(largest, self.vectors.sums[k].largest)
+            if noise:
+                self._keep_noise(c, self._sums[k])
+            c.verdict = RUNNING
             # One that was rejected is where it was: its steps go on from there.
             if c.fresh:
+                c.fresh = False
                 self.dogleg.begin_component(c)
                 c.proven = c.factored = False
                 c.retry = 0
+                c.verdict = at_linearisation(
+                    c, &self._settings, 2 * self.vectors.sums[k].largest)
+                self._ending |= c.verdict != RUNNING
         self._now.gradient = 2 * largest
         self._now.iteration += 1
         self._now.retry = 0
 
     cdef void _end_at_linearisation(self) noexcept nogil:
-        cdef Py_ssize_t j, k
+        cdef Py_ssize_t j
         cdef Component* c
+        if not self._ending:
+            return
         for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.status == RUNNING and c.fresh:
-                c.fresh = False
-                self._end(c, at_linearisation(
-                    c, &self._settings, 2 * self.vectors.sums[k].largest))
+            c = &self._components[self.vectors.active[j]]
+            if c.status == RUNNING:
+                self._end(c, c.verdict)
         self._retire()
 
     cdef void _take_noise(self) noexcept nogil:
-        """Energies, and the noise of the costs."""
-        cdef Py_ssize_t j, k
-        cdef Component* c
+        """Energies, as sums: the noise of the costs follows from them."""
         if self._component == NULL:
             self._sums[0] = self.evaluation.states.energy(
                 self.vectors.values, self.evaluation.totals.diagonal_at)
         else:
-            memset(self._sums, 0, self._count * sizeof(double))
+            self._empty_sums()
             self.evaluation.states.add_energy(
                 self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
                 self._sums)
+
+    cdef void _empty_sums(self) noexcept nogil:
+        cdef Py_ssize_t j
         for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.status == RUNNING:
-                c.energy = self._sums[k]
-                c.noise_floor = noise_of(c.cost, c.energy, self._settings.epsilon)
+            self._sums[self.vectors.active[j]] = 0
+
+    cdef void _keep_noise(self, Component* c, double energy) noexcept nogil:
+        c.energy = energy
+        c.noise_floor = noise_of(c.cost, energy, self._settings.epsilon)
 
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
         cdef double began = seconds()
         cdef Py_ssize_t j, k
+        cdef bint known = True  # whether all have their Gauss-Newton step
         cdef Component* c
         self._now.accepted = False
         if not self._may_attempt():
@@ -287,13 +298,15 @@ cdef class Minimiser(Supervised):
             k = self.vectors.active[j]
             c = &self._components[k]
             c.tried, c.accepted, c.verdict = c.status == RUNNING, False, RUNNING
-            c.before = c.cost
+            c.before, c.factored = c.cost, True  # unless the factorisation fails
             c.trial_cost = c.predicted = c.step_length = NAN
             c.damped = c.region.regularisation if self._settings.dogleg else c.damping
+            self.vectors.damping[k] = c.damped
+            known &= c.region.known or not c.tried
         if self._settings.dogleg:
-            if self._all_known() or self._factor():
+            if known or self._factor():
                 self._mark = seconds()
-                if not self._all_known():
+                if not known:
                     self.dogleg.take_newton()
                 self.dogleg.propose()
                 self._lap(SOLVE)
@@ -326,25 +339,10 @@ cdef class Minimiser(Supervised):
         self._retire()
         return self._status == RUNNING
 
-    cdef bint _all_known(self) noexcept nogil:
-        """Whether all components have their Gauss-Newton step."""
-        cdef Py_ssize_t j, k
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            if self._components[k].status == RUNNING and not self._components[k].region.known:
-                return False
-        return True
-
     cdef bint _factor(self) noexcept nogil:
-        cdef Py_ssize_t failed, j, k
+        cdef Py_ssize_t failed, j
         self._mark = seconds()
-        if self._settings.dogleg:
-            self.dogleg.prepare()
-        else:
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                self.vectors.damping[k] = self._components[k].damping
-            self.vectors.prepare(self._settings.damping == GAIN)
+        self.vectors.prepare(self._settings.dogleg or self._settings.damping == GAIN)
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
@@ -353,10 +351,9 @@ cdef class Minimiser(Supervised):
             if self.attempts:
                 self.factor_seconds += seconds() - self._mark
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            self._components[k].factored = failed == 0
         if failed:
+            for j in range(self.vectors.active_count):
+                self._components[self.vectors.active[j]].factored = False
             self._blame(failed - 1)
             return False
         self.solver.finish(self.vectors.step)
@@ -393,6 +390,7 @@ cdef class Minimiser(Supervised):
     cdef void _look_ahead(self) noexcept nogil:
         """Costs of the trial state; whether the steps are accepted."""
         cdef Py_ssize_t j, k
+        cdef bint sound
         cdef Component* c
         self._mark = seconds()
         self.evaluation.states.move(self.vectors.step, self.vectors.threads)
@@ -405,25 +403,25 @@ cdef class Minimiser(Supervised):
             self.evaluation.states.accept()
         else:
             self._take_costs(1 - self.evaluation.states.current)
-        if not (self.evaluation.raised.any or self.solver.raised.any):
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                c = &self._components[k]
-                c.accepted = c.tried and c.trial_cost < c.cost
+        sound = not (self.evaluation.raised.any or self.solver.raised.any)
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.tried:
+                c.trial_cost = self._sums[k]
+                c.accepted = sound and c.trial_cost < c.cost
                 self._now.accepted |= c.accepted
         self._lap(COST)
 
     cdef void _take_costs(self, int which) noexcept nogil:
-        cdef Py_ssize_t j, k
+        """Costs of the components at one of the two states, as sums."""
         if self.lanes is None:
-            self._components[0].trial_cost = self.evaluation.cost(which)
+            self._sums[0] = self.evaluation.cost(which)
             return
         self.evaluation.costs(which, self.lanes)
+        self._empty_sums()
+        self._sums[self._count] = 0
         self.lanes.add(self._sums)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            if self._components[k].tried:
-                self._components[k].trial_cost = self._sums[k]
 
     # --- damping -----------------------------------------------------------------------------
 
@@ -508,6 +506,7 @@ cdef class Minimiser(Supervised):
         elif self._settings.guarded and self._settings.by_promise:
             self.evaluation.guard()
         self._measure_tried()
+        self._ending = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
@@ -516,16 +515,16 @@ cdef class Minimiser(Supervised):
                 found = after_attempt(c, &self._settings)
                 if found != RUNNING:
                     c.verdict = found
+                self._ending |= c.verdict != RUNNING
+                c.retry += not c.accepted
         self._take_failure()
         if self._settings.watched and self._failure is None:
             with gil:
                 self._show()
         self._now.retry += not self._now.accepted
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
+        for j in range(self.vectors.active_count if self._ending else 0):
+            c = &self._components[self.vectors.active[j]]
             if c.tried:
-                c.retry += not c.accepted
                 self._end(c, c.verdict)
         if self._running == 0 and self._status != ABORTED:
             self._status = self._worst()
@@ -538,6 +537,7 @@ cdef class Minimiser(Supervised):
         """The accepted components move, the others stay."""
         cdef Py_ssize_t j, k
         cdef bint all_of_them = self.vectors.active_count == self._count
+        cdef double cost = self._settled
         cdef Component* c
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
@@ -547,12 +547,13 @@ cdef class Minimiser(Supervised):
             if c.accepted:
                 c.cost, c.fresh = c.trial_cost, True
                 c.steps += 1
+            cost += c.cost
         if all_of_them:
             self.evaluation.states.accept()
         else:
             self.evaluation.states.accept_chosen(self._accepts, self._component)
         self.accepted += 1
-        self._measure()
+        self.current_cost = cost
 
     cdef void _measure(self) noexcept nogil:
         """Cost of the whole."""
@@ -569,7 +570,7 @@ cdef class Minimiser(Supervised):
             if self._component == NULL:
                 self._components[0].norm = self.evaluation.states.norm()
             else:
-                memset(self._sums, 0, self._count * sizeof(double))
+                self._empty_sums()
                 self.evaluation.states.add_squares(self._component, self._sums)
                 for j in range(self.vectors.active_count):
                     k = self.vectors.active[j]
@@ -665,6 +666,9 @@ cdef class Minimiser(Supervised):
         cdef double energy = 0, left = 0
         if not (self._settings.by_promise or self._settings.dogleg):
             self._take_noise()
+            for k in range(self._count):
+                if self._components[k].status == RUNNING:
+                    self._keep_noise(&self._components[k], self._sums[k])
         for k in range(self._count):
             if self._components[k].status == RUNNING:
                 self._end(&self._components[k], self._status)
