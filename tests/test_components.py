@@ -7,6 +7,7 @@ the loop for one component.
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -479,6 +480,39 @@ def test_what_ends_all_leaves_those_that_had_converged(load: Load) -> None:
     assert result.components.counts().keys() == {"converged", "observer_terminated"}
     late = of(load("f64", True), chosen).solve(solver="sparse", time_limit=0.0)
     assert late.components.counts() == {"time_limit": len(chosen)}
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer's signal")
+def test_ctrl_c_keeps_what_components_have_reached(load: Load, narrowed: list[int]) -> None:
+    """Sent while only the hard ones are left, without an observer: the loop looks for signals."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    model = load("f64", False)()
+    # Far out, steps too short to arrive: this would go on for minutes.
+    for k in range(20):
+        model.boxes.append(x=1.0, y=0.0, k=1.0 + k)
+        model.valleys.append(x=-1.2, y=1.0, s=1.0)
+    start = model.valleys.x.value.copy()
+    previous = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.2, 1.0)  # again, should one come before the loop
+    try:
+        result = model.solve(
+            solver="sparse", strategy="damped", lambda_floor=1e7, initial_lambda=1e7,
+            max_iters=10**7, rel_precision=1e-6, time_limit=60.0,
+        )  # fmt: skip
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+    components = result.components
+    assert result.status == "aborted" and set(components.status) <= {"aborted", "converged"}
+    assert (components.end_cost <= components.start_cost).all()
+    assert result.end_cost == pytest.approx(problem_of(model).cost(), rel=1e-9)
+    assert (model.valleys.x.value != start).all()
+    # The session is whole.
+    again = model.solve(solver="sparse")
+    assert set(again.components.status[20:]) == {"converged"}
 
 
 def test_a_threshold_is_one_of_the_whole_cost(load: Load) -> None:

@@ -48,6 +48,8 @@ cdef class Minimiser(Supervised):
     cdef double* _sums                    # [components + 1] costs or energies
     cdef uint8_t* _marks                  # [components + 1] which are evaluated
     cdef uint8_t* _accepts                # [components]
+    cdef bint _all_accepted               # whether no component stays where it was
+    cdef double _reached                  # cost of the whole after the attempt
     cdef bint _ending                     # whether components end with this linearisation or attempt
     cdef bint _retiring                   # whether components have ended that are in the system
     # Cost of components that have left the system, and of what reads nothing that is solved for.
@@ -77,8 +79,9 @@ cdef class Minimiser(Supervised):
     cdef void _propose_damped(self) noexcept nogil
     cdef void _look_ahead(self) noexcept nogil
     cdef void _take_costs(self, int which) noexcept nogil
-    cdef void _fill_record(self) noexcept nogil
-    cdef void _next_damping(self) noexcept nogil
+    cdef void _conclude(self) noexcept nogil
+    cdef void _next_damping(self, Component* c) noexcept nogil
+    cdef void _ask_driver(self) noexcept nogil
     cdef void _judge(self) noexcept nogil
     cdef void _accept(self) noexcept nogil
     cdef void _measure(self) noexcept nogil

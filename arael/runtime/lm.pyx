@@ -302,7 +302,8 @@ cdef class Minimiser(Supervised):
             c.trial_cost = c.predicted = c.step_length = NAN
             c.damped = c.region.regularisation if self._settings.dogleg else c.damping
             self.vectors.damping[k] = c.damped
-            known &= c.region.known or not c.tried
+            if c.tried and not c.known:
+                known = False
         if self._settings.dogleg:
             if known or self._factor():
                 self._mark = seconds()
@@ -316,8 +317,7 @@ cdef class Minimiser(Supervised):
             self._propose_damped()
             self._lap(SOLVE)
             self._look_ahead()
-        self._fill_record()
-        self._next_damping()
+        self._conclude()
         self._now.seconds = seconds() - began
         self._judge()
 
@@ -425,30 +425,26 @@ cdef class Minimiser(Supervised):
 
     # --- damping -----------------------------------------------------------------------------
 
-    cdef void _next_damping(self) noexcept nogil:
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        cdef double gain
-        self.damping = 0
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.tried:
-                gain = (c.before - c.trial_cost) / c.predicted
-                if self._settings.damping == CUSTOM:
-                    with gil:
-                        self._drive()
-                    c.damping = max(c.damping, self._settings.lambda_floor)
-                elif not self._settings.dogleg:
-                    c.verdict = next_damping(c, &self._settings, gain)
-                else:
-                    if c.region.known:
-                        self.dogleg.adapt(c, gain)
-                    else:
-                        self.dogleg.regularise(c)
-                    c.damping = c.region.regularisation
-            self.damping = max(self.damping, c.damping)
-        self._now.next_damping = self.damping
+    cdef void _next_damping(self, Component* c) noexcept nogil:
+        """Move damping or region of a component that was tried."""
+        cdef double gain = (c.before - c.trial_cost) / c.predicted
+        if not self._settings.dogleg:
+            c.verdict = next_damping(c, &self._settings, gain)
+            return
+        if c.known:
+            self.dogleg.adapt(c, gain)
+        else:
+            self.dogleg.regularise(c)
+        c.damping = c.region.regularisation
+
+    cdef void _ask_driver(self) noexcept nogil:
+        """Damping by the caller's function, which knows one component."""
+        cdef Component* c = &self._components[0]
+        if c.tried:
+            with gil:
+                self._drive()
+            c.damping = max(c.damping, self._settings.lambda_floor)
+        self.damping = c.damping
 
     def _drive(self):
         cdef double damping
@@ -467,24 +463,26 @@ cdef class Minimiser(Supervised):
 
     # --- after an attempt --------------------------------------------------------------------
 
-    cdef void _fill_record(self) noexcept nogil:
-        """The record of the attempt of all components together."""
+    cdef void _conclude(self) noexcept nogil:
+        """The record of the attempt of all together; of each its next damping, and its cost."""
         cdef Py_ssize_t j, k
         cdef Component* c
         cdef Record* now = &self._now
-        cdef bint some = now.accepted
+        cdef bint some = now.accepted, custom = self._settings.damping == CUSTOM
         now.cost = self.current_cost
-        now.damping = 0
+        now.damping = self.damping = 0
         now.trial_cost, now.predicted, now.step_norm = self._settled, 0, 0
         now.promise = 0 if now.factored else NAN
         now.radius = NAN
+        self._reached = self._settled
+        self._all_accepted = self.vectors.active_count == self._count
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 now.damping = max(now.damping, c.damped)
                 now.promise += c.promise
-                if c.region.known and not now.radius <= c.region.radius:
+                if c.known and not now.radius <= c.region.radius:
                     now.radius = c.region.radius
             # What the problem as a whole comes to; if all are rejected, what was tried.
             if c.tried and (c.accepted or not some):
@@ -493,7 +491,19 @@ cdef class Minimiser(Supervised):
                 now.step_norm += c.step_length
             else:
                 now.trial_cost += c.cost
+            if c.tried and not custom:
+                self._next_damping(c)
+            self.damping = max(self.damping, c.damping)
+            self._accepts[k] = c.accepted
+            self._all_accepted &= c.accepted
+            if c.accepted:
+                c.cost, c.fresh = c.trial_cost, True
+                c.steps += 1
+            self._reached += c.cost
         now.step_norm = sqrt(now.step_norm)
+        if custom:
+            self._ask_driver()
+        now.next_damping = self.damping
 
     cdef void _judge(self) noexcept nogil:
         """Take accepted steps over, keep the record, and decide who goes on."""
@@ -535,25 +545,12 @@ cdef class Minimiser(Supervised):
 
     cdef void _accept(self) noexcept nogil:
         """The accepted components move, the others stay."""
-        cdef Py_ssize_t j, k
-        cdef bint all_of_them = self.vectors.active_count == self._count
-        cdef double cost = self._settled
-        cdef Component* c
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            self._accepts[k] = c.accepted
-            all_of_them &= c.accepted
-            if c.accepted:
-                c.cost, c.fresh = c.trial_cost, True
-                c.steps += 1
-            cost += c.cost
-        if all_of_them:
+        if self._all_accepted:
             self.evaluation.states.accept()
         else:
             self.evaluation.states.accept_chosen(self._accepts, self._component)
         self.accepted += 1
-        self.current_cost = cost
+        self.current_cost = self._reached
 
     cdef void _measure(self) noexcept nogil:
         """Cost of the whole."""

@@ -165,9 +165,7 @@ def components_of(problem: Problem, partition: Partition, ended: NDArray[Any]) -
         for entity in np.unique(entities):
             mine = np.flatnonzero(entities == entity)
             table = layout.entities[entity].table
-            found[mine] = [
-                one or layout.root for one in row_names(store, table, numbers[mine])
-            ]
+            found[mine] = [one or layout.root for one in row_names(store, table, numbers[mine])]
         return list(found)
 
     return Components(
