@@ -215,7 +215,7 @@ IN_BOTH = pytest.mark.parametrize("precision", ["f64", "f32"])
 def test_all_end_as_alone(load: Load, precision: str, interpret: bool, seed: int) -> None:
     result = compare(load(precision, interpret), problems(seed), solver="sparse")
     assert result.components is not None
-    # What has no minimum that a step could reach disturbs nobody.
+    # What has no minimum that a step could reach leaves the others as they are.
     stuck = [one.status for one in result.components if one.name == "gates[0]"]
     assert stuck == ["stalled"] and not result.converged
     assert result.components.converged.mean() > 0.7

@@ -50,7 +50,7 @@ cdef class Minimiser(Supervised):
     cdef uint8_t* _accepts                # [components]
     cdef bint _all_accepted               # whether no component stays where it was
     cdef double _reached                  # cost of the whole after the attempt
-    cdef bint _ending                     # whether components end with this linearisation or attempt
+    cdef bint _ending                     # whether components end with what was just done
     cdef bint _retiring                   # whether components have ended that are in the system
     # Cost of components that have left the system, and of what reads nothing that is solved for.
     cdef double _settled
