@@ -7,6 +7,7 @@ the loop for one component.
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import pytest
 import arael
 from arael.model import Model
 from arael.result import Result
-from arael.runtime import shares
+from arael.runtime import remaining, shares
 from arael.runtime.components import partition_of
 from arael.runtime.lm import Minimiser
 from arael.solving import problem_of
@@ -214,10 +215,115 @@ IN_BOTH = pytest.mark.parametrize("precision", ["f64", "f32"])
 def test_all_end_as_alone(load: Load, precision: str, interpret: bool, seed: int) -> None:
     result = compare(load(precision, interpret), problems(seed), solver="sparse")
     assert result.components is not None
-    # A component without a minimum within reach does not affect the others.
+    # What has no minimum that a step could reach leaves the others as they are.
     stuck = [one.status for one in result.components if one.name == "gates[0]"]
     assert stuck == ["stalled"] and not result.converged
     assert result.components.converged.mean() > 0.7
+
+
+@pytest.fixture
+def narrowed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Narrow the loop wherever components have ended; the scalars that remained each time."""
+    seen = []
+    build = remaining.remaining_solver
+
+    def counted(*args: Any) -> Any:
+        found = build(*args)
+        seen.append(found.inner.n)
+        return found
+
+    monkeypatch.setattr(remaining, "remaining_solver", counted)
+    monkeypatch.setattr(remaining, "CONSTANT", 0)
+    monkeypatch.setattr(remaining, "MULTIPLE", 0)
+    return seen
+
+
+@pytest.mark.parametrize(
+    ("precision", "interpret", "solver"),
+    [
+        ("f64", False, "sparse"),
+        ("f32", False, "sparse"),
+        ("f64", True, "band"),
+        ("f64", False, "schur"),
+        ("f64", False, "dense"),
+    ],
+)
+def test_what_remains_ends_as_alone(
+    load: Load, narrowed: list[int], precision: str, interpret: bool, solver: str
+) -> None:
+    # Rings may run off to an infinite radius, where rounding decides about the place.
+    chosen = [one for one in problems(0, 5) if one[0] != "rings"]
+    compare(load(precision, interpret), chosen, solver=solver)
+    assert len(narrowed) > 5
+    # Ever less; solves of one component alone do not narrow.
+    assert (np.diff(narrowed) < 0).all() and narrowed[-1] <= 3
+
+
+def test_what_remains_under_damping_ends_as_alone(load: Load, narrowed: list[int]) -> None:
+    chosen = [one for one in problems(3) if one[0] not in ("edges", "gates")]
+    tolerant = {"strategy": "damped", "damping": "nielsen", "parameter_tolerance": 1e-300}
+    compare(load("f64", False), chosen, solver="sparse", **tolerant)
+    assert narrowed
+
+
+def test_a_failed_factorisation_of_what_remains(load: Load, narrowed: list[int]) -> None:
+    """Which component it is, is found by the scalar of the whole."""
+    singular: list[tuple[str, Problem]] = [
+        ("pairs", lambda model, k=k: model.pairs.append(x=0.0, y=0.0, k=k)) for k in (1.0, 2.0, 3.0)
+    ]
+    hard = [one for one in problems(4, 2) if one[0] in ("valleys", "lines")]
+    chosen = singular[:1] + hard + singular[1:]
+    settings = {"solver": "sparse", "strategy": "dogleg", "lambda_floor": 0.0}
+    compare(load("f64", False), chosen, **settings)
+    assert narrowed
+
+
+def test_a_narrowed_solve_leaves_the_problem_whole(load: Load, narrowed: list[int]) -> None:
+    """The next solve of the session, from the same start, has the same bits."""
+    chosen = [one for one in problems(12, 6) if one[0] in ("boxes", "valleys", "edges")]
+    model = of(load("f64", False), chosen)
+    model.boxes[0].y.optimize = False  # held scalars, beside bounds
+    columns = [model.boxes.x, model.boxes.y, model.valleys.x, model.valleys.y, model.edges.x]
+    start = [column.value.copy() for column in columns]
+    first = model.solve(solver="sparse")
+    steps = len(narrowed)
+    for column, value in zip(columns, start, strict=True):
+        column.value[:] = value
+    again = model.solve(solver="sparse")
+    assert steps > 2 and len(narrowed) == 2 * steps
+    np.testing.assert_array_equal(first.x, again.x)
+    np.testing.assert_array_equal(first.components.end_cost, again.components.end_cost)
+    # At the end nothing that was passed over is out of date.
+    assert again.end_cost == pytest.approx(problem_of(model).cost(), rel=1e-12)
+
+
+def test_threads_change_no_bit_of_what_remains(
+    load: Load, narrowed: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shares, "GRAIN", 30.0)
+    kind, chosen = load("f64", False), problems(6, 12)
+    one, two = (of(kind, chosen).solve(solver="sparse", num_threads=n) for n in (1, 2))
+    assert narrowed
+    np.testing.assert_array_equal(one.x, two.x)
+    np.testing.assert_array_equal(one.components.end_cost, two.components.end_cost)
+
+
+def test_a_small_problem_is_not_narrowed(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would take longer than what is passed over in vain."""
+    monkeypatch.setattr(remaining, "remaining_solver", None)
+    assert of(load("f64", False), problems(2, 2)).solve(solver="sparse").components is not None
+
+
+def test_an_error_while_narrowing_is_raised(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*args: Any) -> None:
+        raise MemoryError("none left")
+
+    monkeypatch.setattr(remaining, "remaining_solver", failing)
+    monkeypatch.setattr(remaining, "CONSTANT", 0)
+    monkeypatch.setattr(remaining, "MULTIPLE", 0)
+    model = of(load("f64", False), problems(2, 2))
+    with pytest.raises(MemoryError, match="none left"):
+        model.solve(solver="sparse")
 
 
 @pytest.mark.parametrize("damping", ["gain", "nielsen", "ladder"])
@@ -376,6 +482,39 @@ def test_what_ends_all_leaves_those_that_had_converged(load: Load) -> None:
     assert late.components.counts() == {"time_limit": len(chosen)}
 
 
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer's signal")
+def test_ctrl_c_keeps_what_components_have_reached(load: Load, narrowed: list[int]) -> None:
+    """Sent while only the hard ones are left, without an observer: the loop looks for signals."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    model = load("f64", False)()
+    # Far out, steps too short to arrive: this would go on for minutes.
+    for k in range(20):
+        model.boxes.append(x=1.0, y=0.0, k=1.0 + k)
+        model.valleys.append(x=-1.2, y=1.0, s=1.0)
+    start = model.valleys.x.value.copy()
+    previous = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.2, 1.0)  # again, should one come before the loop
+    try:
+        result = model.solve(
+            solver="sparse", strategy="damped", lambda_floor=1e7, initial_lambda=1e7,
+            max_iters=10**7, rel_precision=1e-6, time_limit=60.0,
+        )  # fmt: skip
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+    components = result.components
+    assert result.status == "aborted" and set(components.status) <= {"aborted", "converged"}
+    assert (components.end_cost <= components.start_cost).all()
+    assert result.end_cost == pytest.approx(problem_of(model).cost(), rel=1e-9)
+    assert (model.valleys.x.value != start).all()
+    # The session is whole.
+    again = model.solve(solver="sparse")
+    assert set(again.components.status[20:]) == {"converged"}
+
+
 def test_a_threshold_is_one_of_the_whole_cost(load: Load) -> None:
     chosen = [one for one in problems(1) if one[0] == "valleys"]
     result = of(load("f64", True), chosen).solve(cost_threshold=1e-3)
@@ -411,6 +550,7 @@ def test_the_table_is_data_of_json(load: Load) -> None:
     assert found["count"] == 8 == len(found["name"]) == len(found["status"])
     assert found["name"][0] == "decays[0]" and sum(found["statuses"].values()) == 8
     assert found["iterations"] == result.components.iterations.tolist()
+    assert found["name"] == [one.name for one in result.components]
 
 
 def test_what_has_ended_is_not_evaluated(load: Load) -> None:

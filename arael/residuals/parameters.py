@@ -198,3 +198,7 @@ class ParameterTable:
     def row_name(self, row: int) -> str:
         """Return an empty name: parameters have names of their own."""
         return ""
+
+    def row_names(self, rows: Array) -> list[str]:
+        """Return empty names."""
+        return [""] * len(rows)

@@ -108,3 +108,7 @@ class RowsTable:
     def row_name(self, row: int) -> str:
         """Name of a row: ``decay[3]``, or ``width`` if there is only one."""
         return self.label if self.size == 1 else f"{self.label}[{row}]"
+
+    def row_names(self, rows: Array) -> list[str]:
+        """Names of several rows."""
+        return [self.row_name(row) for row in rows.tolist()]

@@ -64,6 +64,9 @@ class TableLike(Protocol):
     def row_name(self, row: int) -> str:
         """``poses[3]``; "" for the root."""
 
+    def row_names(self, rows: Array) -> list[str]:
+        """The same of several rows."""
+
 
 class StoreLike(Protocol):
     """A model instance: its tables by path, the root's under the empty one."""

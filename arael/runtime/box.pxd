@@ -10,6 +10,7 @@ from arael.runtime.evaluation cimport Evaluation
 cdef class Box:
     cdef readonly Py_ssize_t count          # bounded scalars
     cdef Evaluation _evaluation
+    cdef object _all                        # arrays of the whole, and those that are in use
     cdef object _keep
     cdef const int64_t* _scalar             # [count] scalar of the system
     cdef const int64_t* _entity             # [count]

@@ -15,6 +15,9 @@ class Box:
     def __init__(
         self, evaluation: Evaluation, structure: Structure, diagonal_at: NDArray[np.int64]
     ) -> None: ...
+    def restrict(
+        self, component: NDArray[np.int32] | None = None, kept: NDArray[np.bool_] | None = None
+    ) -> None: ...
 
 def stored_places(
     system: System, scalars: NDArray[np.int64]

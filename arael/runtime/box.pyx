@@ -60,9 +60,32 @@ cdef class Box:
             for a in (scalars, entity, at, diagonal_at[scalars], start, positions)
         ]
         ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
-        self._keep = (ints, ends, blocks)
+        self._all = (ints, ends, blocks)
         self._evaluation = evaluation
-        self.count = len(scalars)
+        self.restrict()
+
+    def restrict(self, component=None, kept=None):
+        """Look at the scalars and blocks of some components only.
+
+        Parameters
+        ----------
+        component : (n,) int32, component of each scalar of the system
+        kept : (components,) bool; None: all
+        """
+        ints, ends, blocks = self._all
+        if kept is not None:
+            scalars, entity, at, diagonal, start, positions = ints
+            chosen = kept[component[scalars]]
+            lengths = np.diff(start)
+            ints = [
+                *(array[chosen] for array in (scalars, entity, at, diagonal)),
+                np.concatenate(([0], np.cumsum(lengths[chosen]))),
+                positions[np.repeat(chosen, lengths)],
+            ]
+            ends = [array[chosen] for array in ends]
+            blocks = blocks[kept[component[blocks[:, 1]]]]
+        self._keep = (ints, ends, blocks)
+        self.count = len(ints[0])
         self._scalar = <const int64_t*>address(ints[0], np.int64)
         self._entity = <const int64_t*>address(ints[1], np.int64)
         self._at = <const int64_t*>address(ints[2], np.int64)

@@ -5,7 +5,6 @@ import numpy as np
 
 from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.stdlib cimport calloc, free
-from libc.string cimport memset
 
 from arael.runtime.address cimport address, writable
 from arael.runtime.groups cimport Groups
@@ -101,7 +100,6 @@ cdef class ComponentLanes:
     cdef void add(self, double* total) noexcept nogil:
         cdef Py_ssize_t g, k, i
         cdef GroupCosts* one
-        memset(total, 0, (self.components + 1) * sizeof(double))
         for g in range(self._count):
             one = &self.groups[g]
             for k in range(one.ends[self.shares]):

@@ -23,8 +23,6 @@ cdef class Dogleg:
     # A new linearisation of the whole, and one of a component that has moved.
     cdef void begin(self) noexcept nogil
     cdef void begin_component(self, Component* c) noexcept nogil
-    # Diagonal and right-hand side of the Gauss-Newton steps.
-    cdef void prepare(self) noexcept nogil
     # The matrix of a component was not positive definite.
     cdef void regularise(self, Component* c) noexcept nogil
     # The step in `vectors` is the Gauss-Newton step; the square root of a component's energy is the

@@ -58,17 +58,10 @@ cdef class Dogleg:
         self._descended = False
 
     cdef void begin_component(self, Component* c) noexcept nogil:
-        c.region.known = False
+        c.known = False
         if self._path == LINE:
             c.region.radius = 0
         c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
-
-    cdef void prepare(self) noexcept nogil:
-        cdef Py_ssize_t j, k
-        for j in range(self._vectors.active_count):
-            k = self._vectors.active[j]
-            self._vectors.damping[k] = self._components[k].region.regularisation
-        self._vectors.prepare(True)
 
     cdef void regularise(self, Component* c) noexcept nogil:
         c.region.regularisation = max(10 * c.region.regularisation, 1e-15)
@@ -82,12 +75,12 @@ cdef class Dogleg:
         for j in range(self._vectors.active_count):
             k = self._vectors.active[j]
             c, sums = &self._components[k], &self._vectors.sums[k]
-            self._vectors.wanted[k] = c.status == RUNNING and not c.region.known
+            self._vectors.wanted[k] = c.status == RUNNING and not c.known
             if not self._vectors.wanted[k]:
                 continue
             c.promise, c.added = -sums.slope, sums.added
             c.region.newton_length = sums.scaled
-            c.region.known = True
+            c.known = True
             if c.region.radius == 0:
                 # A first step no longer than the state is far: beyond, costs tend to be flat.
                 size = sqrt(c.energy)

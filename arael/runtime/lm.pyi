@@ -27,6 +27,8 @@ class Minimiser:
     attempts: int
     accepted: int
     factorisations: int
+    factor_seconds: float
+    narrowings: int
     damping: float
     vectors: Vectors
     lanes: ComponentLanes | None

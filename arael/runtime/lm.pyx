@@ -15,6 +15,7 @@ from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.raw cimport bytes_at
 from arael.runtime.box cimport Box
 from arael.runtime.clock cimport seconds
 from arael.runtime.component_lanes cimport ComponentLanes
@@ -34,8 +35,10 @@ from arael.runtime.levenberg.supervised cimport (
 from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.vectors cimport Vectors
 
+from arael.runtime import remaining
 from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.records import check_record, probe_of
+from arael.runtime.state_pair import rows_of
 
 # What became of a component, as `outcomes.py` takes it.
 COMPONENT = np.dtype(
@@ -98,6 +101,9 @@ cdef class Minimiser(Supervised):
             partition.of_scalar, np.int32, self.evaluation.size)
         self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
         self._value_run_count = len(partition.of_values)
+        self._partition, self._whole = partition, self.solver
+        self._scalars = self.evaluation.size
+        self._constant, self._multiple = remaining.CONSTANT, remaining.MULTIPLE
 
     def _make_components(self, guarded):
         cdef Py_ssize_t k
@@ -129,8 +135,12 @@ cdef class Minimiser(Supervised):
 
         What watcher, driver, interpreter or linear solver raised passes through.
         """
-        with nogil:
-            self._run()
+        try:
+            with nogil:
+                self._run()
+        finally:
+            if self.narrowings:
+                self._widen()
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
@@ -168,8 +178,6 @@ cdef class Minimiser(Supervised):
         """Costs of the start."""
         cdef Py_ssize_t k
         self.evaluation.guard()
-        for k in range(self._count):
-            self._components[k].tried = True
         self._take_costs(self.evaluation.states.current)
         if self.lanes is not None:
             self._settled = self._sums[self._count]
@@ -177,8 +185,7 @@ cdef class Minimiser(Supervised):
             if self._settled != 0:
                 self.lanes.choose(self._marks)
         for k in range(self._count):
-            self._components[k].cost = self._components[k].trial_cost
-            self._components[k].start_cost = self._components[k].trial_cost
+            self._components[k].cost = self._components[k].start_cost = self._sums[k]
         self._measure()
         self.start_cost = self.current_cost
         self._lap(COST)
@@ -188,6 +195,8 @@ cdef class Minimiser(Supervised):
         cdef Settings* s = &self._settings
         cdef double cost
         self._mark = seconds()
+        if self._running < self._count:
+            self._count_in_vain()
         cost = self.evaluation.linearise(
             self.vectors.gradient, self.vectors.values, self.lanes)
         if s.guarded and not s.by_promise:
@@ -214,59 +223,73 @@ cdef class Minimiser(Supervised):
         self._end_at_linearisation()
 
     cdef void _begin_components(self) noexcept nogil:
+        """What each has of the new linearisation, and whether it ends with it.
+
+        One pass: with many components each pass reads all of them from memory.
+        """
         cdef Py_ssize_t j, k
         cdef Component* c
+        cdef bint noise = self._settings.by_promise or self._settings.dogleg
         cdef double largest = 0
+        self._ending = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
             if c.status != RUNNING:
                 continue
             largest = max(largest, self.vectors.sums[k].largest)
+            if noise:
+                self._keep_noise(c, self._sums[k])
+            c.verdict = RUNNING
             # One that was rejected is where it was: its steps go on from there.
             if c.fresh:
+                c.fresh = False
                 self.dogleg.begin_component(c)
                 c.proven = c.factored = False
                 c.retry = 0
+                c.verdict = at_linearisation(
+                    c, &self._settings, 2 * self.vectors.sums[k].largest)
+                self._ending |= c.verdict != RUNNING
         self._now.gradient = 2 * largest
         self._now.iteration += 1
         self._now.retry = 0
 
     cdef void _end_at_linearisation(self) noexcept nogil:
-        cdef Py_ssize_t j, k
+        cdef Py_ssize_t j
         cdef Component* c
+        if not self._ending:
+            return
         for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.status == RUNNING and c.fresh:
-                c.fresh = False
-                self._end(c, at_linearisation(
-                    c, &self._settings, 2 * self.vectors.sums[k].largest))
+            c = &self._components[self.vectors.active[j]]
+            if c.status == RUNNING:
+                self._end(c, c.verdict)
         self._retire()
 
     cdef void _take_noise(self) noexcept nogil:
-        """Energies, and the noise of the costs."""
-        cdef Py_ssize_t j, k
-        cdef Component* c
+        """Energies, as sums: the noise of the costs follows from them."""
         if self._component == NULL:
             self._sums[0] = self.evaluation.states.energy(
                 self.vectors.values, self.evaluation.totals.diagonal_at)
         else:
-            memset(self._sums, 0, self._count * sizeof(double))
+            self._empty_sums()
             self.evaluation.states.add_energy(
                 self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
                 self._sums)
+
+    cdef void _empty_sums(self) noexcept nogil:
+        cdef Py_ssize_t j
         for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.status == RUNNING:
-                c.energy = self._sums[k]
-                c.noise_floor = noise_of(c.cost, c.energy, self._settings.epsilon)
+            self._sums[self.vectors.active[j]] = 0
+
+    cdef void _keep_noise(self, Component* c, double energy) noexcept nogil:
+        c.energy = energy
+        c.noise_floor = noise_of(c.cost, energy, self._settings.epsilon)
 
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
         cdef double began = seconds()
         cdef Py_ssize_t j, k
+        cdef bint known = True  # whether all have their Gauss-Newton step
         cdef Component* c
         self._now.accepted = False
         if not self._may_attempt():
@@ -275,13 +298,16 @@ cdef class Minimiser(Supervised):
             k = self.vectors.active[j]
             c = &self._components[k]
             c.tried, c.accepted, c.verdict = c.status == RUNNING, False, RUNNING
-            c.before = c.cost
+            c.before, c.factored = c.cost, True  # unless the factorisation fails
             c.trial_cost = c.predicted = c.step_length = NAN
             c.damped = c.region.regularisation if self._settings.dogleg else c.damping
+            self.vectors.damping[k] = c.damped
+            if c.tried and not c.known:
+                known = False
         if self._settings.dogleg:
-            if self._all_known() or self._factor():
+            if known or self._factor():
                 self._mark = seconds()
-                if not self._all_known():
+                if not known:
                     self.dogleg.take_newton()
                 self.dogleg.propose()
                 self._lap(SOLVE)
@@ -291,8 +317,7 @@ cdef class Minimiser(Supervised):
             self._propose_damped()
             self._lap(SOLVE)
             self._look_ahead()
-        self._fill_record()
-        self._next_damping()
+        self._conclude()
         self._now.seconds = seconds() - began
         self._judge()
 
@@ -314,34 +339,21 @@ cdef class Minimiser(Supervised):
         self._retire()
         return self._status == RUNNING
 
-    cdef bint _all_known(self) noexcept nogil:
-        """Whether all components have their Gauss-Newton step."""
-        cdef Py_ssize_t j, k
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            if self._components[k].status == RUNNING and not self._components[k].region.known:
-                return False
-        return True
-
     cdef bint _factor(self) noexcept nogil:
-        cdef Py_ssize_t failed, j, k
+        cdef Py_ssize_t failed, j
         self._mark = seconds()
-        if self._settings.dogleg:
-            self.dogleg.prepare()
-        else:
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                self.vectors.damping[k] = self._components[k].damping
-            self.vectors.prepare(self._settings.damping == GAIN)
-        self.factorisations += 1
+        self.vectors.prepare(self._settings.dogleg or self._settings.damping == GAIN)
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
+        if self.narrowings == 0:
+            self.factorisations += 1
+            if self.attempts:
+                self.factor_seconds += seconds() - self._mark
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            self._components[k].factored = failed == 0
         if failed:
+            for j in range(self.vectors.active_count):
+                self._components[self.vectors.active[j]].factored = False
             self._blame(failed - 1)
             return False
         self.solver.finish(self.vectors.step)
@@ -378,6 +390,7 @@ cdef class Minimiser(Supervised):
     cdef void _look_ahead(self) noexcept nogil:
         """Costs of the trial state; whether the steps are accepted."""
         cdef Py_ssize_t j, k
+        cdef bint sound
         cdef Component* c
         self._mark = seconds()
         self.evaluation.states.move(self.vectors.step, self.vectors.threads)
@@ -390,52 +403,48 @@ cdef class Minimiser(Supervised):
             self.evaluation.states.accept()
         else:
             self._take_costs(1 - self.evaluation.states.current)
-        if not (self.evaluation.raised.any or self.solver.raised.any):
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                c = &self._components[k]
-                c.accepted = c.tried and c.trial_cost < c.cost
-                self._now.accepted |= c.accepted
-        self._lap(COST)
-
-    cdef void _take_costs(self, int which) noexcept nogil:
-        cdef Py_ssize_t j, k
-        if self.lanes is None:
-            self._components[0].trial_cost = self.evaluation.cost(which)
-            return
-        self.evaluation.costs(which, self.lanes)
-        self.lanes.add(self._sums)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            if self._components[k].tried:
-                self._components[k].trial_cost = self._sums[k]
-
-    # --- damping -----------------------------------------------------------------------------
-
-    cdef void _next_damping(self) noexcept nogil:
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        cdef double gain
-        self.damping = 0
+        sound = not (self.evaluation.raised.any or self.solver.raised.any)
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
-                gain = (c.before - c.trial_cost) / c.predicted
-                if self._settings.damping == CUSTOM:
-                    with gil:
-                        self._drive()
-                    c.damping = max(c.damping, self._settings.lambda_floor)
-                elif not self._settings.dogleg:
-                    c.verdict = next_damping(c, &self._settings, gain)
-                else:
-                    if c.region.known:
-                        self.dogleg.adapt(c, gain)
-                    else:
-                        self.dogleg.regularise(c)
-                    c.damping = c.region.regularisation
-            self.damping = max(self.damping, c.damping)
-        self._now.next_damping = self.damping
+                c.trial_cost = self._sums[k]
+                c.accepted = sound and c.trial_cost < c.cost
+                self._now.accepted |= c.accepted
+        self._lap(COST)
+
+    cdef void _take_costs(self, int which) noexcept nogil:
+        """Costs of the components at one of the two states, as sums."""
+        if self.lanes is None:
+            self._sums[0] = self.evaluation.cost(which)
+            return
+        self.evaluation.costs(which, self.lanes)
+        self._empty_sums()
+        self._sums[self._count] = 0
+        self.lanes.add(self._sums)
+
+    # --- damping -----------------------------------------------------------------------------
+
+    cdef void _next_damping(self, Component* c) noexcept nogil:
+        """Move damping or region of a component that was tried."""
+        cdef double gain = (c.before - c.trial_cost) / c.predicted
+        if not self._settings.dogleg:
+            c.verdict = next_damping(c, &self._settings, gain)
+            return
+        if c.known:
+            self.dogleg.adapt(c, gain)
+        else:
+            self.dogleg.regularise(c)
+        c.damping = c.region.regularisation
+
+    cdef void _ask_driver(self) noexcept nogil:
+        """Damping by the caller's function, which knows one component."""
+        cdef Component* c = &self._components[0]
+        if c.tried:
+            with gil:
+                self._drive()
+            c.damping = max(c.damping, self._settings.lambda_floor)
+        self.damping = c.damping
 
     def _drive(self):
         cdef double damping
@@ -454,24 +463,26 @@ cdef class Minimiser(Supervised):
 
     # --- after an attempt --------------------------------------------------------------------
 
-    cdef void _fill_record(self) noexcept nogil:
-        """The record of the attempt of all components together."""
+    cdef void _conclude(self) noexcept nogil:
+        """The record of the attempt of all together; of each its next damping, and its cost."""
         cdef Py_ssize_t j, k
         cdef Component* c
         cdef Record* now = &self._now
-        cdef bint some = now.accepted
+        cdef bint some = now.accepted, custom = self._settings.damping == CUSTOM
         now.cost = self.current_cost
-        now.damping = 0
+        now.damping = self.damping = 0
         now.trial_cost, now.predicted, now.step_norm = self._settled, 0, 0
         now.promise = 0 if now.factored else NAN
         now.radius = NAN
+        self._reached = self._settled
+        self._all_accepted = self.vectors.active_count == self._count
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
             if c.tried:
                 now.damping = max(now.damping, c.damped)
                 now.promise += c.promise
-                if c.region.known and not now.radius <= c.region.radius:
+                if c.known and not now.radius <= c.region.radius:
                     now.radius = c.region.radius
             # What the problem as a whole comes to; if all are rejected, what was tried.
             if c.tried and (c.accepted or not some):
@@ -480,7 +491,19 @@ cdef class Minimiser(Supervised):
                 now.step_norm += c.step_length
             else:
                 now.trial_cost += c.cost
+            if c.tried and not custom:
+                self._next_damping(c)
+            self.damping = max(self.damping, c.damping)
+            self._accepts[k] = c.accepted
+            self._all_accepted &= c.accepted
+            if c.accepted:
+                c.cost, c.fresh = c.trial_cost, True
+                c.steps += 1
+            self._reached += c.cost
         now.step_norm = sqrt(now.step_norm)
+        if custom:
+            self._ask_driver()
+        now.next_damping = self.damping
 
     cdef void _judge(self) noexcept nogil:
         """Take accepted steps over, keep the record, and decide who goes on."""
@@ -493,6 +516,7 @@ cdef class Minimiser(Supervised):
         elif self._settings.guarded and self._settings.by_promise:
             self.evaluation.guard()
         self._measure_tried()
+        self._ending = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
@@ -501,16 +525,16 @@ cdef class Minimiser(Supervised):
                 found = after_attempt(c, &self._settings)
                 if found != RUNNING:
                     c.verdict = found
+                self._ending |= c.verdict != RUNNING
+                c.retry += not c.accepted
         self._take_failure()
         if self._settings.watched and self._failure is None:
             with gil:
                 self._show()
         self._now.retry += not self._now.accepted
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
+        for j in range(self.vectors.active_count if self._ending else 0):
+            c = &self._components[self.vectors.active[j]]
             if c.tried:
-                c.retry += not c.accepted
                 self._end(c, c.verdict)
         if self._running == 0 and self._status != ABORTED:
             self._status = self._worst()
@@ -521,23 +545,12 @@ cdef class Minimiser(Supervised):
 
     cdef void _accept(self) noexcept nogil:
         """The accepted components move, the others stay."""
-        cdef Py_ssize_t j, k
-        cdef bint all_of_them = self.vectors.active_count == self._count
-        cdef Component* c
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            self._accepts[k] = c.accepted
-            all_of_them &= c.accepted
-            if c.accepted:
-                c.cost, c.fresh = c.trial_cost, True
-                c.steps += 1
-        if all_of_them:
+        if self._all_accepted:
             self.evaluation.states.accept()
         else:
             self.evaluation.states.accept_chosen(self._accepts, self._component)
         self.accepted += 1
-        self._measure()
+        self.current_cost = self._reached
 
     cdef void _measure(self) noexcept nogil:
         """Cost of the whole."""
@@ -554,7 +567,7 @@ cdef class Minimiser(Supervised):
             if self._component == NULL:
                 self._components[0].norm = self.evaluation.states.norm()
             else:
-                memset(self._sums, 0, self._count * sizeof(double))
+                self._empty_sums()
                 self.evaluation.states.add_squares(self._component, self._sums)
                 for j in range(self.vectors.active_count):
                     k = self.vectors.active[j]
@@ -596,6 +609,45 @@ cdef class Minimiser(Supervised):
         if self._running < self._count:
             self.vectors.empty_values(self._value_runs, self._value_run_count, self._marks)
 
+    cdef void _count_in_vain(self) noexcept nogil:
+        """Narrow where that takes no longer than what was lost; see `remaining.CONSTANT`."""
+        self._in_vain += self._scalars - self.vectors.active_scalars
+        if self._in_vain < self._constant + self._multiple * self.vectors.active_scalars:
+            return
+        if self._scalars == self.vectors.active_scalars:
+            return
+        with gil:
+            try:
+                self._narrow()
+            except KeyboardInterrupt:
+                self._status = ABORTED
+            except BaseException as error:
+                self._failure, self._status = error, ABORTED
+
+    def _narrow(self):
+        """Restrict solver, states, totals and bounds to the components that are left.
+
+        This is Python, and allocates: `_count_in_vain` keeps it rare.
+        """
+        partition = self._partition
+        kept = np.frombuffer(bytes_at(self._marks, self._count), np.bool_).copy()
+        runs = np.ascontiguousarray(partition.of_values[kept[partition.of_values[:, 2]]])
+        self.solver = remaining.remaining_solver(self._whole, partition, kept)
+        self.narrowings += 1
+        self.evaluation.states.restrict(partition.of_scalar, kept)
+        self.evaluation.totals.restrict(rows_of(kept[partition.of_scalar], 0), runs[:, :2])
+        self._box.restrict(partition.of_scalar, kept)
+        self._narrowed = runs
+        self._value_runs, self._value_run_count = (
+            <const int64_t*>table_address(runs, 3), len(runs))
+        self._scalars, self._in_vain = self.vectors.active_scalars, 0
+
+    def _widen(self):
+        """Undo what `_narrow` did to the problem."""
+        self.evaluation.states.restrict()
+        self.evaluation.totals.restrict()
+        self._box.restrict()
+
     cdef int _worst(self) noexcept nogil:
         cdef Py_ssize_t k
         cdef int found = self._components[0].status
@@ -611,6 +663,9 @@ cdef class Minimiser(Supervised):
         cdef double energy = 0, left = 0
         if not (self._settings.by_promise or self._settings.dogleg):
             self._take_noise()
+            for k in range(self._count):
+                if self._components[k].status == RUNNING:
+                    self._keep_noise(&self._components[k], self._sums[k])
         for k in range(self._count):
             if self._components[k].status == RUNNING:
                 self._end(&self._components[k], self._status)

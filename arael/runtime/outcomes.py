@@ -15,7 +15,7 @@ from arael.result import CONVERGED
 from arael.runtime.components import Partition
 from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.problem import Problem
-from arael.runtime.system import row_name
+from arael.runtime.system import row_name, row_names
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -62,6 +62,7 @@ class Components:
     predicted_decrease: Floats
     _codes: Ints
     _name: Callable[[int], str] = field(repr=False)
+    _all_names: Callable[[], list[str]] = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -96,10 +97,10 @@ class Components:
         """Name of the first row of a component, ``epochs[17]``."""
         return self._name(k)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the first rows of all components."""
-        return [self.name(k) for k in range(len(self))]
+        return self._all_names()
 
     def counts(self) -> dict[str, int]:
         """Components by status, the most frequent first."""
@@ -158,6 +159,15 @@ def components_of(problem: Problem, partition: Partition, ended: NDArray[Any]) -
         table = layout.entities[entities[block]].table
         return row_name(store, table, int(numbers[block])) or layout.root
 
+    def names() -> list[str]:
+        entities, numbers = (array[partition.first_block] for array in rows())
+        found = np.empty(len(entities), dtype=object)
+        for entity in np.unique(entities):
+            mine = np.flatnonzero(entities == entity)
+            table = layout.entities[entity].table
+            found[mine] = [one or layout.root for one in row_names(store, table, numbers[mine])]
+        return list(found)
+
     return Components(
         partition.block_counts,
         ended["iterations"].copy(),
@@ -167,9 +177,13 @@ def components_of(problem: Problem, partition: Partition, ended: NDArray[Any]) -
         ended["predicted_decrease"].copy(),
         ended["status"].copy(),
         name,
+        names,
     )
 
 
 def _numbers(values: Floats) -> list[float | None]:
     """Numbers, with None for those that JSON has no form for."""
-    return [float(v) if np.isfinite(v) else None for v in values]
+    found: list[float | None] = values.tolist()
+    for k in np.flatnonzero(~np.isfinite(values)):
+        found[k] = None
+    return found

@@ -97,7 +97,7 @@ def minimise(
             minimiser.accepted,
             status,
             minimiser.damping,
-            {**solver.report(), **_measured(solver, timing, minimiser.factorisations)},
+            {**solver.report(), **_measured(solver, minimiser)},
             timing,
             minimiser.history,
             minimiser.predicted_decrease,
@@ -139,16 +139,16 @@ def partition_for(problem: Problem, config: LmConfig, solver: LinearSolver) -> P
     return partition_of(problem.structure, problem.layout.groups)
 
 
-def _measured(solver: LinearSolver, timing: dict[str, float], count: int) -> dict[str, float]:
+def _measured(solver: LinearSolver, minimiser: Minimiser) -> dict[str, float]:
     """What a factorisation took, to stand beside what was predicted; nothing if there was none.
 
     The first, which touches all memory for the first time, counts only where it is the only one.
     What iterates was predicted with its iterations, so it is measured with them.
     """
+    timing, count = minimiser.timing, minimiser.factorisations
     if not count:
         return {}
-    again = count > 1
-    seconds = timing["factor"] / (count - 1) if again else timing["first_factor"]
+    seconds = minimiser.factor_seconds / (count - 1) if count > 1 else timing["first_factor"]
     if solver.plan.get("solver") == "schur_pcg":
         seconds += timing["solve"] / count
     return {"measured_ms": 1e3 * seconds}

@@ -36,10 +36,14 @@ cdef class StatePair:
     cdef Py_ssize_t _size        # scalars of a step
     cdef object _layout          # of the entities
     cdef object _keep            # what the pointers point into
+    cdef list _first             # the arrays of `delta_at`
     cdef object _still           # zeros: the step of who does not move
     cdef Raised _raised
     cdef Py_ssize_t _pieces      # of what moves without the interpreter
-    cdef const int64_t* _piece   # [pieces][3] entity, first row, end
+    cdef const int64_t* _piece   # [pieces][2] their runs
+    cdef const int64_t* _run     # [runs][3] entity, first row, end; what moves
+    cdef Py_ssize_t _runs
+    cdef object _moving          # arrays of the two
     cdef bint _large             # whether they are worth sharing among threads
     cdef const uint8_t* _held    # [size] scalars that do not move
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Entity
@@ -26,3 +27,8 @@ class StatePair:
         raised: Raised,
     ) -> None: ...
     def start_at(self, e: int, stored: NDArray[Any]) -> None: ...
+    def restrict(
+        self, component: NDArray[np.int32] | None = None, kept: NDArray[np.bool_] | None = None
+    ) -> None: ...
+
+def rows_of(kept: NDArray[np.bool_], gap: int) -> NDArray[np.int64]: ...

@@ -22,6 +22,9 @@ from arael.runtime.frames import refresh_frame_of
 from arael.runtime.interpreter import refresh
 from arael.runtime.vectors import count_parts
 
+# Rows between others that are moved with them, although they stay: a call takes as long as these.
+cdef Py_ssize_t GAP = 4
+
 
 cdef double squares(
     const floating* state, Py_ssize_t rows, Py_ssize_t stride, Py_ssize_t stored
@@ -69,15 +72,16 @@ cdef void call_refresh(void* job) noexcept nogil:
 
 
 cdef double weighted_squares(
-    const EntityStates* one, const floating* state, const floating* values, const int64_t* at,
-    const uint8_t* held, const int32_t* component, double* totals
+    const EntityStates* one, Py_ssize_t begin, Py_ssize_t end, const floating* state,
+    const floating* values, const int64_t* at, const uint8_t* held, const int32_t* component,
+    double* totals
 ) noexcept nogil:
-    """Part of one entity in `StatePair.energy`; with components, added by component instead."""
+    """Part of some rows in `StatePair.energy`; with components, added by component instead."""
     cdef Py_ssize_t row, u, k, first
     cdef const int32_t* use
     cdef const floating* x
     cdef double total = 0, size, whole
-    for row in range(one.rows):
+    for row in range(begin, end):
         first = one.delta_at[row]
         if first < 0:
             continue
@@ -105,11 +109,12 @@ cdef double weighted_squares(
 
 
 cdef void add_row_squares(
-    const EntityStates* one, const floating* state, const int32_t* component, double* totals
+    const EntityStates* one, Py_ssize_t begin, Py_ssize_t end, const floating* state,
+    const int32_t* component, double* totals
 ) noexcept nogil:
-    """Part of one entity in `StatePair.add_squares`."""
+    """Part of some rows in `StatePair.add_squares`."""
     cdef Py_ssize_t row
-    for row in range(one.moving):
+    for row in range(begin, end):
         if one.delta_at[row] >= 0:
             totals[component[one.delta_at[row]]] += squares(
                 state + row * one.stride, 1, one.stride, one.stored)
@@ -145,7 +150,7 @@ cdef class StatePair:
         self._raised = raised
         self._count = len(entities)
         self.arrays = [[], []]
-        self._keep = [kernels]
+        self._keep, self._first = [kernels], []
         self._still = np.zeros(max(self._size, 1), dtype=dtype)
         self.entities = <EntityStates*>calloc(self._count + 1, sizeof(EntityStates))
         if self.entities == NULL:
@@ -161,7 +166,7 @@ cdef class StatePair:
             blocks = system.blocks[e]
             # Rows in which nothing moves take no step, though a session may keep their blocks.
             first = np.where(blocks.solved, blocks.first, -1).astype(np.int32)
-            self._keep.append(first)
+            self._first.append(first)
             one.delta_at = <const int32_t*>address(first, np.int32, rows)
             one.rows, one.moving = rows, rows if blocks.solved.any() else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
@@ -179,24 +184,49 @@ cdef class StatePair:
         held[system.held] = 1
         self._keep.append(held)
         self._held = <const uint8_t*>address(held, "uint8")
-        pieces = np.array(self._cut(), dtype=np.int64).reshape(-1, 3)
-        self._keep.append(pieces)
-        self._pieces, self._piece = len(pieces), <const int64_t*>table_address(pieces, 3)
+        self.restrict()
         for e in range(self._count):
             self._settle(e)
         raised.again()
 
-    def _cut(self):
-        """Entity, first row and end of each piece of what moves without the interpreter."""
-        # Cut by the problem alone, as all that threads share.
-        found = []
+    def restrict(self, component=None, kept=None):
+        """Move rows of some components only; the others stay as they are accepted.
+
+        Parameters
+        ----------
+        component : (n,) int32, component of each scalar of the system
+        kept : (components,) bool, those whose rows move; None: all rows move
+        """
+        cdef Py_ssize_t e, rows, width
+        runs, pieces = [], []
+        self._large = False
         for e in range(self._count):
-            rows = 0 if self._interpreted(e) else self.entities[e].moving
-            parts = count_parts(rows * self.entities[e].stride)
-            self._large |= parts > 1
-            ends = [rows * k // parts for k in range(parts + 1)]
-            found += [(e, *piece) for piece in zip(ends, ends[1:]) if piece[0] < piece[1]]
-        return found
+            rows, width = self.entities[e].moving, self.entities[e].stride
+            # The interpreter moves all.
+            if kept is None or self._interpreted(e):
+                # Cut by the problem alone, as all that threads share.
+                parts = count_parts(rows * width)
+                ends = [rows * k // parts for k in range(parts + 1)]
+                mine = list(zip(ends, ends[1:])) if rows else []
+            else:
+                first = self._first[e][:rows]
+                moves = first >= 0
+                moves[moves] = kept[component[first[moves]]]
+                kept_rows = self.arrays[self.current][e][:rows][~moves]
+                self.arrays[1 - self.current][e][:rows][~moves] = kept_rows
+                mine = rows_of(moves, GAP)
+                parts = min(len(mine), count_parts(int(moves.sum()) * width))
+            if len(mine) and not self._interpreted(e):
+                self._large |= parts > 1
+                ends = [len(runs) + len(mine) * k // parts for k in range(parts + 1)]
+                pieces += zip(ends, ends[1:])
+            runs += [(e, begin, end) for begin, end in mine]
+        self._moving = [
+            np.array(runs, dtype=np.int64).reshape(-1, 3),
+            np.array(pieces, dtype=np.int64).reshape(-1, 2),
+        ]
+        self._runs, self._run = len(runs), <const int64_t*>table_address(self._moving[0], 3)
+        self._pieces, self._piece = len(pieces), <const int64_t*>table_address(self._moving[1], 2)
 
     def __dealloc__(self):
         free(self.entities)
@@ -231,22 +261,27 @@ cdef class StatePair:
                 self._refresh(e, self.current, 1 - self.current, step)
 
     cdef void _move_piece(self, Py_ssize_t piece, const void* step) noexcept nogil:
-        cdef const int64_t* at = self._piece + 3 * piece
-        self._refresh_rows(at[0], at[1], at[2], self.current, 1 - self.current, step)
+        cdef Py_ssize_t k
+        cdef const int64_t* run
+        for k in range(self._piece[2 * piece], self._piece[2 * piece + 1]):
+            run = self._run + 3 * k
+            self._refresh_rows(run[0], run[1], run[2], self.current, 1 - self.current, step)
 
     cdef void accept(self) noexcept nogil:
         self.current = 1 - self.current
 
     cdef void accept_chosen(self, const uint8_t* chosen, const int32_t* component) noexcept nogil:
-        cdef Py_ssize_t e, row, size, item = 4 if self.single else 8
+        cdef Py_ssize_t k, row, size, item = 4 if self.single else 8
+        cdef const int64_t* run
         cdef EntityStates* one
         cdef char* kept
         cdef char* moved
-        for e in range(self._count):
-            one = &self.entities[e]
+        for k in range(self._runs):
+            run = self._run + 3 * k
+            one = &self.entities[run[0]]
             size = one.stride * item
             kept, moved = <char*>one.state[self.current], <char*>one.state[1 - self.current]
-            for row in range(one.moving):
+            for row in range(run[1], run[2]):
                 # Rows that do not move are the same in both.
                 if one.delta_at[row] >= 0 and not chosen[component[one.delta_at[row]]]:
                     memcpy(moved + row * size, kept + row * size, size)
@@ -275,38 +310,46 @@ cdef class StatePair:
             one = &self.entities[e]
             if self.single:
                 total += weighted_squares(
-                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held,
-                    NULL, NULL)
+                    one, 0, one.rows, <const float*>self.at(e), <const float*>values, diagonal_at,
+                    self._held, NULL, NULL)
             else:
                 total += weighted_squares(
-                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held,
-                    NULL, NULL)
+                    one, 0, one.rows, <const double*>self.at(e), <const double*>values, diagonal_at,
+                    self._held, NULL, NULL)
         return total
 
     cdef void add_energy(
         self, const void* values, const int64_t* diagonal_at, const int32_t* component,
         double* total
     ) noexcept nogil:
-        cdef Py_ssize_t e
+        cdef Py_ssize_t k
+        cdef const int64_t* run
         cdef EntityStates* one
-        for e in range(self._count):
-            one = &self.entities[e]
+        for k in range(self._runs):
+            run = self._run + 3 * k
+            one = &self.entities[run[0]]
             if self.single:
                 weighted_squares(
-                    one, <const float*>self.at(e), <const float*>values, diagonal_at, self._held,
-                    component, total)
+                    one, run[1], run[2], <const float*>self.at(run[0]), <const float*>values,
+                    diagonal_at, self._held, component, total)
             else:
                 weighted_squares(
-                    one, <const double*>self.at(e), <const double*>values, diagonal_at, self._held,
-                    component, total)
+                    one, run[1], run[2], <const double*>self.at(run[0]), <const double*>values,
+                    diagonal_at, self._held, component, total)
 
     cdef void add_squares(self, const int32_t* component, double* total) noexcept nogil:
-        cdef Py_ssize_t e
-        for e in range(self._count):
+        cdef Py_ssize_t k
+        cdef const int64_t* run
+        cdef EntityStates* one
+        for k in range(self._runs):
+            run = self._run + 3 * k
+            one = &self.entities[run[0]]
             if self.single:
-                add_row_squares(&self.entities[e], <const float*>self.at(e), component, total)
+                add_row_squares(
+                    one, run[1], run[2], <const float*>self.at(run[0]), component, total)
             else:
-                add_row_squares(&self.entities[e], <const double*>self.at(e), component, total)
+                add_row_squares(
+                    one, run[1], run[2], <const double*>self.at(run[0]), component, total)
 
     cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil:
         return not self.entities[e].plain and self.entities[e].refresh == NULL
@@ -364,3 +407,13 @@ cdef class StatePair:
 
 cdef void move_piece(void* job, Py_ssize_t piece) noexcept nogil:
     (<StatePair>(<Move*>job).states)._move_piece(piece, (<Move*>job).step)
+
+
+def rows_of(kept, gap):
+    """(m, 2) begin and end of runs of kept rows, those no further than `gap` apart as one."""
+    rows = np.flatnonzero(kept)
+    if not len(rows):
+        return np.zeros((0, 2), dtype=np.int64)
+    first = np.flatnonzero(np.diff(rows, prepend=rows[0] - gap - 2) > gap + 1)
+    last = np.append(first[1:], len(rows)) - 1
+    return np.stack((rows[first], rows[last] + 1), axis=1)

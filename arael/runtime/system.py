@@ -128,6 +128,11 @@ def row_name(store: StoreLike, table: str, row: int) -> str:
     return str(store.tables[table].row_name(row))
 
 
+def row_names(store: StoreLike, table: str, rows: Ints) -> list[str]:
+    """Names of several rows."""
+    return list(store.tables[table].row_names(rows))
+
+
 def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bools:
     """(rows, tangent) which scalars of an entity move.
 

@@ -17,6 +17,10 @@ cdef class Totals:
     cdef const int64_t* _value_ends
     cdef const int64_t* _cleared            # (m, 2) begin and end of values, see `Shares`
     cdef const int64_t* _cleared_ends       # [shares + 1] rows that one part is
+    cdef const int64_t* _some               # (m, 2) what is zeroed of J'r; NULL: all of it
+    cdef Py_ssize_t _some_count
+    cdef object _all                        # arrays of the whole, and those that are in use
+    cdef object _chosen
     cdef const int64_t* _held               # scalars of the system that do not move
     cdef Py_ssize_t _held_count
     cdef const int64_t* _held_values        # their rows and columns in the values

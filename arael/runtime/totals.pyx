@@ -8,7 +8,7 @@ from libc.string cimport memset
 
 from cython cimport floating
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport address, table_address
 from arael.runtime.raw cimport bytes_at
 
 
@@ -51,15 +51,13 @@ cdef class Totals:
         self.single = single
         self.gradient_room, self.value_room = plan.gradient_room, plan.value_room
         self._keep = []
+        self._all = (plan.cleared, plan.cleared_ends, held, held_values)
         self.diagonal_at = self._kept(diagonal_at)
         self._gradient_sums = self._kept(plan.gradient_sums)
         self._value_sums = self._kept(plan.value_sums)
-        self._cleared = self._kept(plan.cleared)
-        self._cleared_ends = self._kept(plan.cleared_ends)
         self._gradient_ends = self._kept(ends_of(plan.gradient_sums, plan.count))
         self._value_ends = self._kept(ends_of(plan.value_sums, plan.count))
-        self._held, self._held_count = self._kept(held), len(held)
-        self._held_values, self._held_value_count = self._kept(held_values), len(held_values)
+        self.restrict()
 
     cdef const int64_t* _kept(self, array) except? NULL:
         """The array as memory that lives as long as this object."""
@@ -67,11 +65,45 @@ cdef class Totals:
         self._keep.append(kept)
         return <const int64_t*>address(kept, np.int64)
 
+    def restrict(self, gradient=None, values=None):
+        """Zero some scalars and values only; other contributions add up to what is not defined.
+
+        Parameters
+        ----------
+        gradient, values : (m, 2) int64, or None
+            Begin and end of what is zeroed, as far as it was zeroed before; None: all of it.
+        """
+        cleared, cleared_ends, held, held_values = self._all
+        self._some, self._some_count = NULL, 0
+        if gradient is not None:
+            # What is stored first may be zeroed as well.
+            cleared = values
+            cleared_ends = np.arange(len(self._all[1])) * len(values) // (len(self._all[1]) - 1)
+            held = held[within(held, gradient)]
+            held_values = held_values[within(held_values, values)]
+        self._chosen = [
+            np.ascontiguousarray(array, dtype=np.int64)
+            for array in (cleared, cleared_ends, held, held_values, gradient)
+            if array is not None
+        ]
+        self._cleared = <const int64_t*>address(self._chosen[0], np.int64)
+        self._cleared_ends = <const int64_t*>address(self._chosen[1], np.int64)
+        self._held, self._held_count = <const int64_t*>address(self._chosen[2], np.int64), len(held)
+        self._held_values = <const int64_t*>address(self._chosen[3], np.int64)
+        self._held_value_count = len(held_values)
+        if gradient is not None:
+            self._some = <const int64_t*>table_address(self._chosen[4], 2)
+            self._some_count = len(gradient)
+
     cdef void clear(
         self, Py_ssize_t part, Py_ssize_t parts, void* gradient, void* values
     ) noexcept nogil:
         cdef Py_ssize_t item = 4 if self.single else 8, k
-        clear_lines(<char*>gradient, self.gradient_room * item, part, parts)
+        if self._some == NULL:
+            clear_lines(<char*>gradient, self.gradient_room * item, part, parts)
+        for k in range(self._some_count * part // parts, self._some_count * (part + 1) // parts):
+            memset(<char*>gradient + self._some[2 * k] * item, 0,
+                   (self._some[2 * k + 1] - self._some[2 * k]) * item)
         for k in range(self._cleared_ends[part], self._cleared_ends[part + 1]):
             memset(<char*>values + self._cleared[2 * k] * item, 0,
                    (self._cleared[2 * k + 1] - self._cleared[2 * k]) * item)
@@ -119,6 +151,12 @@ cdef class Totals:
         """Room for J'r and for the values of J'J, with what lies behind them."""
         dtype = np.float32 if self.single else np.float64
         return np.zeros(self.gradient_room, dtype), np.zeros(self.value_room, dtype)
+
+
+def within(at, runs):
+    """Which places lie in runs (begin, end) that are in ascending order."""
+    found = np.searchsorted(runs[:, 0], at, side="right") - 1
+    return (found >= 0) & (at < np.append(runs[:, 1], 0)[found])
 
 
 def ends_of(sums, count):

@@ -50,11 +50,13 @@ cdef class Vectors:
     cdef int64_t* _run          # [runs][3] begin, end, component
     cdef int64_t* _ends         # [parts + 1] runs of each part
     cdef Sums* _sums            # [runs]
+    cdef bint _direct           # each component is one run, whose sums are those of the component
 
     cdef readonly Py_ssize_t components
     cdef Sums* sums             # [components] as the functions below leave them
     cdef int64_t* active        # [active_count] components that are still solved
     cdef Py_ssize_t active_count
+    cdef Py_ssize_t active_scalars  # of those
     cdef uint8_t* wanted        # [components] which `keep_newton` keeps
     cdef double* damping        # [components]
     cdef double* along          # [components] of the descent, in a dogleg
@@ -87,6 +89,7 @@ cdef class Vectors:
 
     cdef void _leave_out(self, real* step, const uint8_t* kept) noexcept nogil
     cdef void _share(self, Task task) noexcept nogil
+    cdef Sums* _of_run(self, Py_ssize_t k) noexcept nogil
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil

@@ -70,10 +70,11 @@ cdef class Vectors:
         self.active = <int64_t*>(self.damping + 3 * components)
         self.wanted = <uint8_t*>(self.active + components)
         memset(self.wanted, 1, components)
-        self.active_count = components
+        self.active_count, self.active_scalars = components, n
         cdef Py_ssize_t k
         for k in range(components):
             self.active[k] = k
+        self._direct = len(runs) == components
         self._at = totals.diagonal_at
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
@@ -94,6 +95,8 @@ cdef class Vectors:
         cdef Py_ssize_t c, k
         self._floor = floor
         self._share(take_part)
+        if self._direct:
+            return
         for k in range(self.active_count):
             self.sums[self.active[k]].largest = 0
         for k in range(self._ends[self._parts]):
@@ -108,6 +111,8 @@ cdef class Vectors:
         cdef Py_ssize_t k
         cdef Sums* one
         self._share(product_part)
+        if self._direct:
+            return
         for k in range(self.active_count):
             one = &self.sums[self.active[k]]
             one.slope = one.length = one.scaled = one.added = 0
@@ -130,6 +135,8 @@ cdef class Vectors:
     cdef void take_descent(self) noexcept nogil:
         cdef Py_ssize_t c, k
         self._share(descent_part)
+        if self._direct:
+            return
         for k in range(self.active_count):
             c = self.active[k]
             self.sums[c].descent_length = self.sums[c].descent_added = 0
@@ -183,6 +190,7 @@ cdef class Vectors:
                     memmove(self._run + 3 * found, run, 3 * sizeof(int64_t))
                     found += 1
                     continue
+                self.active_scalars -= run[1] - run[0]
                 for i in range(run[0], run[1]):
                     step[i] = 0
                     (<real*>self.damped)[i] = 1
@@ -190,6 +198,9 @@ cdef class Vectors:
 
     cdef void _share(self, Task task) noexcept nogil:
         distribute(self.threads, self._parts, task, <void*>self)
+
+    cdef inline Sums* _of_run(self, Py_ssize_t k) noexcept nogil:
+        return &self.sums[self._run[3 * k + 2]] if self._direct else &self._sums[k]
 
     cdef void _take_part(self, Py_ssize_t part, const real* values) noexcept nogil:
         cdef Py_ssize_t i, k, begin, end
@@ -210,7 +221,7 @@ cdef class Vectors:
             largest = 0
             for i in range(begin, end):
                 largest = max(largest, fabs(<double>gradient[i]))
-            self._sums[k].largest = largest
+            self._of_run(k).largest = largest
 
     cdef void _prepare_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i, k, begin, end
@@ -239,6 +250,7 @@ cdef class Vectors:
         cdef const real* own = <const real*>self._own
         cdef const real* scale = <const real*>self.scale
         cdef double slope, length, scaled, added, x
+        cdef Sums* one
         for k in range(self._ends[part], self._ends[part + 1]):
             slope = length = scaled = added = 0
             for i in range(self._run[3 * k], self._run[3 * k + 1]):
@@ -247,8 +259,8 @@ cdef class Vectors:
                 length += x * x
                 scaled += <double>scale[i] * x * x
                 added += (<double>damped[i] - <double>own[i]) * x * x
-            self._sums[k].slope, self._sums[k].length = slope, length
-            self._sums[k].scaled, self._sums[k].added = scaled, added
+            one = self._of_run(k)
+            one.slope, one.length, one.scaled, one.added = slope, length, scaled, added
 
     cdef void _descent_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i, k
@@ -258,6 +270,7 @@ cdef class Vectors:
         cdef const real* newton = <const real*>self.newton
         cdef real* descent = <real*>self.descent
         cdef double length, added, c
+        cdef Sums* one
         for k in range(self._ends[part], self._ends[part + 1]):
             length = added = 0
             for i in range(self._run[3 * k], self._run[3 * k + 1]):
@@ -265,7 +278,8 @@ cdef class Vectors:
                 descent[i] = <real>c
                 length -= <double>gradient[i] * c
                 added += (<double>damped[i] - <double>own[i]) * c * <double>newton[i]
-            self._sums[k].descent_length, self._sums[k].descent_added = length, added
+            one = self._of_run(k)
+            one.descent_length, one.descent_added = length, added
 
     cdef void _combine_part(self, Py_ssize_t part, real* step) noexcept nogil:
         cdef Py_ssize_t i, k, begin, end, c

@@ -65,7 +65,7 @@ for precision in "f64", "f32":
     fill(instance, instance.layout, scene)
     problem = problem_of(instance)
     start = problem.x
-    for name in sys.argv[2:]:
+    for name in sys.argv[3:]:
         solver = problem.make_solver(name)
         for threads in 1, 2:
             calls = []
@@ -80,7 +80,41 @@ for precision in "f64", "f32":
                 outcome = minimise(problem, config, solver)
                 calls.append((outcome.iterations, counted() - before))
             found[f"{name}, {precision}, {threads} threads"] = calls
+# Components: most have ended after the short solve, and some go on. Not narrowed, which allocates.
+model = arael.load(sys.argv[2])
+instance = model()
+for k in range(60):
+    instance.boxes.append(x=1.0, y=0.0, k=1.0 + k)
+for k in range(4):
+    instance.curves.append(x=1.0 + k)
+problem = problem_of(instance)
+start = problem.x
+solver = problem.make_solver("sparse")
+for threads in 1, 2:
+    calls = []
+    for count in 20, 20, 60:
+        problem.put(start)
+        problem.refresh()
+        config = LmConfig.of(max_iters=count, num_threads=threads)
+        before = counted()
+        outcome = minimise(problem, config, solver)
+        calls.append((outcome.iterations, counted() - before))
+        assert outcome.components.counts() == {"converged": 60, "max_iterations": 4}
+    found[f"components, {threads} threads"] = calls
 print(json.dumps(found))
+"""
+
+# Some that end at once, and some whose minimum is at infinity.
+COMPONENTS = """
+struct Box { param x: real
+    param y: real
+    k: real
+    constraint c { [x*x - k, y - x*k] } }
+struct Curve { param x: real
+    constraint c { exp(-0.05 * log(x)) } }
+root All {
+    boxes: list of Box
+    curves: list of Curve }
 """
 
 
@@ -94,11 +128,12 @@ def counts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[list[int]
         pytest.skip("counts by standing before glibc's allocator")
     folder = tmp_path_factory.mktemp("counter")
     (folder / "counter.c").write_text(COUNTER)
-    library = folder / "counter.so"
+    library, model = folder / "counter.so", folder / "all.arael"
+    model.write_text(COMPONENTS)
     subprocess.run([compiler, "-O1", "-shared", "-fPIC", "counter.c", "-o", library],
                    cwd=folder, check=True)  # fmt: skip
     done = subprocess.run(
-        [sys.executable, "-c", COUNTED, str(library), *OWN],
+        [sys.executable, "-c", COUNTED, str(library), str(model), *OWN],
         env={**os.environ, "LD_PRELOAD": str(library)},
         capture_output=True,
         text=True,
@@ -116,4 +151,13 @@ def test_forty_more_iterations_allocate_nothing(
     _, (few, short), (many, long) = counts[f"{name}, {precision}, {threads} threads"]
     assert many >= few + 30
     # What is left is the record of the attempts, which Python takes over after a solve.
+    assert long - short <= 4
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_attempts_of_components_allocate_nothing(
+    counts: dict[str, list[list[int]]], threads: int
+) -> None:
+    _, (few, short), (many, long) = counts[f"components, {threads} threads"]
+    assert (few, many) == (20, 60)
     assert long - short <= 4

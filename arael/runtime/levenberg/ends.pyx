@@ -152,7 +152,7 @@ cdef int out_of_means(const Component* c, const Settings* s) noexcept nogil:
     """Whether a rejected attempt leaves nothing to try."""
     if c.damping > s.lambda_ceiling:
         return LAMBDA_CEILING
-    if s.dogleg and c.region.known and c.retry >= 2 and (
+    if s.dogleg and c.known and c.retry >= 2 and (
         c.region.radius <= s.epsilon * sqrt(c.energy) or c.region.radius < 1e-300
     ):
         return CONVERGED if promise_is_noise(c) else STALLED

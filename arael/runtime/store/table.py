@@ -383,6 +383,20 @@ class Table(Columns):
         owner = self.parent.row_name(int(self.parent_rows()[row]))
         return f"{owner}.{self.layout.field}[{self.index_in_parent()[row]}]"
 
+    def row_names(self, rows: Ints) -> list[str]:
+        """Names of several rows, as `row_name` gives them."""
+        if not self.layout.path:
+            return [""] * len(rows)
+        if not self.layout.parent:
+            return [f"{self.layout.path}[{row}]" for row in rows.tolist()]
+        owners, inverse = np.unique(self.parent_rows()[rows], return_inverse=True)
+        names, field = self.parent.row_names(owners), self.layout.field
+        places = self.index_in_parent()[rows].tolist()
+        return [
+            f"{names[owner]}.{field}[{place}]"
+            for owner, place in zip(inverse.tolist(), places, strict=True)
+        ]
+
     def name_of(self, row: int, path: str) -> str:
         """Name of a field of a row: ``poses[3].ea``; for the root ``gamma``."""
         name = self.row_name(row)

@@ -70,6 +70,10 @@ def test_children_know_their_owner_and_are_named_by_it() -> None:
     assert offsets.tolist() == [0, 2, 2, 5]
     assert order.tolist() == [1, 3, 0, 2, 4]
     assert features.row_name(4) == "poses[2].info.features[2]"
+    rows = np.array([4, 0, 1, 4])
+    assert features.row_names(rows) == [features.row_name(row) for row in rows]
+    assert store.tables["poses"].row_names(rows[1:3]) == ["poses[0]", "poses[1]"]
+    assert store.root.row_names(rows[:1]) == [""]
     assert store.root.name_of(0, "gamma") == "gamma"
 
 
