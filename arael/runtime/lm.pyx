@@ -346,11 +346,10 @@ cdef class Minimiser(Supervised):
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
+        self._lap(FACTOR if self.attempts else FIRST_FACTOR)
         if self.narrowings == 0:
             self.factorisations += 1
-            if self.attempts:
-                self.factor_seconds += seconds() - self._mark
-        self._lap(FACTOR if self.attempts else FIRST_FACTOR)
+            self.factor_seconds = self._phases[FACTOR]
         if failed:
             for j in range(self.vectors.active_count):
                 self._components[self.vectors.active[j]].factored = False

@@ -52,7 +52,6 @@ cdef class RemainingSolver(LinearSolver):
         self.inner, self.threads = inner, inner.threads
         self.raised, self.plan = inner.raised, inner.plan
         dtype = self.dtype
-        # Dense kernels may read the square of a diagonal block: what lies above it is as it came.
         arrays = [aligned(n, dtype) for n in (inner.pattern.value_count, inner.n, inner.n)]
         self._keep = (scalars, values, arrays)
         self._scalars = <const int64_t*>table_address(scalars, 3)
