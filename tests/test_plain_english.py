@@ -46,7 +46,6 @@ TO_DO = (
     "arael/runtime",
     "arael/sym",
     "arael/symbolic",
-    "docs/internals",
 )
 """Files and folders that still have such phrases; remove an entry when it is rewritten."""
 
