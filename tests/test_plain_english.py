@@ -42,7 +42,6 @@ BANNED = {
 """Pattern -> what to write instead."""
 
 TO_DO = (
-    "arael/compiler",
     "arael/runtime",
     "arael/sym",
     "arael/symbolic",
