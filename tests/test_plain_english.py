@@ -43,8 +43,6 @@ BANNED = {
 
 TO_DO = (
     "arael/runtime",
-    "arael/sym",
-    "arael/symbolic",
 )
 """Files and folders that still have such phrases; remove an entry when it is rewritten."""
 

@@ -12,7 +12,7 @@ def leading(
 ) -> tuple[int, ...]:
     """Choose the largest use that instances share, then those of the root, which all share.
 
-        A use whose rows differ for all instances cannot lead; nor can one of two uses of the same
+    A use whose rows differ for all instances cannot lead; nor can one of two uses of the same
     entity, because sorting by one of them does not sort by the other.
 
     Parameters

@@ -67,7 +67,7 @@ def is_trusted(path: Path) -> bool:
 def prepare(*parts: str) -> Path:
     """Make the cache's folder, or a folder in it, private to the user; return its path.
 
-        Anything in the place of a folder in it that is not private is removed or renamed. The names of
+    Anything in the place of a folder in it that is not private is removed or renamed. The names of
     these folders begin with ``arael-``, so that they are not those of the user's folders.
 
     Raises
