@@ -44,7 +44,7 @@ class Compiled:
 
     Attributes
     ----------
-    layout : the layout, by which the runtime knows the model
+    layout : the model as the runtime reads it
     kernels : capsule with the table of kernels, or None where the model is interpreted
     folder : cache entry or shipped folder it came from, or None
     origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``

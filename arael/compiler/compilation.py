@@ -37,7 +37,7 @@ class Compilation:
 
     @property
     def layout(self) -> Layout:
-        """The layout, by which the runtime knows the model."""
+        """The model as the runtime reads it."""
         return self.program.layout
 
     def emit(self) -> str:
