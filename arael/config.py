@@ -37,12 +37,12 @@ class LmConfig:
         answer, 1e-12 for a fit whose last digits count. A predicted decrease below the rounding
         noise of the cost (`Result.noise_floor`) always counts as none.
     max_iters :
-        Most attempts at a step, rejected ones counted, of each connected component of the problem.
-        About twice what the trace shows you need.
+        Maximum number of attempts, including rejected ones, of each connected component of the
+        problem. About twice the number that the trace shows.
     min_iters :
         Accepted steps before the solve may have converged.
     patience :
-        How many accepted steps before the present one must have met the precision too.
+        Number of accepted steps before the current one that must have met the precision too.
     initial_lambda :
         First damping of the damped strategy. 1e-6 for a warm start, 1e-2 or more for a start far
         from the solution.
@@ -52,43 +52,42 @@ class LmConfig:
     lambda_ceiling :
         The solve ends when a rejection would raise lambda above this.
     retry_budget :
-        Most retries with one linearisation; 0: no limit of its own.
+        Maximum number of retries with one linearisation; 0: no limit.
     cost_threshold :
-        The solve ends once the cost of the whole is at or below this; 0: off. For feasibility
-        problems.
+        The solve ends when the total cost is at or below this; 0: off. For feasibility problems.
     gradient_tolerance :
         The solve ends when no entry of the gradient 2 J'r is larger; 0: off.
     parameter_tolerance :
         The solve ends when ``|step| <= tolerance (|x| + tolerance)``; 0: off.
     predicted_reduction_tolerance :
-        The solve ends when the linearisation promises no more than this fraction of the cost for
-        the step as it was taken, damped or cut; 0: off.
+        The solve ends when the predicted decrease of the step, as damped or restricted to the trust
+        region, is at most this fraction of the cost; 0: off.
     min_diagonal :
-        Floor under the undamped diagonal of J'J; 0: off. Lets parameters that nothing constrains
-        stand still instead of being an error.
+        Lower bound of the undamped diagonal of J'J; 0: off. With it, unconstrained parameters keep
+        their values instead of being an error.
     time_limit :
         Seconds after which no further attempt begins; None: no limit.
     num_threads :
-        Threads of a solve, the caller's own counted; 0: one a core. They share linearisation, cost
-        and linear algebra where a share takes long enough to be worth handing over: small problems
-        run on one whatever is asked. Results have the same bits on any number, but for what BLAS
-        factors: `lapack_band`, `cholmod`, very wide bands, and without AVX2 what is dense and
-        very large.
+        Threads of a solve, including the calling thread; 0: one per core. They share linearisation,
+        cost and linear algebra if each share takes long enough; small problems always run on one
+        thread. Results are the same bit for bit on any number of threads, except for
+        factorisations by BLAS: `lapack_band`, `cholmod`, very wide bands, and without AVX2 very
+        large dense systems.
     verbose :
-        One line an attempt on stderr. Turn it on first when a solve misbehaves.
+        One line per attempt on stderr. Use it first if a solve fails or is slow.
     observer :
         Called with the record of each attempt (fields: see `Result.history`); returning False
         ends the solve with the best state so far.
     damping :
-        What moves lambda in the damped strategy: ``"gain"`` (Nielsen's rule of the ratio of actual
+        How lambda changes in the damped strategy: ``"gain"`` (Nielsen's rule of the ratio of actual
         to predicted decrease, falling by up to 10, on the largest diagonal so far), ``"nielsen"``
-        (the same, falling by up to 3, on the present diagonal), ``"ladder"`` (times 0.2 after
+        (the same, falling by up to 3, on the current diagonal), ``"ladder"`` (times 0.2 after
         success, times 10 after failure), or a callable that takes the record of an attempt and
         returns the next lambda, None to end the solve.
     strategy :
         ``"dogleg"``: a trust region with Powell's dogleg. ``"subspace"``: the same region, and the
         best step in the plane of steepest descent and Gauss-Newton step. ``"gauss_newton"``: full
-        Gauss-Newton steps, halved until the cost falls. ``"damped"``: Levenberg-Marquardt.
+        Gauss-Newton steps, halved until the cost decreases. ``"damped"``: Levenberg-Marquardt.
         ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
         `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
         steps of the linear solver ``schur_pcg``; else ``dogleg``.
@@ -144,14 +143,14 @@ class LmConfig:
     def ill_conditioned(cls, **settings: Any) -> LmConfig:
         """Long shallow valleys, or parameters of very different sensitivity.
 
-        The trust region, whose scaling holds parameters that lose their effect on the way; a tight
-        end and many attempts, so that a valley is followed to its end.
+        The trust region, whose scaling limits steps of parameters that lose their effect; a tight
+        precision and many attempts, so that a valley is followed to its end.
         """
         return cls(strategy="dogleg", rel_precision=1e-14, max_iters=2000).with_(**settings)
 
     @classmethod
     def conservative(cls, **settings: Any) -> LmConfig:
-        """Prefer certainty to speed: damped from the start, higher floor of lambda, strict end."""
+        """Prefer reliability to speed: damped from the start, more damping, tight precision."""
         return cls(
             strategy="damped",
             initial_lambda=1e-3,
@@ -198,7 +197,7 @@ class LmConfig:
         return found
 
     def chosen_strategy(self) -> str:
-        """What `strategy` stands for with a direct linear solver: anything but ``auto``."""
+        """The strategy used with a direct linear solver: `strategy`, with ``auto`` resolved."""
         if self.strategy != "auto":
             return self.strategy
         changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)
@@ -280,7 +279,7 @@ _WORDS = {
     "strategy": ("auto", "dogleg", "subspace", "gauss_newton", "damped"),
     "ending": ("promise", "small_steps"),
 }
-# Changing one of these asks for the damped strategy.
+# Changing one of these selects the damped strategy.
 _OF_DAMPING = ("damping", "initial_lambda", "lambda_floor", "lambda_ceiling", "retry_budget")
 _COUNTS = {"max_iters": 1, "min_iters": 0, "patience": 0, "retry_budget": 0, "num_threads": 0}
 

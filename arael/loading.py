@@ -1,7 +1,7 @@
-"""`load`: from a model's name or file to a class, compiled once and found again afterwards.
+"""`load`: from a model's name or file to a class, compiled once and cached.
 
-A warm start reads two cache entries (what the text means, and the kernels for it) and imports one
-extension module; the language packages, lark, SymPy, Cython and setuptools stay unimported.
+A warm start reads two cache entries (the layout of the text, and its kernels) and imports one
+extension module; the language packages, lark, SymPy, Cython and setuptools are not imported.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ class Compiled:
 
     Attributes
     ----------
-    layout : what the runtime knows of it
+    layout : the model as the runtime reads it
     kernels : capsule with the table of kernels, or None where the model is interpreted
     folder : cache entry or shipped folder it came from, or None
     origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
-    seconds : what each stage took; empty on a warm start, without Cython and the C compiler where
+    seconds : duration of each stage; empty on a warm start, without Cython and the C compiler where
         the kernels of a changed text were found
-    bindings : what the caller bound to native functions, by name
-    meanwhile : the compilation that goes on in the background, if there is one
+    bindings : implementations of native functions that the caller bound, by name
+    meanwhile : the compilation that runs in the background, if there is one
     """
 
     layout: Layout
@@ -116,14 +116,14 @@ def load(
     ------
     AraelError
         The file cannot be read, the model is wrong (with every mistake found), or the environment
-        lacks something; each diagnostic names the place and a way out.
+        lacks something; each diagnostic names the place and a remedy.
 
     Warns
     -----
     ModelWarning
-        Something in the model is probably not meant (``W....``), with the text of `arael check`.
+        Something in the model is probably a mistake (``W....``), with the text of `arael check`.
     InterpretedWarning
-        No C compiler was found, so the NumPy interpreter stands in. With ``"meanwhile"``: when
+        No C compiler was found, so the NumPy interpreter is used. With ``"meanwhile"``: when
         the next solve begins after the compilation has failed, with the reason.
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.

@@ -58,24 +58,24 @@ class Result:
         the cost), ``max_iterations``, ``time_limit``, ``driver_terminated``,
         ``observer_terminated``, ``lambda_ceiling``, ``retry_budget``, ``aborted`` (Ctrl-C): the
         best state so far.
-        Where connected components were solved apart, ``converged`` if all are solved, else the
+        Where connected components were solved separately, ``converged`` if all are solved, else the
         worst of their statuses; see `components`.
     start_cost, end_cost : sums of squared residuals; of a schedule, at its very start and end
-    iterations : attempts at a step, rejected ones counted
-        Of components that are solved apart, attempts of all together: at least as many as the
-        component with the most of them has.
-    accepted_iterations : steps taken
-    x : (k,) stored scalars of every entity that was solved for, in order of the system
+    iterations : attempts, including rejected ones
+        If components are solved separately, attempts of the whole solve: at least the largest
+        number of attempts of a component.
+    accepted_iterations : accepted steps
+    x : (k,) stored scalars of every entity with free parameters, in order of the system
     final_lambda : damping at the end, a good start for a warm re-solve
         Of the dogleg, its regularisation: the multiple of the largest diagonal so far that was
         added to J'J.
-    plan : what the linear solver chose and why, what that was predicted to take and what it took
+    plan : the chosen linear solver, the reason, and its predicted and measured times
     timing : seconds per phase; ``first_factor`` is the first factorisation apart
-    history : one record an attempt, a structured array
+    history : one record per attempt, a structured array
         Fields: ``iteration`` (from 1), ``retry``, ``accepted``, ``factored``, ``pivot`` (scalar at
         which a factorisation failed, or -1), ``cost``, ``trial_cost`` (NaN without a step),
         ``predicted`` (decrease predicted for the step), ``promise`` (decrease predicted for the
-        step before trust region and bounds cut it), ``radius`` (of the trust region, in scaled
+        step before trust region and bounds restrict it), ``radius`` (of the trust region, in scaled
         variables; NaN where there is none), ``damping`` (lambda in effect, or regularisation),
         ``next_damping``, ``step_norm``, ``gradient`` (largest entry of 2 J'r), ``seconds``.
     passes : results of the passes, in order
@@ -84,11 +84,11 @@ class Result:
         predicts for its undamped step, ``g' (J'J)^-1 g``; where steps were damped, that of the
         least damped one, which is a lower bound. NaN if there was no step.
     gradient_norm : ``sqrt(sum_i g_i^2 / (J'J)_ii)`` with ``g = J'r``, at the last linearisation
-        In the unit of residuals: its square bounds what moving one parameter alone can bring.
+        In the unit of residuals: its square bounds the decrease by moving one parameter alone.
     noise_floor : rounding noise of the cost at the last linearisation, estimated
-        From the machine precision, the cost and the terms that residuals are made of. A smaller
-        change of the cost means nothing.
-    components : what became of each connected component of the problem
+        From the machine precision, the cost and the terms of the residuals. Smaller changes of the
+        cost are not significant.
+    components : status of each connected component of the problem
         A table `arael.runtime.outcomes.Components`; None if the problem has only one, or was
         solved as one. Of a schedule that of its last pass.
     """

@@ -1,4 +1,4 @@
-"""Passes: what a solve consists of, and which parameters stay meanwhile."""
+"""Passes of a solve, with the parameters that each of them freezes."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Pass:
     Attributes
     ----------
     name : in reports and traces
-    data : numbers of the root's data that are set before the pass, by path; they stay set
-    freeze, free : what does not move from this pass on, and what moves again: paths of parameters
-        or of what holds them (``"poses.ea"``, ``"poses"``), or the same by the name of a struct,
-        wherever it sits (``"Pose.ea"``, ``"Pose"``)
+    data : numbers of the root's data that are set before the pass, by path; later passes keep them
+    freeze, free : what is frozen from this pass on, and what is free again: paths of parameters
+        or of what contains them (``"poses.ea"``, ``"poses"``), or the same by the name of a struct,
+        wherever it is used (``"Pose.ea"``, ``"Pose"``)
     config : settings of `arael.LmConfig` by name, for this pass alone
 
     Examples
@@ -46,7 +46,7 @@ class Pass:
     config: Mapping[str, Any] = field(default_factory=dict)
 
     def compiled(self, layout: Layout) -> layouts.Pass:
-        """The pass as the runtime knows those of the model.
+        """The pass in the form of the layout.
 
         Raises
         ------

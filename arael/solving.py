@@ -1,4 +1,4 @@
-"""Solving a model: its passes in order, each a nonlinear least-squares solve of its own."""
+"""Solving a model: its passes in order, each a separate nonlinear least-squares solve."""
 
 from __future__ import annotations
 
@@ -49,21 +49,21 @@ def solve(
 ) -> Result:
     """Minimise the sum of squared residuals; the solved parameters are written into the model.
 
-    Root data that a pass sets stays set. After each pass its solution is in the model, and
+    Root data that a pass sets keeps its value. After each pass its solution is in the model, and
     ``x.value`` in constraints of the next pass means that solution. A solve that ends early
-    (Ctrl-C, time limit, observer) leaves the best state found and skips the passes to come.
+    (Ctrl-C, time limit, observer) keeps the best state found and skips the remaining passes.
 
     Parameters
     ----------
-    config : settings of the loop; a pass's own settings go over it, `settings` over both
+    config : settings of the loop; settings of a pass override it, and `settings` override both
     solver : linear solver: ``auto``, ``dense``, ``band``, ``sparse``, ``schur``, ``schur_pcg``,
         ``cholmod``, ...
     passes : names of the model's passes to run, or `arael.Pass`; None: all of the model, or one
         plain solve if it declares none; an empty list: one plain solve
-    freeze : paths of parameters, or of what holds them, that stay (``"poses.ea"``, ``"poses"``), or
-        the same by the name of a struct, wherever it sits (``"Pose.ea"``, ``"Pose"``)
+    freeze : paths of parameters to freeze, or of what contains them (``"poses.ea"``, ``"poses"``),
+        or the same by the name of a struct, wherever it is used (``"Pose.ea"``, ``"Pose"``)
     observer : called with the record of each attempt; returning False ends the solve
-    trace : takes each line of the trace; default stderr if ``verbose``
+    trace : called with each line of the trace; default stderr if ``verbose``
     solver_options : options of the linear solver by name
     **settings : single settings of `LmConfig` by name
 
@@ -145,10 +145,10 @@ def _change_over(model: Solvable, session: Session) -> None:
 
 
 def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:
-    """The problem that a model poses at its present values.
+    """The problem of a model at its current values.
 
-    What has not changed since the last solve is taken over from there. With `keep_idle` parameters
-    that were fixed since may stay in its system, held.
+    What has not changed since the last solve is reused. With `keep_idle`, rows of parameters that
+    were fixed since then may remain in the system as held rows.
     """
     compiled = model._compiled
     bindings = getattr(compiled, "bindings", None) or {}
@@ -200,7 +200,7 @@ def blas_threads(count: int) -> Iterator[None]:
 
 @lru_cache(maxsize=3)
 def _threadpools(scipy: bool, suitesparse: bool) -> Any:
-    """The thread pools of this process, listed anew when another library has brought its own."""
+    """The thread pools of this process, listed again after a library with another is loaded."""
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()

@@ -1,4 +1,4 @@
-"""A scalar graph that refuses to grow without end, whatever a model asks for."""
+"""A scalar graph with a bound on its number of nodes, against models that would exhaust memory."""
 
 from __future__ import annotations
 

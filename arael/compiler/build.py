@@ -33,7 +33,7 @@ BASELINE = "baseline"
 HEADERS = Path(__file__).resolve().parents[1] / "runtime"
 """Folder of ``lanes.h``, which generated kernels include."""
 
-# GCC would write out short loops over the lanes before it looks whether they vectorise.
+# By default GCC unrolls short loops over the lanes completely before its vectoriser runs.
 FLAGS = [
     "-O3",
     "-fno-math-errno",
@@ -52,7 +52,7 @@ class NoCompiler(AraelError):
 
     Attributes
     ----------
-    passing : whether the reason may pass by itself: space, memory, a process that was ended
+    passing : whether the reason may be temporary: disk space, memory, a killed process
     """
 
     def __init__(self, diagnostic: Diagnostic, passing: bool = False) -> None:
@@ -63,8 +63,8 @@ class NoCompiler(AraelError):
 def compile_flags(target: str = NATIVE) -> list[str]:
     """List the flags of the C compiler.
 
-    Errno and traps are given up, because nobody reads them and they keep loops from vectorising.
-    NaN and infinity survive: they must reach the report.
+    Errno and floating-point traps are disabled: they are not used and prevent vectorisation.
+    NaN and infinity are preserved, because solves report them.
     """
     if sys.platform == "win32":
         return ["/O2", "/fp:precise", "/DNDEBUG"]
@@ -123,7 +123,7 @@ def require_compiler() -> None:
 def compiler_identity() -> str:
     """Path and age of the compiler and of Python's headers, and how long it may take.
 
-    What fails with these would fail again.
+    A compilation that failed with the same identity would fail again.
     """
     path = find_compiler()
     if path is None:
@@ -137,7 +137,7 @@ def compiler_identity() -> str:
 
 
 def compiler_version() -> str:
-    """First line of what the compiler says of itself, or ""."""
+    """First line of the compiler's ``--version``, or ""."""
     path = find_compiler()
     if path is None:
         return ""

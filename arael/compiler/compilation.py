@@ -1,4 +1,4 @@
-"""The stages up to the IR for one text, with all that is known of it afterwards."""
+"""The stages up to the IR for one text, and their results."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Compilation:
 
     @property
     def layout(self) -> Layout:
-        """What the runtime knows of the model."""
+        """The model as the runtime reads it."""
         return self.program.layout
 
     def emit(self) -> str:
@@ -45,7 +45,7 @@ class Compilation:
         return compiler.emit(self.program, digest(self.sources[0].text.encode())[:16])
 
     def known(self, code: str) -> Known:
-        """What the cache keeps of the model.
+        """What the cache stores of the model.
 
         Parameters
         ----------

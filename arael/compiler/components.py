@@ -1,8 +1,8 @@
 """Components in the state of their entity: updates after a step, and values of formulas.
 
-What a component carries along is stored like a parameter that no step moves. A step is taken over
-in this order: parameters are retracted, updates are carried out, then everything that the state
-holds beside the stored scalars is computed from what they are now.
+Stored values of a component are stored like parameters without a tangent. A step is applied in this
+order: parameters are retracted, updates are performed, then caches and formulas of the state are
+computed from the new stored scalars.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class RowScalariser(Scalariser):
     Parameters
     ----------
     row : nodes of each column, and of formulas that are kept
-    calls : functions with derivatives of their own
+    calls : functions with prescribed derivatives
     computed : formulas of ``compute`` fields that are not in `row`
     cache : nodes of a cached value of a parameter, where the state holds it
     """

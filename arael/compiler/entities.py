@@ -1,9 +1,8 @@
-"""The state of an entity: what kernels read of a row, how it moves, how it changes with a step.
+"""The state of an entity: the values of a row that kernels read, its retraction and derivatives.
 
-A state begins with the stored scalars of every parameter, and of what components carry along. It
-goes on with the caches of their kinds (sines, rotation matrices), with values of formulas of
-components, and with derivatives of all these that would cost more to recompute per observation than
-to read.
+A state begins with the stored scalars of every parameter and the stored values of components. Then
+come the caches of their types (sines, rotation matrices), values of formulas of components, and
+those derivatives that are cheaper to read than to compute per observation.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""How long kernels will take to compile: by the length of their source, scaled to this machine.
+"""Estimated compile time of kernels, by the length of their source, scaled to this machine.
 
-The constants are those of one machine (2 cores of an AMD EPYC, GCC 12). What compilations here have
-taken, as the cache records it, scales them.
+The constants are those of one machine (2 cores of an AMD EPYC, GCC 12). They are scaled by the
+times of earlier compilations on this machine, which the cache records.
 """
 
 from __future__ import annotations

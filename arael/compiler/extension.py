@@ -47,7 +47,7 @@ def import_file(module: Path) -> Any:
 
 
 def require_loadable(module: Path) -> None:
-    """Load a new module, first in a process of its own: a damaged one may end the process.
+    """Load a new module, first in a separate process: a damaged one may crash the process.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from arael.symbolic.prescribed import Prescribed
 
 
 class Functions:
-    """Functions with derivatives of their own, as graphs know them."""
+    """Functions with prescribed derivatives, as graph functions."""
 
     def __init__(self, functions: Iterable[TypedFunction] = ()) -> None:
         self.typed = tuple(functions)
@@ -35,7 +35,7 @@ class Functions:
         return Prescribed(function.name, function.native, partials)
 
     def layouts(self) -> tuple[Function, ...]:
-        """Return what the runtime knows of each.
+        """Return the functions as stored in the layout.
 
         Raises
         ------

@@ -276,7 +276,7 @@ def _assemble(
         state_nodes.add(graph.input(LANE))
 
     lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
-    on = [graph.const(1.0)] * len(guards)  # every instance acts until the guard is asked
+    on = [graph.const(1.0)] * len(guards)  # every instance is active until the guard is evaluated
     prepare = graph.tape([*lane_nodes, *on, *uniform_nodes], inputs=raw_keys)
     if guards:
         lane_nodes.append(graph.input(LANE))
@@ -511,7 +511,7 @@ def _lead(
 def _triplet_pairs(
     site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use]
 ) -> tuple[tuple[int, int], ...]:
-    """Pairs of uses that go into `triplets`: those that have no block of their own."""
+    """Pairs of uses that go into `triplets`: those without a separate block."""
     if not site.triplets:
         return ()
     keys = [(site.slots[u.slot].steps, states[u.entity].entity.prefix) for u in uses]

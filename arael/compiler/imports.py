@@ -1,7 +1,7 @@
-"""Files that a model imports: where they may lie, and how many there may be.
+"""Files that a model imports: in which folders they may be, and how many there may be.
 
-A model may come from a stranger, and what is wrong with a file is shown with its text. So imports
-read models in the folder of the model or below it, and nothing else.
+A model may be untrusted, and errors in a file are shown with its text. So imports can only read
+models in the folder of the model or below it.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def find_kernels(code: str) -> Loaded | None:
         return None
     try:
         return Loaded(import_kernels(entry.module), entry.folder)
-    except ImportError:  # a library that it needs has gone, say: compile again
+    except ImportError:  # e.g. a library that it links was removed: compile again
         shutil.rmtree(entry.folder, ignore_errors=True)
         return None
 
@@ -198,7 +198,7 @@ def build_module(
     Raises
     ------
     arael.compiler.build.NoCompiler
-        There is none, or it does not work; the source stays.
+        There is none, or it does not work; the source is kept.
     """
     from arael.compiler import build
 

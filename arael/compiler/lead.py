@@ -12,8 +12,8 @@ def leading(
 ) -> tuple[int, ...]:
     """Choose the largest use that instances share, then those of the root, which all share.
 
-    What instances have to themselves cannot lead; nor can one of two uses of the same entity, for
-    what ends in one of its rows begins in another.
+    A use whose rows differ for all instances cannot lead; nor can one of two uses of the same
+    entity, because sorting by one of them does not sort by the other.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Kernels compiled by another process while this one works on the interpreter.
+"""Kernels compiled by another process while this one uses the interpreter.
 
-The other process puts them into the cache, where this one finds them. It outlives this one if need
-be: what it has compiled serves the next session.
+The other process stores them in the cache, where this one finds them. It continues if this one
+ends, so that the next session finds the kernels.
 """
 
 from __future__ import annotations
@@ -68,12 +68,12 @@ class Meanwhile:
                     self.failure = "the kernels that were compiled cannot be loaded"
         except AraelError as error:
             self.failure = error.diagnostics[0].message
-        except Exception as error:  # a thread has nobody to raise to
+        except Exception as error:  # a thread has no caller to raise to
             self.failure = f"{type(error).__name__}: {error}"
 
 
 def _compile(source: str, name: str, origin: str) -> str:
-    """Compile in a process of its own; return why that failed, or ""."""
+    """Compile in a separate process; return why that failed, or ""."""
     if "python" not in os.path.basename(sys.executable or ""):
         kernels_of(source, name, origin)  # an embedded Python: in this thread
         return ""

@@ -1,8 +1,8 @@
-"""Guards over parameters: instances switch on and off as the solve goes.
+"""Guards over parameters: instances become active and inactive during a solve.
 
-Such a guard is evaluated at each linearisation, into a lane of its own beside the data, and kept
-until the next: the costs that a step is judged by are of the same instances. What of a guard looks
-at data alone decides beforehand which instances there are.
+Such a guard is evaluated at each linearisation, into a separate lane beside the data, and kept
+until the next, so that linearisation and trial cost use the same active instances. The terms of a
+guard over data alone select the instances before the solve.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from arael.check.typed import BOOL, Apply, Typed
 from arael.symbolic.graph import Graph
 
 LANE = "guard"
-"""Key of the input that says whether an instance acts."""
+"""Key of the input that is 1 if an instance is active, else 0."""
 
 
 def split(guard: Typed | None) -> tuple[Typed | None, Typed | None]:
     """The part of a guard over data alone, and the part over parameters; None where there is none.
 
-    Both must hold: a guard falls apart at its outermost ``and``.
+    Both must hold: a guard is split at its outermost ``and``.
     """
     still: Typed | None = None
     moving: Typed | None = None

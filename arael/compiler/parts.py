@@ -1,11 +1,11 @@
-"""A long straight-line program cut into parts, each of which becomes a function of its own.
+"""A long straight-line program split into parts, each printed as a separate function.
 
 The time that a C compiler takes for one function grows faster than its length, so a long program is
 compiled as several. The parts share a *workspace*: columns of W lanes for the inputs from states,
 for the results, and for values that one part computes and another reads. A column of the last kind
 is used again once its value is no longer needed.
 
-What the residuals need comes first, so a cost is the leading parts alone.
+The operations of the residuals come first, so a cost evaluates only the leading parts.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def cut(tape: Tape, leading: int, first_column: int, limit: int | None = None) -
     ----------
     tape : the program
     leading : number of leading results, which the first parts compute alone
-    first_column : column of the workspace for the first result; result k goes to the k-th after it
+    first_column : column of the workspace for the first result; result k is in the k-th after it
     """
     phases = (range(leading), range(leading, len(tape.outputs)))
     runs = [find_runs(tape, results) for results in phases]

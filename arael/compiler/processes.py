@@ -46,7 +46,7 @@ def run_bounded(
         It did not end in time.
     """
     group: dict[str, Any] = {} if sys.platform == "win32" else {"process_group": 0}
-    # Temporary files go where nobody else can write, and are removed with the folder.
+    # Temporary files are in a folder that no other user can write, and are removed with it.
     settings = {name: str(folder) for name in ("TMPDIR", "TMP", "TEMP")}
     settings["LC_ALL"] = "C"  # messages are searched for their cause
     process = subprocess.Popen(

@@ -1,7 +1,7 @@
-"""Progress of what takes seconds: compiling, waiting for another process.
+"""Progress of operations that take seconds: compiling, waiting for another process.
 
-Nothing is printed here. The command line sets `listener`; other programs hear of compilations
-through the logger ``arael.compile``.
+Nothing is printed here. The command line sets `listener`; other programs receive messages about
+compilations through the logger ``arael.compile``.
 """
 
 from __future__ import annotations

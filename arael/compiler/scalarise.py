@@ -88,7 +88,7 @@ def width(type_: ValueType) -> int:
 
 
 class Calls(Protocol):
-    """Functions with derivatives of their own, by name."""
+    """Functions with prescribed derivatives, by name."""
 
     def __getitem__(self, name: str) -> Prescribed:
         """Return the function of that name."""
@@ -122,7 +122,7 @@ class Scalariser:
     def nodes(self, expression: Typed) -> Nodes:
         """Scalars of `expression`; the same list for the same expression."""
         done = self._done
-        # With a stack of its own: sums may have thousands of terms, one operation upon the other.
+        # With an explicit stack, because sums may have thousands of terms, each nested in the next.
         waiting = [expression]
         while waiting:
             e = waiting[-1]
@@ -136,7 +136,7 @@ class Scalariser:
         return done[id(expression)]
 
     def _needs(self, e: Typed) -> tuple[Typed, ...]:
-        """Operands whose scalars `e` is made of, in the order in which they are made."""
+        """Operands whose scalars `e` is computed from, in the order of computation."""
         if isinstance(e, Formula):
             return () if self.uses.formula(e.slot, e.column) is not None else (e.of,)
         if not isinstance(e, Apply):

@@ -1,4 +1,4 @@
-"""What the solver asks of a store, and the ways from a constraint's row to the rows it reads."""
+"""Interface of the store for the solver, and paths from a constraint's row to the rows it reads."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Parts:
 
 
 def assemble(group: Group, entities: Sequence[Entity], natives: Sequence[str] = ()) -> Parts:
-    """Give every node of the group's tape a register and list what is to be computed.
+    """Assign a register to every node of the group's tape and list the operations.
 
     `natives` are the names of the native functions in the order in which they are numbered.
     """
@@ -101,7 +101,7 @@ def _registers(tape: Tape, inputs: int) -> tuple[list[int], int]:
             count += 1
         register.append(spare.pop())
         last_use = last[node]
-        if last_use == node:  # nobody reads it
+        if last_use == node:  # its value is never read
             spare.append(register[node])
     return register, count
 

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Which blocks the instances of a group couple, and where their contributions go.
+"""Blocks that the instances of a group couple, and the offsets of their contributions.
 
 Called a few times per group and once per pattern: a problem of few unknowns may have as many groups
 as rows, and NumPy takes a microsecond or more for each operation on each of them.
@@ -63,7 +63,7 @@ def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
     block : (n, uses) int64
     coupled : (pairs,) uint8, whether some residual reads both uses of a pair
     nb : blocks of the system
-    keys : int64, with room for all pairs of all instances
+    keys : int64, with space for all pairs of all instances
     count : keys that are there already
 
     Returns
@@ -258,7 +258,7 @@ cdef inline Py_ssize_t found_in(
 
 
 def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
-    """Where the contributions of each instance go in the values.
+    """Offsets of the contributions of each instance in the values.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Which blocks of J'J a kernel may store instead of add, because nothing was there before.
+"""First writers: the blocks of J'J that a kernel overwrites instead of adding to them.
 
-Most blocks off the diagonal belong to one instance: an observation of a landmark from a pose. If
-whoever comes first stores, such blocks need neither be emptied before nor read, which is half of
-the memory that a linearisation moves.
+Most off-diagonal blocks have a single instance: an observation of a landmark from a pose. First
+writers overwrite, so such blocks need neither zeroing nor reading, which is half of the memory
+traffic of a linearisation.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _DIAGONAL = 2
 
 @dataclass(frozen=True)
 class Firsts:
-    """Who stores, and what must be emptied for the others.
+    """First writers, and the ranges that must be zeroed for the others.
 
     Attributes
     ----------

@@ -37,9 +37,9 @@ class Instances:
         return self._data
 
     def in_lanes(self, lanes: int, order: Array | None) -> Array:
-        """The data in lane order, of instances as `order` says; kept until another is wanted.
+        """The data in lane order, of instances in `order`; cached until the order changes.
 
-        Data by instance is let go of meanwhile, and made again for whoever asks.
+        Data by instance is freed meanwhile, and gathered again on request.
         """
         kept = self._lanes.get(lanes)
         if kept is None or not _same(kept[0], order):

@@ -30,7 +30,7 @@ ctypedef struct Lanes:
     const int64_t* block_at     # [blocks][pairs][W] offset of the pair's block in the values
     const uint8_t* turn         # [blocks][pairs][W] 0 as is, 1 transposed, 2 both on a diagonal
     const uint8_t* run          # [blocks] whether all W lanes share the rows of the lead
-    const uint8_t* first        # [blocks][pairs] whether all W lanes store: nobody wrote before
+    const uint8_t* first        # [blocks][pairs] whether all W lanes are first writers
     const Native* natives       # the native functions of the model
 
 # Pairs of uses are numbered a (a + 1) / 2 + b for a >= b: block (a, b) has the tangent of use a as

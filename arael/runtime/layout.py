@@ -1,8 +1,8 @@
-"""What the runtime knows of a compiled model: tables, parameters, constraints as tapes, passes.
+"""A compiled model for the runtime: tables, parameters, constraints as tapes, passes.
 
 The compiler writes a `Layout`; the store, the data readers, the solver and the diagnosis read it.
-It is plain data and travels as JSON beside the compiled kernels, so that a model that was compiled
-before starts without the language rooms.
+It is plain data and is stored as JSON beside the compiled kernels, so that a cached model is loaded
+without the language packages.
 
 Words
 -----
@@ -13,9 +13,9 @@ table
 entity
     A struct with parameters at one place: a table and a prefix within its rows.
 slot
-    A way from a constraint's row to a row of some table (through parent, refs, root).
+    A path from a constraint's row to a row of some table (through parent, refs, root).
 state
-    Per entity row, what kernels read of it: the stored form of its parameters, then cached values
+    Per entity row, the values that kernels read: the stored form of its parameters, then caches
     (sines, rotation matrices and their derivatives).
 """
 
@@ -77,7 +77,7 @@ class Param(msgspec.Struct, frozen=True):
 
 
 class Target(msgspec.Struct, frozen=True):
-    """Where a ref points: a table, and the way to the row that owns the collection meant.
+    """Target of a ref: a table, and the path to the row that owns the collection.
 
     With ``feature: ref PointFeature in pose.info.features`` the table is ``poses.info.features``
     and `base` is ``(ref pose,)``; data files count the target within that owner.
@@ -202,7 +202,7 @@ class Entity(msgspec.Struct, frozen=True):
 
     @property
     def plain(self) -> bool:
-        """Whether all that a row holds is reals that a step is added to."""
+        """Whether a row contains only reals to which a step is added."""
         return (
             not self.updated
             and self.stored == self.tangent == self.state
@@ -249,11 +249,11 @@ class Group(msgspec.Struct, frozen=True):
     lane inputs of the kernel, then the `uniform_count` ones that are the same for all instances.
     `tape` is the kernel: inputs are the state scalars `states` (use, offset), then the lane inputs,
     then the uniforms; outputs are the residuals, then the structurally non-zero Jacobian entries
-    `jacobian` as (residual, use, tangent index). Where the constraint has a loss, residuals are
-    those whose squares sum to it, so whoever squares and differentiates need not know of it.
+    `jacobian` as (residual, use, tangent index). If the constraint has a loss, the squares of
+    the residuals sum to it, so that cost and derivatives need no special case.
 
     Kernels accumulate the blocks of the uses `lead` as long as instances share them; the runtime
-    hands them instances sorted by the first of these.
+    passes instances sorted by the first of these.
 
     `guard` chooses instances by their data. `moving_guard` reads parameters: it is a tape over the
     inputs of `tape`, evaluated at each linearisation into the last of the lane inputs, which the
@@ -321,7 +321,7 @@ def coupled_pairs(group: Group) -> NDArray[np.uint8]:
 
 
 class BlockEnd(msgspec.Struct, frozen=True):
-    """Entity whose parameters give the rows or columns of a block, and the way to its row."""
+    """Entity whose parameters give the rows or columns of a block, and the path to its row."""
 
     slot: Slot
     entity: int

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""The expression machine: what has no compiled kernel runs here, without Python and the GIL.
+"""The expression machine: runs groups without a compiled kernel, without Python and the GIL.
 
 A program is a tape with registers instead of nodes. Each instruction works on a block of `WIDTH`
 instances at a time, so that its dispatch is paid once a block and its loop is a vector loop of the
@@ -59,7 +59,7 @@ cdef void run(
     """Execute instructions on `n` lanes of every register.
 
     A CALL has the number of a native function and the first of its operands in `code.operands`;
-    `arguments` is room for as many as it takes.
+    `arguments` is workspace for its operands.
     """
     cdef Py_ssize_t at
     cdef const int32_t* word
@@ -326,7 +326,7 @@ cdef floating** begin(
 
 
 cdef double* arguments_of(Program p, floating** registers) noexcept nogil:
-    """Room for the arguments of a call, behind the registers."""
+    """Workspace for the arguments of a call, behind the registers."""
     return <double*>(registers[0] + p._registers * LANES)
 
 

@@ -1,4 +1,4 @@
-"""The order in which kernels take instances: by what they share, which stays in registers."""
+"""The order in which kernels process instances: by shared rows, whose sums stay in registers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What became of each connected component of a problem."""
+"""Results of the connected components of a problem."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SOLVED = np.array([status in CONVERGED for status in STATUSES])
 
 @dataclass(frozen=True)
 class ComponentOutcome:
-    """What became of one component; fields as those of `Components`."""
+    """Result of one component; fields as those of `Components`."""
 
     name: str
     rows: int
@@ -40,7 +40,7 @@ class ComponentOutcome:
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """What became of each connected component of a problem, as columns of one table.
+    """Results of the connected components of a problem, as columns of one table.
 
     Components are numbered in the order in which the model lists their first rows. Indexing and
     iterating give `ComponentOutcome`.

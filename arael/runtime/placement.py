@@ -1,4 +1,4 @@
-"""Where the contributions of a group's instances go in gradient and blocks."""
+"""Scatter plan: offsets in gradient and blocks at which a group's instances are added."""
 
 from __future__ import annotations
 

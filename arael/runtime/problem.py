@@ -53,8 +53,8 @@ class Problem:
     evaluation : cost, gradient and blocks; holds the state that moves
     seconds : spent on preparation
     gathered : groups whose data was gathered, when made or last refreshed
-    upcoming : structure that `refresh` found to be another, for the problem that takes it
-    strayed : whether the accepted state is no longer what the store holds
+    upcoming : new structure found by `refresh`, for the next problem
+    state_dirty : whether the accepted state may differ from the values in the store
 
     Raises
     ------
@@ -106,7 +106,7 @@ class Problem:
         )
         self.box = Box(self.evaluation, self.structure, self.diagonal_at)
         self._loaded = [store.tables[e.table].values_version for e in layout.entities]
-        self.strayed = False
+        self.state_dirty = False
         self.number_instances()
         self.seconds = time.perf_counter() - began
         if keep_idle and earlier is not None and earlier.upcoming is not None:
@@ -171,7 +171,7 @@ class Problem:
         )
 
     def refresh(self, frozen: frozenset[str] = frozenset()) -> bool:
-        """Start again from what the store holds now.
+        """Start again from the current values of the store.
 
         Returns
         -------
@@ -189,12 +189,12 @@ class Problem:
             self.evaluation.replace(number, self.instances[number])
         for number, entity in enumerate(self.layout.entities):
             version = self.store.tables[entity.table].values_version
-            # A solve that was cut short has moved on from what it wrote back.
-            if version is None or self.strayed or version != self._loaded[number]:
+            # An interrupted solve may have changed the state after its last write-back.
+            if version is None or self.state_dirty or version != self._loaded[number]:
                 values = stored_scalars(self.store, entity, self.dtype)
                 self.evaluation.start_at(number, values)
                 self._loaded[number] = version
-        self.strayed = False
+        self.state_dirty = False
         self.number_instances()
         self.seconds = time.perf_counter() - began
         return True
@@ -241,7 +241,7 @@ class Problem:
         """Put the accepted state into the store."""
         write_back(self.store, self.structure.system, self.states)
         self._loaded = [self.store.tables[e.table].values_version for e in self.layout.entities]
-        self.strayed = False
+        self.state_dirty = False
 
     def put(self, x: Array) -> None:
         """Put stored scalars, in the order of `x`, into the store; this problem stays as it is."""

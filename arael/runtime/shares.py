@@ -1,10 +1,10 @@
-"""Splits the instances of a problem into shares that threads accumulate side by side.
+"""Splits the instances of a problem into shares that threads accumulate concurrently.
 
-Every share adds to gradient and blocks of its own accord. What one share alone contributes to lies
-where it always does; for what several contribute to, the first of them has that place and the
-others have one each behind the arrays, and all are summed in the order of the shares. The split
-follows from the problem and the machine, never from the number of threads, so sums have the same
-bits on any.
+Every share adds to gradient and blocks independently. Targets of a single share are at their usual
+offsets. For targets of several shares, the first share uses the usual offset, the others have a
+private copy each behind the arrays, and the copies are summed in the order of the shares. The split
+depends on the problem and the machine, never on the number of threads, so sums have the same bits
+on any number.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ _WIDE_ROOM = 0.05
 
 _NONE: Ints = np.zeros((0, 3), dtype=np.int64)
 
-# Values that stay in the first cache: finding who is first to write a block takes longer than
-# emptying them in thousands of linearisations.
+# Values that fit into the first-level cache: finding first writers takes longer than zeroing them
+# in thousands of linearisations.
 _CACHED = 4096
 
 # Scalars of a cache line, so that two shares never write to the same.
@@ -163,7 +163,7 @@ def _with_firsts(
     free: Sequence[bool],
     stores: Sequence[bool],
 ) -> Shares:
-    """The same with who is first where, what is emptied, and where the lead stays the same."""
+    """The same with first writers, ranges to zero, and blocks of lanes with a common lead."""
     groups = layout.groups
     counts = [len(p.rows) for p in structure.placements]
     if shares.count == 1 and shares.value_room <= _CACHED:
@@ -191,7 +191,7 @@ def _with_firsts(
 
 
 def _all_added(shares: Shares, groups: Sequence[Group], counts: Sequence[int]) -> Shares:
-    """The same with all values emptied and every contribution added: nobody comes first."""
+    """The same with all values zeroed and every contribution added, without first writers."""
     placed = tuple(
         [
             *arrays,
@@ -205,7 +205,7 @@ def _all_added(shares: Shares, groups: Sequence[Group], counts: Sequence[int]) -
 
 
 def _count(nanoseconds: float) -> int:
-    """Shares that a linearisation of so many nanoseconds is worth, as far as there is room."""
+    """Number of shares for a linearisation of so many nanoseconds, as far as there is space."""
     # Waking a helper may take as long as a short linearisation.
     if nanoseconds < _SHORT * GRAIN:
         return 1
@@ -240,7 +240,7 @@ def _lanes_of(arrays: list[NDArray[Any]], width: int) -> list[NDArray[Any]]:
 
 
 class _Split:
-    """One way to split a structure, with what it takes."""
+    """One split of a structure, with the copies that it needs."""
 
     def __init__(
         self,
@@ -284,7 +284,7 @@ class _Split:
         return found
 
     def shares(self) -> Shares | None:
-        """What the split comes to; None if it takes too much room."""
+        """The resulting shares; None if the copies take too much memory."""
         structure, nb = self.structure, self.structure.pattern.block_count
         shared = self.touched.sum(axis=0) > 1
         shared[nb] = False

@@ -22,7 +22,7 @@ from arael.runtime.trace import Watcher
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a solve came to; the problem's accepted state is the best one found.
+    """Result of a solve; the problem's accepted state is the best one found.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ def minimise(
     problem.evaluation.threads = threads
     solver.use_threads(threads)
     problem.check_start()
-    problem.strayed = True
+    problem.state_dirty = True
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
     partition = partition_for(problem, config, solver)
     minimiser = Minimiser(
@@ -127,7 +127,7 @@ def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:
 
 
 def partition_for(problem: Problem, config: LmConfig, solver: LinearSolver) -> Partition | None:
-    """The components that are solved apart; None where the problem is solved as one.
+    """The components that are solved separately; None if the problem is solved as one.
 
     A custom driver moves one lambda, the reference's end looks at one cost, and approximate steps
     of one component depend on the others.

@@ -1,4 +1,4 @@
-"""What of a problem lasts until its structure changes: who acts, on what, and where it goes."""
+"""Structure of a problem: active instances, block pattern, scatter offsets."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> b
 
 
 def _same_flags(store: StoreLike, frozen: frozenset[str], known: Structure) -> bool:
-    """Whether what moves is what moved when `known` was made."""
+    """Whether the same scalars are free as when `known` was made."""
     for entity, blocks, version in zip(
         store.layout.entities, known.system.blocks, known.flags, strict=True
     ):

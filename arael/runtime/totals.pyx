@@ -148,7 +148,7 @@ cdef class Totals:
         return self._arrays
 
     def zeros(self):
-        """Room for J'r and for the values of J'J, with what lies behind them."""
+        """Zeroed arrays for J'r and the values of J'J, with trash cells and copies behind them."""
         dtype = np.float32 if self.single else np.float64
         return np.zeros(self.gradient_room, dtype), np.zeros(self.value_room, dtype)
 

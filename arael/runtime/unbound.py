@@ -8,7 +8,7 @@ from arael.runtime.natives import NativeTable
 
 
 def require_bound(layout: Layout, natives: NativeTable) -> None:
-    """Raise AraelError (E0820) for native functions that constraints call and nobody bound."""
+    """Raise AraelError (E0820) for unbound native functions that constraints call."""
     missing = [f for f in layout.functions if f.native and f.name not in natives.bindings]
     if not missing:
         return

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 from arael.diagnostics.records import AraelError
-from arael.sym.complain import fail
 from arael.sym.derivatives import variable
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, postorder, size
 from arael.sym.limits import MAX_ALGEBRA, MAX_DEGREE, MAX_SIMPLIFY, MAX_TERMS
 from arael.sym.sympy_bridge import Bridge

@@ -1,6 +1,6 @@
-"""A calculator in the manner of bc: statements in, lines of text out.
+"""A calculator in the style of bc: statements in, lines of text out.
 
-It knows nothing of terminals; `arael calc` is its face. Variables without a value stay symbols, so
+It does not use a terminal; `arael calc` is its command. Variables without a value stay symbols, so
 ``diff(x^2, x)`` gives ``2 * x``. Nothing of a statement is ever run as code.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.typed import BOOL, ScalarType
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, const, postorder
 from arael.sym.forms import FORMS, TEXTS
 from arael.sym.limits import MAX_DEFINITIONS, MAX_STEPS
@@ -218,7 +218,7 @@ def _statements(source: Source) -> Iterator[tuple[int, int]]:
 
 
 def _moved(error: AraelError, old: Source, new: Source, shift: int) -> AraelError:
-    """Return the same complaint about the text that the user wrote."""
+    """Return the same error with places in the text that the user wrote."""
 
     def span(s: Span) -> Span:
         if s.source is not old:

@@ -7,7 +7,7 @@ from functools import cache
 from itertools import islice
 from typing import Any, cast
 
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, const, postorder, rewrite
 from arael.sym.limits import MAX_DERIVATIVES, MAX_DIFFERENTIATED
 from arael.sym.operations import WRITTEN
@@ -85,7 +85,7 @@ def hessian(value: Expr, by: Iterable[Expr | str] | None = None) -> Matrix:
 
 
 def variable(by: Expr | str) -> str:
-    """Name of the variable `by`, or a complaint."""
+    """Name of the variable `by`; AraelError if it is not a variable."""
     if isinstance(by, str):
         from arael.sym.expr import symbol
 

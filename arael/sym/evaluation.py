@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arael.check.typed import BOOL
 from arael.diagnostics.suggest import closest
 from arael.runtime.tape import evaluate as run
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr
 from arael.sym.lowering import lower
 from arael.sym.shapes import as_value

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from arael.check.typed import BOOL, REAL, ScalarType
 from arael.runtime.tape import PRIMITIVES
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.value import Value
 from arael.symbolic.scalars import SCALARS
 

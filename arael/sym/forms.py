@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from arael.sym import algebra, derivatives, printing
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr
 from arael.sym.reading import Reader, Special
 from arael.sym.substitution import subs

@@ -1,6 +1,6 @@
-"""Bounds that keep mathematics on text from a stranger finite.
+"""Bounds on time and memory of mathematics on untrusted text.
 
-The size of a text is bounded by `arael.syntax.limits` already; these bound what it can grow into.
+The size of a text is bounded by `arael.syntax.limits`; these bound the size of its results.
 """
 
 MAX_NESTING = 150

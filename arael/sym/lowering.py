@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, postorder, remake
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS

@@ -15,7 +15,7 @@ from arael.check.typed import BOOL, MatrixType, TransformType, ValueType, Vector
 from arael.compiler.scalarise import apply
 from arael.diagnostics.records import Label, Span
 from arael.sym.building import build
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, arity, const
 from arael.sym.shapes import as_value, composite
 from arael.sym.value import Value

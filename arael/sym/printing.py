@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 from arael.check.typed import MatrixType, QuaternionType, TransformType, ValueType, VectorType
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, postorder, size
 from arael.sym.latex import LATEX, finished, latex_name
 from arael.sym.lowering import lower

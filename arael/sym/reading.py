@@ -15,7 +15,7 @@ from arael.check.typed import BOOL, ScalarType, VectorType
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Span
 from arael.sym import operations
 from arael.sym.building import build
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, const
 from arael.sym.limits import MAX_NESTING, MAX_STEPS
 from arael.sym.operations import Operand

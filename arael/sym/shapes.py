@@ -13,7 +13,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, as_expr, const, symbol
 from arael.sym.limits import MAX_SCALARS
 from arael.sym.value import Value

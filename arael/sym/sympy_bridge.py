@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from arael.sym.building import build
-from arael.sym.complain import fail
 from arael.sym.derivatives import WRITTEN_OUT
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, const, postorder, symbol
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic.folding import fold

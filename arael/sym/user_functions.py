@@ -9,7 +9,7 @@ from typing import Any
 from arael.check.typed import BOOL, REAL
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
 from arael.sym.building import build
-from arael.sym.complain import fail
+from arael.sym.errors import fail
 from arael.sym.expr import Expr, const
 from arael.sym.shapes import as_value, composite
 from arael.sym.value import Value
@@ -244,7 +244,7 @@ def function(definition: str) -> Function:
 
 
 def recursion(trail: list[str], name: str, function: Function) -> AraelError:
-    """Complain of a form A function that calls itself."""
+    """The error for a function in text that calls itself."""
     chain = " -> ".join([*trail[trail.index(name) :][:6], name])
     return AraelError(
         Diagnostic(

@@ -1,6 +1,6 @@
 """Compilations that failed: what was reported, and when to try again.
 
-A failure may be of the moment (no space, a process ended by the system), of the environment (the
+A failure may be temporary (no space, a process killed by the system), due to the environment (the
 compiler compiles nothing at all), or lie in the compiler and these kernels. Only the last two are
 remembered, and neither for longer than `LIFETIME`.
 """

@@ -205,7 +205,7 @@ def seal(
 
 
 def _close(folder: Path) -> None:
-    """Take the permission to write from others: a compiler follows the umask, which may give it."""
+    """Remove the write permission of other users, which the compiler's umask may have granted."""
     if sys.platform != "win32":
         for path in folder.iterdir():
             path.chmod(0o700 if path.is_dir() else 0o600)

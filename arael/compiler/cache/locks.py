@@ -1,7 +1,7 @@
-"""Turns: who compiles, and who waits or leaves alone what is being compiled.
+"""Locks of cache entries between processes: one compiles, others wait or skip the entry.
 
-The files stay: a file that is removed while others wait for it would give two processes a lock
-each. There are at most 256, as a lock is named by the first two digits of a key.
+Lock files are never removed: if one were removed while others wait for it, two processes could hold
+the lock. There are at most 256, as a lock is named by the first two digits of a key.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def locked(key: str, limit: float | None = None) -> Iterator[bool]:
 
     Parameters
     ----------
-    limit : seconds of waiting, 0 to try once; None waits for as long as a compilation may take
+    limit : seconds of waiting, 0 to try once; None waits as long as a compilation may take
 
     Yields
     ------

@@ -1,7 +1,7 @@
-"""What a model's text means, by the key of the text: the layout, and the kernels it needs.
+"""Layout of a model and key of its kernels, by the key of the model's text.
 
-An entry holds no path. Places are stored as file number, line and column; the files' names are put
-in when the entry is used, so that messages name the file at hand wherever the entry was made.
+An entry contains no path. Places are stored as file number, line and column; the files' names are
+inserted when the entry is used, so that messages name the user's file.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Where the cache is, and which of its files are the user's own.
 
-Compiled code is loaded into the process, so every folder and file on the way to it has to belong
-to the user, and nobody else may be able to write it. A folder that was open to others for a while
-may hold what they put there: closing it is not enough, each entry is checked by itself.
+Compiled code is loaded into the process, so every folder and file on the path to it must belong
+to the user and be writable by no other user. A folder that was writable by others for a while may
+contain their files: correcting its permissions is not sufficient, each entry is checked.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from arael.diagnostics.records import AraelError, Diagnostic
 
-# What writing to a file fails with where a disk, quota or limit is exhausted.
+# Errors of writing a file if a disk, quota or limit is exhausted.
 FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
 
@@ -37,7 +37,7 @@ def user() -> int:
 
 
 def is_own(path: Path) -> bool:
-    """Whether `path` is no link, belongs to the user, and can be written by nobody else."""
+    """Whether `path` is no link, belongs to the user, and is not writable by others."""
     if sys.platform == "win32":
         return path.exists()
     try:
@@ -67,8 +67,8 @@ def is_trusted(path: Path) -> bool:
 def prepare(*parts: str) -> Path:
     """Make the cache's folder, or a folder in it, private to the user; return its path.
 
-    What stands in the place of a folder in it and is not private is taken away. The names of these
-    folders begin with ``arael-``, so that they are not those of the user's folders.
+    Anything in the place of a folder in it that is not private is removed or renamed. The names of
+    these folders begin with ``arael-``, so that they are not those of the user's folders.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def prepare(*parts: str) -> Path:
 
 
 def remove(path: Path) -> None:
-    """Take `path` away: remove it, or rename it where it holds files of another user.
+    """Remove `path`, or rename it if it contains files of another user.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is in the cache, and how it is emptied and kept small."""
+"""Contents of the cache, clearing it, and keeping it small."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def entries() -> list[tuple[str, Manifest, int]]:
 
 
 def trim() -> None:
-    """Remove what was used longest ago, beyond `KEPT`, and what has been left for a day."""
+    """Remove the least recently used entries beyond `KEPT`, and remains that are a day old."""
     root = directory()
     kernels = [p for p in _listed(root / "arael-kernels") if is_key(p.name)]
     for path in _oldest(kernels, KEPT):
@@ -74,7 +74,7 @@ def trim() -> None:
 def clear() -> Cleared:
     """Remove everything that arael put into the cache's folder, and make it private.
 
-    What another process is compiling is left to it.
+    Folders in which another process compiles are kept.
     """
     root = directory()
     known = {key for key, _, _ in entries()}
@@ -122,14 +122,14 @@ def _ours(root: Path) -> Iterator[tuple[Path, str]]:
 
 @contextlib.contextmanager
 def _turn(key: str) -> Iterator[bool]:
-    """Hold the lock of `key`, if there is one to hold and nobody else has it."""
+    """Hold the lock of `key`, if `key` is not empty and no other process holds it."""
     if not key:
         yield True
         return
     with contextlib.ExitStack() as stack:
         try:
             held = stack.enter_context(locked(key, 0.0))
-        except AraelError:  # no locks can be made here, so nobody compiles
+        except AraelError:  # no locks can be made here, so no process compiles
             held = True
         yield held
 

@@ -1,4 +1,4 @@
-"""Code that adds a block of lanes to gradient and Hessian, the three ways that `scatter` plans."""
+"""Code that adds a block of lanes to gradient and Hessian, by the three methods of `scatter`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _pointer(target: Target) -> str:
 
 
 def emit_settle(w: Writer, number: int, plan: Plan) -> None:
-    """Write ``settle_N``: sums of lanes go to where they belong and start again at zero."""
+    """Write ``settle_N``: add the sums over lanes to the arrays and reset them to zero."""
     columns = _columns(plan)
     if not columns:
         return
@@ -62,7 +62,7 @@ def declare(w: Writer, plan: Plan) -> None:
 
 
 def emit_start(w: Writer, plan: Plan) -> None:
-    """Write what goes before the loop over blocks."""
+    """Write the code before the loop over blocks."""
     if not _columns(plan) and not plan.columns:
         return
     with w.block("if derive:"):
@@ -74,9 +74,9 @@ def emit_start(w: Writer, plan: Plan) -> None:
 
 
 def emit_fetch(w: Writer, plan: Plan) -> None:
-    """Write what brings blocks into the cache while the arithmetic goes on.
+    """Write the prefetching of blocks during the arithmetic.
 
-    Sorted by its lead, a kernel walks through all other blocks.
+    Instances are sorted by the lead, so the other blocks are accessed in scattered order.
     """
     targets = [t for t, _ in plan.whole if t.b is not None and t.a != t.b]
     if not targets or not _columns(plan):
@@ -90,7 +90,7 @@ def emit_fetch(w: Writer, plan: Plan) -> None:
 
 
 def emit_block(w: Writer, number: int, plan: Plan) -> None:
-    """Write what adds one block of lanes."""
+    """Write the addition of one block of lanes."""
     columns = _columns(plan)
     if columns:
         lead = plan.lead
@@ -115,7 +115,7 @@ def emit_block(w: Writer, number: int, plan: Plan) -> None:
 
 
 def emit_end(w: Writer, number: int, plan: Plan) -> None:
-    """Write what goes behind the loop over blocks."""
+    """Write the code after the loop over blocks."""
     if _columns(plan):
         with w.block("if derive:"):
             _settle(w, number, plan)
@@ -134,7 +134,7 @@ def _place(target: Target, lane: str = " + w") -> str:
 
 
 def _add_whole(w: Writer, target: Target, first: int, plan: Plan) -> None:
-    """Add rows to the target of each lane; lanes that do not count go to waste."""
+    """Add rows to the target of each lane; padding lanes add to unused cells."""
     straight = f" and turn[{target.pair} * W + w] == 0" if target.varies else ""
     with w.block("for w in range(W):"):
         w.line(f"at[w] = {_place(target)} if w < count{straight} else spare")
@@ -174,14 +174,14 @@ def _add_scalars(w: Writer, target: Target, plan: Plan) -> None:
 
 
 def _empty(w: Writer, target: Target) -> None:
-    """Write what empties a block that nobody has written before."""
+    """Write the zeroing of a block before its first writer adds to it."""
     if target.is_crossed:
         with w.block(f"if first[{target.pair}]:"):
             w.line(f"memset(h, 0, {target.size} * sizeof(real))")
 
 
 def _add_turned(w: Writer, target: Target, sources: dict[tuple[int, int], str]) -> None:
-    """Add to a block that lies the other way round, or on the diagonal."""
+    """Add to a block that is stored transposed, or on the diagonal."""
     with w.block(f"if turn[{target.pair} * W + w] == 1:"):
         w.lines_of(f"h[{j * target.height + i}] += {s}" for (i, j), s in sources.items())
     with w.block("else:"):

@@ -25,7 +25,7 @@ def emit_constraint(
 ) -> None:
     """Write the functions ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``.
 
-    `ordered` says whether the systems that these are for have entities in the order of `entities`.
+    `ordered`: whether the systems of these kernels have entities in the order of `entities`.
     """
     emit_title(w, kernel)
     if kernel.parts is not None:
@@ -68,7 +68,7 @@ def _head(w: Writer, kernel: Kernel, tape: Tape) -> None:
 
 
 def _gather(w: Writer, kernel: Kernel, reads: Collection[int], entities: Sequence[Entity]) -> None:
-    """Bring the states that are among the inputs `reads` into lanes."""
+    """Gather the states that are among the inputs `reads` into lanes."""
     group = kernel.group
     for use_number, use in enumerate(group.uses):
         wanted = [
@@ -141,8 +141,8 @@ def _emit_evaluate(
 ) -> None:
     """Write ``evaluate_N``: the cost and, with `derive`, what is accumulated or rows.
 
-    It is compiled twice, inlined with and without `derive`, so a cost takes nothing of what only
-    derivatives need.
+    It is compiled twice, inlined with and without `derive`, so a cost computes
+    nothing that only derivatives need.
     """
     group, tape = kernel.group, kernel.linearise
     r, entries = group.residuals, len(group.jacobian)
@@ -255,7 +255,8 @@ def _sections(tape: Tape, residuals: int, entries: int) -> list[tuple[str, list[
     """Nodes and outputs of a linearisation by section.
 
     What residuals share with derivatives comes first, then the rest of the residuals, so that a
-    cost is the first two sections. Each section needs nothing of those behind it.
+    cost is the first two sections. No
+    section depends on later ones.
     """
     outputs = tape.outputs
     of_residuals = needed(tape, outputs[:residuals])

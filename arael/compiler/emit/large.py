@@ -37,7 +37,7 @@ def emit_large(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
 
 
 def _legend(w: Writer, kernel: Kernel, parts: Parts, entities: Sequence[Entity]) -> dict[int, str]:
-    """Write what the columns of the workspace hold; return the names of results by column."""
+    """Write the contents of the workspace's columns; return the names of results by column."""
     group, first = kernel.group, parts.first
     middle, end = first + group.residuals, first + group.residuals + len(group.jacobian)
     w.line("# Columns of the workspace")
@@ -91,7 +91,7 @@ def _tables(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) 
 def jacobian_runs(
     jacobian: Sequence[tuple[int, int, int]], residuals: int
 ) -> tuple[list[tuple[int, int, int, int]], list[int]]:
-    """Runs of neighbouring entries, and where those of each residual end.
+    """Runs of consecutive entries, and where those of each residual end.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def _part_name(parts: Parts, k: int, names: tuple[str, str]) -> tuple[str, int]:
 def _part(
     w: Writer, kernel: Kernel, tape: Tape, parts: Parts, part: Part, notes: Mapping[int, str]
 ) -> None:
-    """Write the body of a part: temporaries of its own, columns for what others read."""
+    """Write the body of a part: local temporaries, columns for values that other parts read."""
     group = kernel.group
     states, data = len(group.states), group.data_count
     own = {node: f"t{k}" for k, node in enumerate(part.nodes)}

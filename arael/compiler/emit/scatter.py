@@ -21,8 +21,8 @@ from itertools import count
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity, pair_of
 
-# Scalars from which a target is added whole, and shares of it that must be filled. Of a diagonal
-# block the lower triangle counts, and its mirror image is added with it: nobody reads it.
+# Scalars from which a target is added by rows, and the fractions of it that must be nonzero. In a
+# diagonal block the lower triangle is used; the upper one is added with it and never read.
 _TILE = 16
 _FILLED_BLOCK = 1 / 2
 _FILLED_DIAGONAL = 1 / 3
@@ -33,8 +33,9 @@ class Target:
     """J'r of one use (`b` is None) or the block of a pair of uses.
 
     `entries` are the outputs of the linearisation by position (row, column) in memory. A pair of
-    two entities lies the same way for all instances, by the order of entities in the system; of a
-    pair of one entity `varies`: instances say which way it lies, and positions are as in the pair.
+    two entities has the same orientation for all instances, by the order of entities in the system.
+    For a pair of one entity `varies` is set: the orientation differs by instance, and positions are
+    those of the pair.
     """
 
     a: int
@@ -57,7 +58,7 @@ class Target:
 
     @property
     def uses(self) -> set[int]:
-        """The uses whose rows say where the target is."""
+        """The uses whose rows determine the offset of the target."""
         return {self.a} if self.b is None else {self.a, self.b}
 
     @property

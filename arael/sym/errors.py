@@ -1,4 +1,4 @@
-"""How this room raises: one diagnostic, with a place where there is one."""
+"""Errors of this package: one diagnostic, with a place if there is one."""
 
 from __future__ import annotations
 
