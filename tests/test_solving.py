@@ -493,7 +493,7 @@ def test_the_plan_says_what_was_predicted_and_what_it_took():
     result = solve(model, solver="sparse")
     plan = result.plan
     again = result.timing["factor"] / (result.iterations - 1)
-    assert plan["measured_ms"] == pytest.approx(1e3 * again)
+    assert plan["measured_ms"] == pytest.approx(1e3 * again, rel=0.05)
     assert plan["predicted_ms"] > 0
     assert f"it took {plan['measured_ms']:.3g} ms" in str(result)
     result = solve(model, solver="sparse", max_iters=1)

@@ -17,7 +17,7 @@ from arael.compiler.cache.locks import locked
 from arael.compiler.cache.trust import directory, is_own, remove, user
 from arael.diagnostics.records import AraelError
 
-KEPT = 200
+KEPT = 1000
 """Compiled models that are kept; where there are more, those used longest ago are removed."""
 
 KEPT_TEXTS = 1000
