@@ -48,7 +48,9 @@ def _finished() -> Iterable[tuple[str, float]]:
         taken = entry.manifest.seconds
         for path in entry.folder.glob("*.pyx"):
             if {"cython", "compile"} <= set(taken):
-                yield path.read_text(encoding="utf-8"), taken["cython"] + taken["compile"]
+                # Not verified: an entry may be damaged.
+                text = path.read_text(encoding="utf-8", errors="replace")
+                yield text, taken["cython"] + taken["compile"]
 
 
 def _machine(finished: Iterable[tuple[str, float]]) -> float:

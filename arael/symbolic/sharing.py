@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from typing import Any, Generic, TypeVar
 
@@ -84,6 +85,14 @@ def _values(terms: Terms, used: Sequence[Term]) -> list[Term]:
     return found
 
 
+def real(number: Any) -> float:
+    """Value of a SymPy number; NaN where it is complex or infinite without a sign (1/0)."""
+    try:
+        return float(number)
+    except TypeError:
+        return math.nan
+
+
 class _Writer:
     """Writes terms as operations of the graph; a term that has been written is not again."""
 
@@ -120,7 +129,7 @@ class _Writer:
     def _write(self, term: Term) -> int:
         g = self.graph
         if term.is_number:
-            return g.const(float(term))
+            return g.const(real(term))
         if term.is_Add:
             return self._sum(term.args)
         if term.is_Mul:
@@ -180,8 +189,8 @@ class _Writer:
                 node = self.node(factor)
                 product = node if product is None else g.op("mul", product, node)
         if product is None:
-            return g.const(float(number))
-        return product if number is S.One else g.op("mul", g.const(float(number)), product)
+            return g.const(real(number))
+        return product if number is S.One else g.op("mul", g.const(real(number)), product)
 
     def _power(self, base: Term, exponent: Term) -> int:
         g = self.graph

@@ -37,6 +37,9 @@ def test_what_this_machine_has_taken_scales_the_estimate(
     source = path.read_text()
     taken = entry.manifest.seconds["cython"] + entry.manifest.seconds["compile"]
     assert estimate.expected_seconds(source) == pytest.approx(taken)
+    path.write_bytes(b"\xa0" + path.read_bytes())  # a damaged entry: it is not verified here
+    assert estimate.expected_seconds(source) == pytest.approx(taken)
+    path.write_text(source)
     # Three compilations that took five times as long as foreseen, one that was fast.
     slow, fast = (source, 5 * estimate.predicted(source)), (source, 0.1)
     assert estimate._machine([slow, fast, slow, slow]) == pytest.approx(5)

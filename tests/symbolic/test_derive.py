@@ -264,3 +264,20 @@ def test_a_division_by_zero_has_the_place_of_the_divisor(method: Method) -> None
     (row,) = method(g, [out], {x: {0: g.const(1.0)}})
     divisions = [n for n in g.live([row[0]]) if g.ops[n] == "div"]
     assert divisions and {g.places[n] for n in divisions} == {1}
+
+
+@methods
+@pytest.mark.parametrize("singular", ["division", "root"])
+def test_constants_without_a_real_value_are_not_finite(singular: str, method: Method) -> None:
+    """SymPy goes on with 1/0 and the root of -2; derivatives are NaN or infinite, as values are."""
+    g = Graph()
+    (x,) = inputs(g, 1)
+    number = g.op("div", g.const(1.0), g.const(0.0))
+    if singular == "root":
+        number = g.op("sqrt", g.const(-2.0))
+    out = g.op("mul", g.op("mul", x, x), number)
+    with np.errstate(all="ignore"):
+        assert not np.isfinite(jacobian(g, [out], [x], [3.0], method.orders)[0, 0])
+        power = g.op("div", g.op("mul", x, x), g.const(0.0))
+        root = g.op("sqrt", g.op("add", x, power))
+        assert not np.isfinite(jacobian(g, [root], [x], [3.0], method.orders)[0, 0])
