@@ -7,17 +7,16 @@ be no more than a small share of the draws.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-import arael
 from arael.model import Model
 from arael.result import Result
+from tests.interpreted import Load, loader
 
 PRECISIONS = ("f64", "f32")
 SCALES = (1e-8, 1e-4, 1.0, 1e4, 1e8)
@@ -92,26 +91,18 @@ root A { param m: real
     points: list of Point }
 """
 
-Load = Callable[..., type[Model]]
 Residuals = Callable[[Any], Any]
 
 
 @pytest.fixture(scope="module")
-def load(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Load]:
+def load(tmp_path_factory: pytest.TempPathFactory) -> Load:
     """Load a model's text, once each, without compiling it."""
-    folder = tmp_path_factory.mktemp("families")
-    loaded: dict[tuple[str, str], type[Model]] = {}
+    load = loader(tmp_path_factory.mktemp("families"))
 
     def model(text: str, precision: str = "f64") -> type[Model]:
-        text = text.replace("WHEN ", "").replace("LOSS ", "")
-        key = (text, precision)
-        if key not in loaded:
-            path = Path(folder) / f"m{len(loaded)}.arael"
-            path.write_text(text)
-            loaded[key] = arael.load(path, precision=precision, interpret=True)
-        return loaded[key]
+        return load(text.replace("WHEN ", "").replace("LOSS ", ""), precision)
 
-    yield model
+    return model
 
 
 def judged(model: Any, residuals: Residuals, at: Callable[[], Any], precision: str) -> Result:

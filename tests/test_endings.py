@@ -5,18 +5,16 @@ Families of random problems, each judged by an independent computation in double
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-import arael
-from arael.model import Model
 from arael.result import Result
 from benchmarks import nist
+from tests.interpreted import Load, loader
 from tests.public_data import public
 
 PRECISIONS = ("f64", "f32")
@@ -78,24 +76,11 @@ root A { param a: real
     points: list of Point }
 """
 
-Load = Callable[..., type[Model]]
-
 
 @pytest.fixture(scope="module")
-def load(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Load]:
+def load(tmp_path_factory: pytest.TempPathFactory) -> Load:
     """Load a model's text, once each, without compiling it."""
-    folder = tmp_path_factory.mktemp("endings")
-    loaded: dict[tuple[str, str], type[Model]] = {}
-
-    def model(text: str, precision: str = "f64") -> type[Model]:
-        key = (text, precision)
-        if key not in loaded:
-            path = Path(folder) / f"m{len(loaded)}.arael"
-            path.write_text(text)
-            loaded[key] = arael.load(path, precision=precision, interpret=True)
-        return loaded[key]
-
-    yield model
+    return loader(tmp_path_factory.mktemp("endings"))
 
 
 def solved(model: Any, **settings: Any) -> Result:

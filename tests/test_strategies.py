@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import arael
-from arael.model import Model
 from arael.result import Result
+from tests.interpreted import Load, loader
 from tests.test_endings import LINEAR, PRECISIONS, ROBUST, ROSENBROCK, SATURATION, SQUARE
 
 STRATEGIES = ("dogleg", "subspace", "gauss_newton", "damped")
@@ -24,24 +21,11 @@ root A {
 }
 """
 
-Load = Callable[..., type[Model]]
-
 
 @pytest.fixture(scope="module")
-def load(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Load]:
+def load(tmp_path_factory: pytest.TempPathFactory) -> Load:
     """Load a model's text, once each, without compiling it."""
-    folder = tmp_path_factory.mktemp("strategies")
-    loaded: dict[tuple[str, str], type[Model]] = {}
-
-    def model(text: str, precision: str = "f64") -> type[Model]:
-        key = (text, precision)
-        if key not in loaded:
-            path = Path(folder) / f"m{len(loaded)}.arael"
-            path.write_text(text)
-            loaded[key] = arael.load(path, precision=precision, interpret=True)
-        return loaded[key]
-
-    yield model
+    return loader(tmp_path_factory.mktemp("strategies"))
 
 
 def solved(model: Any, strategy: str, **settings: Any) -> Result:

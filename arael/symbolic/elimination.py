@@ -76,22 +76,8 @@ def _below_branches(
 ) -> dict[int, dict[Seed, Term]]:
     """Derivatives of branches and of what they depend on."""
     graph = terms.graph
-    found: set[int] = set()
-    arms: dict[int, None] = {}
-    for node in order:
-        branch = None if node in seeds else branches(graph, node)
-        if branch is not None:
-            arms[node] = None
-            found.add(node)
-    stack = list(found)
-    while stack:
-        node = stack.pop()
-        if node in seeds:
-            continue
-        for operand in arguments(graph, node):
-            if operand not in found:
-                found.add(operand)
-                stack.append(operand)
+    taken = [n for n in order if n not in seeds and branches(graph, n) is not None]
+    found = set(varying(graph, taken, seeds))
     nodes = [node for node in order if node in found and node not in seeds]
     return dict(zip(nodes, forward(terms, nodes, seeds), strict=True))
 
