@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from arael.result import Result
     from arael.runtime.problem import Problem
     from arael.schedule import Pass
+    from arael.tangent_problem import TangentProblem
 
 
 class Compiled(Protocol):
@@ -144,6 +145,16 @@ class Model(Fields):
             E0704 wrong length; E0705 not finite; E0721 not a rotation. The model is then unchanged.
         """
         self._problem().put(x)
+
+    def problem(self) -> TangentProblem:
+        """Cost, residuals and derivatives for minimisers and samplers of one's own.
+
+        Independent of later changes of this model until `TangentProblem.write_back`.
+        """
+        from arael.tangent_problem import TangentProblem
+
+        self._store.check_complete()
+        return TangentProblem(solving.problem_of(self))
 
     @property
     def session(self) -> Session:
