@@ -25,7 +25,7 @@ from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
 from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.layout import Layout
-from arael.syntax.files import read_source
+from arael.syntax.files import read_source, source_of
 
 if TYPE_CHECKING:
     from arael.compiler.compilation import Compilation
@@ -35,7 +35,24 @@ if TYPE_CHECKING:
 Precision = Literal["f32", "f64"]
 Interpret = bool | Literal["meanwhile"] | None
 
-__all__ = ["CompiledModel", "InterpretedWarning", "load", "load_compiled"]
+__all__ = ["CompiledModel", "InterpretedWarning", "Recipe", "load", "load_compiled", "loads"]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a model was loaded from: enough to load it again, in another process too.
+
+    Attributes
+    ----------
+    text, name : text of the model, and its name in messages: the path of its file, if it has one
+    precision, root, interpret : as given to `load`
+    """
+
+    text: str
+    name: str
+    precision: Precision | None = None
+    root: str | None = None
+    interpret: Interpret = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,8 @@ class CompiledModel:
         the kernels of a changed text were found
     bindings : implementations of native functions that the caller bound, by name
     meanwhile : the compilation that runs in the background, if there is one
+    recipe : what it was loaded from; None if that was no text
+    functions : what was given to `load` for native functions, by name
     """
 
     layout: Layout
@@ -61,6 +80,8 @@ class CompiledModel:
     seconds: dict[str, float]
     bindings: dict[str, Binding] = field(default_factory=dict)
     meanwhile: Meanwhile | None = None
+    recipe: Recipe | None = None
+    functions: Mapping[str, Any] = field(default_factory=dict)
 
     def current(self, level: int) -> CompiledModel:
         """Return the model with the kernels that were compiled meanwhile, if they are there.
@@ -128,16 +149,59 @@ def load(
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
     """
+    compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
+    return class_of(compiled, functions)
+
+
+def loads(
+    text: str,
+    *,
+    name: str = "model.arael",
+    precision: Precision | None = None,
+    root: str | None = None,
+    interpret: Interpret = None,
+    functions: Mapping[str, Any] | None = None,
+) -> type[Model]:
+    """Load a model from its text, otherwise as `load` does.
+
+    Parameters
+    ----------
+    text : a model as in a ``.arael`` file
+    name : its name in messages; files that it imports are looked for beside a file of that name
+    precision, root, interpret, functions : see `load`
+
+    Returns
+    -------
+    A subclass of `arael.model.Model`.
+
+    Raises
+    ------
+    AraelError
+        As `load`.
+
+    Examples
+    --------
+    >>> import arael
+    >>> Mean = arael.loads("root R { param m: real = 0; c: vec3; constraint at { c - [m, m, m] } }")
+    >>> mean = Mean(c=[1, 2, 6])
+    >>> mean.solve().converged, round(float(mean.m), 6)
+    (True, 3.0)
+    """
+    return class_of(_compiled_text(text, name, precision, root, interpret), functions)
+
+
+def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None) -> type[Model]:
+    """The class of a compiled model, with native functions bound."""
     from arael.functions import Functions
     from arael.model import Model
 
-    compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
-    warn_of_model(layout.warnings)
+    warn_of_model(layout.warnings, stacklevel=4)  # at the caller of `load` or `loads`
     if functions:
         from arael.face.native import bind_all
 
-        compiled = replace(compiled, bindings=bind_all(layout, functions))
+        bindings = bind_all(layout, functions)
+        compiled = replace(compiled, bindings=bindings, functions=dict(functions))
 
     def construct(self: Model, /, **values: Any) -> None:
         Model.__init__(self, compiled.current(level=3), **values)
@@ -162,6 +226,30 @@ def load_compiled(
     interpret: Interpret = None,
 ) -> CompiledModel:
     """`load`, without the class."""
+    _check_choices(precision, interpret)
+    source = read_source(find_model(model))  # read once: what is looked up would be compiled
+    return _load_source(source, precision, root, interpret)
+
+
+def _compiled_text(
+    text: str, name: str, precision: Precision | None, root: str | None, interpret: Interpret
+) -> CompiledModel:
+    """`loads`, without the class; called by it directly, as `load_compiled` is by `load`."""
+    if not isinstance(text, str):
+        raise AraelError(
+            Diagnostic(
+                "E0103",
+                f"the text of a model is a string, found {type(text).__name__}",
+                origin="loads",
+                help=("`arael.load(path)` reads a file",),
+            )
+        )
+    _check_choices(precision, interpret)
+    source = source_of(text.encode("utf-8", "surrogatepass"), name)
+    return _load_source(source, precision, root, interpret)
+
+
+def _check_choices(precision: Any, interpret: Any) -> None:
     if precision not in (None, "f32", "f64"):
         raise AraelError(
             Diagnostic(
@@ -180,8 +268,19 @@ def load_compiled(
                 help=('write `True`, `False`, `None` or `"meanwhile"`',),
             )
         )
-    path = find_model(model)
-    source = read_source(path)  # read once: what is looked up is what would be compiled
+
+
+def _load_source(
+    source: Source, precision: Precision | None, root: str | None, interpret: Interpret
+) -> CompiledModel:
+    """Take a model from the installation or the cache, or compile it."""
+    recipe = Recipe(source.text, source.name, precision, root, interpret)
+    return replace(_found_or_compiled(source, recipe), recipe=recipe)
+
+
+def _found_or_compiled(source: Source, recipe: Recipe) -> CompiledModel:
+    path, interpret = Path(source.name), recipe.interpret
+    precision, root = recipe.precision, recipe.root
     only = interpret is True
     if not only and root is None:
         shipped = _shipped(path, source, precision)
@@ -285,7 +384,7 @@ def _compile(
         if interpret is False:
             raise
         models.store(key, compilation.known(code_digest(code)))
-        return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=5)
+        return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=7)
     models.store(key, compilation.known(code_digest(code)))
     return _with_kernels(layout, loaded, compilation.seconds)
 
@@ -319,7 +418,7 @@ def _with_kernels(
 
 
 def _interpreted(
-    layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 4
+    layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 6
 ) -> CompiledModel:
     warn_of_interpreter(why, level + 1)
     return CompiledModel(layout, None, None, "interpreted", seconds or {})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
 from arael.face.collection import Collection, fill
@@ -68,6 +68,16 @@ class Model(Fields):
     _session: Session
 
     def __init__(self, compiled: Compiled, /, **values: Any) -> None:
+        self._begin(compiled)
+        for name, value in values.items():
+            member = self._member(name)
+            if isinstance(member, Nested):
+                fill(Collection(self._store.tables[member.table.path]), value, name)
+            else:
+                self._set(member, value)
+
+    def _begin(self, compiled: Compiled) -> None:
+        """Set up an instance without data but defaults."""
         store = Store(compiled.layout)
         store.kernels = getattr(compiled, "kernels", None)
         store.bindings = getattr(compiled, "bindings", None) or {}
@@ -77,12 +87,6 @@ class Model(Fields):
         object.__setattr__(self, "_session", Session())
         object.__setattr__(self, "_table", store.root)
         object.__setattr__(self, "_group", store.root.fields)
-        for name, value in values.items():
-            member = self._member(name)
-            if isinstance(member, Nested):
-                fill(Collection(store.tables[member.table.path]), value, name)
-            else:
-                self._set(member, value)
 
     def _rows(self) -> int:
         return 0
@@ -91,6 +95,30 @@ class Model(Fields):
         if isinstance(member, Nested):
             return Collection(self._store.tables[member.table.path])
         return super()._get(member)
+
+    # --- copies ------------------------------------------------------------------------------
+
+    def copy(self) -> Self:
+        """An independent copy of data, flags and runtime residuals.
+
+        Refs of one are not valid in the other: take ``copy.poses[ref.row]``. `copy.copy`,
+        `copy.deepcopy` and `pickle` make such copies too; pickle stores the text of the model,
+        which is compiled again where the cache does not have it.
+        """
+        from arael.copying import copied
+
+        return copied(self)
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from arael.copying import reduced
+
+        return reduced(self)
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""

@@ -67,6 +67,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         self._named: dict[str, RuntimeResidual] = {}  # owner of each parameter
         self._declared = self.schema.declared
         self._natives: dict[str, Binding] = {}  # those declared by `functions`
+        self._functions: list[tuple[str, dict[str, Any]]] = []  # arguments of its calls
         self._posed: Posed | None = None
         self._adding: RuntimeResidual | None = None
 
@@ -114,6 +115,19 @@ class Residuals(Mapping[str, RuntimeResidual]):
         residual._owner = self
         self._posed = None
         return residual
+
+    @_alone
+    def _add_all(self, definitions: list[Definition], residuals: list[RuntimeResidual]) -> None:
+        """Add what was valid together; texts may use names of others that follow."""
+        for definition in definitions:
+            definition._owner = self
+            self._definitions[definition.label] = definition
+        for residual in residuals:
+            residual._owner = self
+            self._named.update(dict.fromkeys(residual.parameters, residual))
+        for residual in residuals:
+            self._derived[residual.label] = self._derive(residual)
+        self._posed = None
 
     @_alone
     def remove(self, which: Expression | str) -> None:
@@ -220,6 +234,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
                     unbound(function, layout, way=f'functions(..., bind={{"{name}": ...}})')
                 )
         self._declared, self._natives, self._posed = declared_, bindings, None
+        self._functions.append((text, dict(bind or {})))
         before = {f.name: f for f in self._layout.functions}
         # Existing functions keep their numbers, which programs refer to.
         functions = tuple({**before, **natives}.values())
