@@ -200,7 +200,7 @@ def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None
     if functions:
         from arael.face.native import bind_all
 
-        bindings = bind_all(layout, functions)
+        bindings = bind_all(layout, functions, stacklevel=4)
         compiled = replace(compiled, bindings=bindings, functions=dict(functions))
 
     def construct(self: Model, /, **values: Any) -> None:
