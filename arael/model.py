@@ -7,9 +7,12 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
+from arael.face.sheets import model_sheet
 from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
@@ -19,6 +22,7 @@ __all__ = ["Compiled", "Model", "Ref", "Refs"]
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from arael.analysis.cost_table import CostTable
@@ -43,7 +47,7 @@ class Compiled(Protocol):
         """Tables, parameters, constraints."""
 
 
-class Model(Fields):
+class Model(Displayed, Fields):
     """An instance of a compiled model: the root's fields are attributes.
 
     Parameters
@@ -154,6 +158,16 @@ class Model(Fields):
     ) -> Result:
         """Minimise the cost and store the solution; see `arael.solving.solve`."""
         return solving.solve(self, config, solver, passes, **settings)
+
+    def plot(self) -> Figure:
+        """Draw the points of the model and their links from above; else the pattern of its Hessian.
+
+        Points are the plain parameters of two or three components of all rows. Needs matplotlib
+        (E0860); ``result.plot()`` draws the history of a solve.
+        """
+        from arael.plot.problem import model_figure
+
+        return model_figure(self, self._compiled.layout)
 
     def serialize(self) -> NDArray[np.float64]:
         """Values of all free parameters, as one vector of stored scalars.
@@ -285,6 +299,10 @@ class Model(Fields):
     def _problem(self) -> Problem:
         self._store.check_complete()
         return solving.problem_of(self)
+
+    def _sheet(self) -> Sheet:
+        layout = self._compiled.layout
+        return model_sheet(self, f"{layout.root} ({layout.source})")
 
     def __repr__(self) -> str:
         layout = self._compiled.layout

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.face import given
 from arael.face.fields import Fields
 from arael.face.ref import Ref, Refs
+from arael.face.sheets import collection_sheet
 from arael.io.frames import columns_of, is_frame
 from arael.runtime.layout import Column
 from arael.runtime.store import Handles, Table
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
 Ints = NDArray[np.int64]
 
 
-class Collection(Fields):
+class Collection(Displayed, Fields):
     """All rows of a table, those nested in one row, or a selection of them.
 
     ``poses.pos.value`` is the column of all rows, ``poses[3]`` a row (`Ref`), ``poses[2:5]`` a
@@ -300,6 +303,9 @@ class Collection(Fields):
         if not isinstance(ref, Ref) or ref._table is not self._table or not ref.is_valid:
             return False
         return bool(np.isin(self._table.row_of(ref._handle), self._every()))
+
+    def _sheet(self) -> Sheet:
+        return collection_sheet(self)
 
     def __repr__(self) -> str:
         table = self._table
