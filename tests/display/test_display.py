@@ -81,12 +81,12 @@ def test_a_model_shows_its_fields(path: arael.Model) -> None:
     assert rows(path) == [
         ["field", "type", "value"],
         ["scale", "param real", "2"],
-        ["poses", "list of Pose", "15 rows"],
         ["speed", "real", "not set"],
+        ["poses", "list of Pose", "15 rows"],
     ]
     path.speed = 3.0
     path.scale.fixed = True
-    assert rows(path)[1][2] == "2 (fixed)" and rows(path)[3][2] == "3"
+    assert rows(path)[1][2] == "2 (fixed)" and rows(path)[2][2] == "3"
     assert "poses" in printed(path) and "15 rows" in printed(path)
 
 
