@@ -10,11 +10,7 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.assembly.positions import (
-    dense_matrix,
-    diagonal_positions,
-    row_and_column_positions,
-)
+from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
@@ -92,13 +88,13 @@ class Problem:
         self.gathered = 0
         self._watch = Watch(layout)
         self.instances: list[Instances] = self._instances(earlier)
-        self.diagonal_at = diagonal_positions(self.structure.pattern)
+        self.diagonal_at = self.structure.plan.diagonal_at
         self.evaluation = Evaluation(
             layout,
             self.structure,
             self.instances,
             [stored_scalars(store, entity, self.dtype) for entity in layout.entities],
-            self._held_values(),
+            self.structure.plan.values_of(self.structure.system.held),
             self.diagonal_at,
             kernels,
             self.natives,
@@ -349,7 +345,3 @@ class Problem:
                 column[...] = -1
                 column[active] = first + np.arange(len(active))
             first += len(active)
-
-    def _held_values(self) -> Ints:
-        held = self.structure.system.held
-        return row_and_column_positions(self.structure.pattern, held)[1]
