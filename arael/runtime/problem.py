@@ -141,10 +141,17 @@ class Problem:
 
     def _own_data(self, earlier: Problem) -> dict[int, Instances]:
         """Data that `earlier` has of groups that read their own rows only, which are the same."""
-        there = {id(group.prepare): number for number, group in enumerate(earlier.layout.groups)}
+        there: dict[str, list[int]] = {}
+        for number, group in enumerate(earlier.layout.groups):
+            there.setdefault(group.label, []).append(number)
         found = {}
         for number, group in enumerate(self.layout.groups):
-            before = there.get(id(group.prepare))
+            same = (
+                k
+                for k in there.get(group.label, ())
+                if earlier.layout.groups[k].prepare is group.prepare
+            )
+            before = next(same, None)
             if (
                 before is not None
                 and all(not group.slots[raw.slot].steps for raw in group.raw)
@@ -221,7 +228,7 @@ class Problem:
         small = small_solver(name, self.structure.pattern, single, options)
         if small is not None:
             return small
-        # Imported here, so that a solve of a small problem does not load the analysis.
+        # Imported here for start-up time: a solve of a small problem does not load the analysis.
         from arael.runtime.linear.auto import make_solver
 
         if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
