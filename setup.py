@@ -24,8 +24,8 @@ LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
 # (first solves differ by no more than their spread); and what is small or only hands calls on.
 PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
 PLAIN = (
-    "_cyutility", "blas", "cholmod", "front_time", "heap", "lapack_band", "raised", "siblings",
-    "trees",
+    "_cyutility", "blas", "cholmod", "front_time", "heap", "kept", "lapack_band", "raised",
+    "siblings", "trees",
 )  # fmt: skip
 
 

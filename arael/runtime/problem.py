@@ -10,11 +10,7 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.assembly.positions import (
-    dense_matrix,
-    diagonal_positions,
-    row_and_column_positions,
-)
+from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
@@ -92,13 +88,13 @@ class Problem:
         self.gathered = 0
         self._watch = Watch(layout)
         self.instances: list[Instances] = self._instances(earlier)
-        self.diagonal_at = diagonal_positions(self.structure.pattern)
+        self.diagonal_at = self.structure.plan.diagonal_at
         self.evaluation = Evaluation(
             layout,
             self.structure,
             self.instances,
             [stored_scalars(store, entity, self.dtype) for entity in layout.entities],
-            self._held_values(),
+            self.structure.plan.values_of(self.structure.system.held),
             self.diagonal_at,
             kernels,
             self.natives,
@@ -145,10 +141,17 @@ class Problem:
 
     def _own_data(self, earlier: Problem) -> dict[int, Instances]:
         """Data that `earlier` has of groups that read their own rows only, which are the same."""
-        there = {id(group.prepare): number for number, group in enumerate(earlier.layout.groups)}
+        there: dict[str, list[int]] = {}
+        for number, group in enumerate(earlier.layout.groups):
+            there.setdefault(group.label, []).append(number)
         found = {}
         for number, group in enumerate(self.layout.groups):
-            before = there.get(id(group.prepare))
+            same = (
+                k
+                for k in there.get(group.label, ())
+                if earlier.layout.groups[k].prepare is group.prepare
+            )
+            before = next(same, None)
             if (
                 before is not None
                 and all(not group.slots[raw.slot].steps for raw in group.raw)
@@ -225,7 +228,7 @@ class Problem:
         small = small_solver(name, self.structure.pattern, single, options)
         if small is not None:
             return small
-        # Imported here, so that a solve of a small problem does not load the analysis.
+        # Imported here for start-up time: a solve of a small problem does not load the analysis.
         from arael.runtime.linear.auto import make_solver
 
         if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
@@ -349,7 +352,3 @@ class Problem:
                 column[...] = -1
                 column[active] = first + np.arange(len(active))
             first += len(active)
-
-    def _held_values(self) -> Ints:
-        held = self.structure.system.held
-        return row_and_column_positions(self.structure.pattern, held)[1]

@@ -83,7 +83,7 @@ def test_instances_are_sorted_by_the_pose_and_found_under_their_own_numbers(
     number = group(compiled, "Seen.seen")
     placement = compiled.structure.placements[number]
     rows, blocks = placement.rows, placement.block_at[:, 1]
-    (plan,) = (s for s in compiled.structure.shares.values() if s.orders[number] is not None)
+    (plan,) = (s for s in compiled.structure.plan.shares if s.orders[number] is not None)
     order = plan.orders[number]
     assert compiled.layout.groups[number].lead == (0, 2)
     assert (np.diff(rows[order, 0]) >= 0).all()

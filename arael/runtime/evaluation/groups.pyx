@@ -12,7 +12,7 @@ from arael.runtime.evaluation.state_pair cimport StatePair
 from arael.runtime.assembly.totals cimport Totals
 
 from arael.runtime.machine.interpreter import Interpreters
-from arael.runtime.assembly.shares import plan_shares
+from arael.runtime.assembly.scatter_plan import Execution
 
 
 cdef class Groups:
@@ -47,11 +47,9 @@ cdef class Groups:
         self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
         self.states = StatePair(
             layout.entities, system, stored, self.single, kernels, self.raised)
-        widths, free, stores = self.compiled.widths, self.compiled.free, self.compiled.stores
-        key = tuple(widths), tuple(free), tuple(stores)
-        if key not in structure.shares:
-            structure.shares[key] = plan_shares(structure, layout, widths, free, stores)
-        plan = structure.shares[key]
+        widths = self.compiled.widths
+        plan = structure.plan.shares_for(
+            Execution(tuple(widths), tuple(self.compiled.free), tuple(self.compiled.stores)))
         self.shares = plan.count
         self.orders = plan.orders
         self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)

@@ -20,7 +20,7 @@ from arael.runtime.raw cimport bytes_at
 
 from arael.runtime.parallel.frames import refresh_frame_of
 from arael.runtime.machine.interpreter import refresh
-from arael.runtime.levenberg.vectors import count_parts
+from arael.runtime.parallel.vector_parts import count_parts
 
 # Rows between others that are moved with them, although they stay: a call takes as long as these.
 cdef Py_ssize_t GAP = 4

@@ -72,6 +72,7 @@ def _scipy(name: str) -> Callable[..., Any]:
     """Return a function of `scipy.special`, which is imported with the first call."""
 
     def call(x: Any) -> Any:
+        # Imported here for start-up time: SciPy's functions take a tenth of a second.
         from scipy import special
 
         return getattr(special, name)(x)
