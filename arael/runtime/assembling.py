@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from arael.operations import OPERATIONS
+from arael.operations.instructions import instructions
 from arael.runtime.layout import Entity, Group, pair_of
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import NATIVE, PRIMITIVES, Tape
+from arael.runtime.tape import NATIVE, Tape
 
 # Functions of the C library that the machine calls by address.
-LIBRARY = tuple(f for f in FUNCTIONS if not f.opcode)
+LIBRARY = tuple(one for one in OPERATIONS.values() if one.primitive and not one.opcode)
 _AT = {f.name: k for k, f in enumerate(LIBRARY)}
 
-# In the order of `Operation` in machine.pyx.
-OPERATIONS = tuple(name for name in PRIMITIVES if name not in ("input", "const", *_AT))
-_NUMBER = {name: k for k, name in enumerate(OPERATIONS)}
-_CALL = len(OPERATIONS)
+INSTRUCTIONS = instructions(OPERATIONS.values())
+_NUMBER = {name: k for k, name in enumerate(INSTRUCTIONS)}
+_CALL = len(INSTRUCTIONS)
 _LIBRARY = _CALL + 1
 
 Word = tuple[int, int, int, int, int]

@@ -1,4 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime
+# distutils: depends = arael/runtime/machine.h arael/runtime/instructions.h
 """The expression machine: runs groups without a compiled kernel, without Python and the GIL.
 
 A program is a tape with registers instead of nodes. Each instruction works on a block of `WIDTH`
@@ -12,17 +14,14 @@ import sys
 import numpy as np
 
 from cython cimport floating
-from libc.math cimport (
-    NAN, acos, asin, atan, atan2, cbrt, ceil, copysign, cos, cosh, exp, fabs, floor, hypot, log,
-    log2, log10, pow, sin, sinh, sqrt, tan, tanh,
-)
+from libc.math cimport NAN
 from libc.stdint cimport SIZE_MAX, int32_t
 from libc.stdlib cimport free, malloc
 
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport Lanes, Native
 
-from arael.runtime.assembling import LIBRARY, OPERATIONS, assemble
+from arael.runtime.assembling import INSTRUCTIONS, LIBRARY, assemble
 
 cdef enum:
     LANES = 32
@@ -30,12 +29,17 @@ cdef enum:
 WIDTH = LANES
 """Instances of a block, and lanes of the arrays that programs read."""
 
-cdef enum Operation:
-    ADD, SUB, MUL, DIV, NEG, POW, SQRT, CBRT, EXP, LOG, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS
-    ATAN, ATAN2, SINH, COSH, TANH, HYPOT, ABS, SIGN, HEAVISIDE, FLOOR, CEIL, ROUND, MIN, MAX
-    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL, LIBRARY_CALL
+cdef extern from "machine.h":
+    void execute_f64(
+        int operation, int n, double* t, const double* a, const double* b, const double* c
+    ) noexcept nogil
+    void execute_f32(
+        int operation, int n, float* t, const float* a, const float* b, const float* c
+    ) noexcept nogil
 
-assert len(OPERATIONS) == CALL
+# Numbers beyond those of the instructions.
+cdef int CALL = len(INSTRUCTIONS)
+cdef int LIBRARY_CALL = CALL + 1
 
 # Functions of the C library that have no instruction, by address.
 ctypedef double (*unary)(double) noexcept nogil
@@ -46,7 +50,7 @@ cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
 def _bind():
     names = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     for k, function in enumerate(LIBRARY):
-        found = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
+        found = ctypes.cast(getattr(names, function.library), ctypes.c_void_p).value
         functions[k] = <unary><size_t>found
 
 
@@ -89,126 +93,10 @@ cdef void run(
                 t[w] = <floating>function(a[w])
             continue
         t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
-        if op == ADD:
-            for w in range(n):
-                t[w] = a[w] + b[w]
-        elif op == SUB:
-            for w in range(n):
-                t[w] = a[w] - b[w]
-        elif op == MUL:
-            for w in range(n):
-                t[w] = a[w] * b[w]
-        elif op == DIV:
-            for w in range(n):
-                t[w] = a[w] / b[w]
-        elif op == NEG:
-            for w in range(n):
-                t[w] = -a[w]
-        elif op == POW:
-            for w in range(n):
-                t[w] = <floating>pow(a[w], b[w])
-        elif op == SQRT:
-            for w in range(n):
-                t[w] = <floating>sqrt(a[w])
-        elif op == CBRT:
-            for w in range(n):
-                t[w] = <floating>cbrt(a[w])
-        elif op == EXP:
-            for w in range(n):
-                t[w] = <floating>exp(a[w])
-        elif op == LOG:
-            for w in range(n):
-                t[w] = <floating>log(a[w])
-        elif op == LOG2:
-            for w in range(n):
-                t[w] = <floating>log2(a[w])
-        elif op == LOG10:
-            for w in range(n):
-                t[w] = <floating>log10(a[w])
-        elif op == SIN:
-            for w in range(n):
-                t[w] = <floating>sin(a[w])
-        elif op == COS:
-            for w in range(n):
-                t[w] = <floating>cos(a[w])
-        elif op == TAN:
-            for w in range(n):
-                t[w] = <floating>tan(a[w])
-        elif op == ASIN:
-            for w in range(n):
-                t[w] = <floating>asin(a[w])
-        elif op == ACOS:
-            for w in range(n):
-                t[w] = <floating>acos(a[w])
-        elif op == ATAN:
-            for w in range(n):
-                t[w] = <floating>atan(a[w])
-        elif op == ATAN2:
-            for w in range(n):
-                t[w] = <floating>atan2(a[w], b[w])
-        elif op == SINH:
-            for w in range(n):
-                t[w] = <floating>sinh(a[w])
-        elif op == COSH:
-            for w in range(n):
-                t[w] = <floating>cosh(a[w])
-        elif op == TANH:
-            for w in range(n):
-                t[w] = <floating>tanh(a[w])
-        elif op == HYPOT:
-            for w in range(n):
-                t[w] = <floating>hypot(a[w], b[w])
-        elif op == ABS:
-            for w in range(n):
-                t[w] = <floating>fabs(a[w])
-        elif op == SIGN:
-            for w in range(n):
-                t[w] = a[w] if a[w] != a[w] else <floating>((a[w] > 0) - (a[w] < 0))
-        elif op == HEAVISIDE:
-            for w in range(n):
-                t[w] = a[w] if a[w] != a[w] else <floating>(0.5 * ((a[w] > 0) + (a[w] >= 0)))
-        elif op == FLOOR:
-            for w in range(n):
-                t[w] = <floating>floor(a[w])
-        elif op == CEIL:
-            for w in range(n):
-                t[w] = <floating>ceil(a[w])
-        elif op == ROUND:
-            for w in range(n):
-                t[w] = <floating>copysign(floor(fabs(a[w]) + 0.5), a[w])
-        elif op == MIN:
-            for w in range(n):
-                t[w] = a[w] if a[w] < b[w] or a[w] != a[w] else b[w]
-        elif op == MAX:
-            for w in range(n):
-                t[w] = a[w] if a[w] > b[w] or a[w] != a[w] else b[w]
-        elif op == IDENTITY:
-            for w in range(n):
-                t[w] = a[w]
-        elif op == LT:
-            for w in range(n):
-                t[w] = <floating>(a[w] < b[w])
-        elif op == LE:
-            for w in range(n):
-                t[w] = <floating>(a[w] <= b[w])
-        elif op == EQ:
-            for w in range(n):
-                t[w] = <floating>(a[w] == b[w])
-        elif op == NE:
-            for w in range(n):
-                t[w] = <floating>(a[w] != b[w])
-        elif op == AND:
-            for w in range(n):
-                t[w] = <floating>((a[w] != 0) & (b[w] != 0))
-        elif op == OR:
-            for w in range(n):
-                t[w] = <floating>((a[w] != 0) | (b[w] != 0))
-        elif op == NOT:
-            for w in range(n):
-                t[w] = <floating>(a[w] == 0)
-        else:  # SELECT
-            for w in range(n):
-                t[w] = b[w] if a[w] != 0 else c[w]
+        if floating is float:
+            execute_f32(op, n, t, a, b, c)
+        else:
+            execute_f64(op, n, t, a, b, c)
 
 
 cdef class Program:

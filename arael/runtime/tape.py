@@ -13,62 +13,17 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.library import FUNCTIONS
+from arael.operations import OPERATIONS
 
 Array = NDArray[Any]
 
 
-def _sign(x: Array) -> Array:
-    return np.sign(x)
-
-
-def _heaviside(x: Array) -> Array:
-    """Step from 0 to 1, one half at 0."""
-    return np.heaviside(x, 0.5)
-
-
-def _round_half_away(x: Array) -> Array:
-    """Round as C does: halves go away from zero, unlike NumPy's."""
-    return np.copysign(np.floor(np.abs(x) + 0.5), x)
-
-
-def _where(condition: Array, taken: Array, otherwise: Array) -> Array:
-    return np.where(condition != 0, taken, otherwise)
-
-
-def _as_number(compare: Callable[..., Array]) -> Callable[..., Array]:
-    return lambda *a: compare(*a).astype(np.result_type(*a, np.float32))
-
-
 # Name -> (number of arguments, NumPy implementation). "input" and "const" have no implementation.
-# Functions of the C library are those of `arael.runtime.library`. A comparison yields 1.0 or 0.0.
+# The others are those of `arael.operations`. A comparison yields 1.0 or 0.0.
 PRIMITIVES: dict[str, tuple[int, Callable[..., Array] | None]] = {
     "input": (0, None),
     "const": (0, None),
-    "add": (2, np.add),
-    "sub": (2, np.subtract),
-    "mul": (2, np.multiply),
-    "div": (2, np.divide),
-    "neg": (1, np.negative),
-    **{f.name: (f.arity, f.numpy) for f in FUNCTIONS if f.opcode},
-    "abs": (1, np.abs),
-    "sign": (1, _sign),
-    "heaviside": (1, _heaviside),
-    "floor": (1, np.floor),
-    "ceil": (1, np.ceil),
-    "round": (1, _round_half_away),
-    "min": (2, np.minimum),
-    "max": (2, np.maximum),
-    "identity": (1, np.positive),
-    "lt": (2, _as_number(np.less)),
-    "le": (2, _as_number(np.less_equal)),
-    "eq": (2, _as_number(np.equal)),
-    "ne": (2, _as_number(np.not_equal)),
-    "and": (2, _as_number(np.logical_and)),
-    "or": (2, _as_number(np.logical_or)),
-    "not": (1, _as_number(np.logical_not)),
-    "select": (3, _where),
-    **{f.name: (f.arity, f.numpy) for f in FUNCTIONS if not f.opcode},
+    **{one.name: (one.arity, one.numpy) for one in OPERATIONS.values() if one.primitive},
 }
 
 

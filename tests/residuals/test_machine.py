@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import arael
 from arael.diagnose.gradients import check_gradients
 from arael.runtime import machine
-from arael.runtime.assembling import OPERATIONS
+from arael.runtime.assembling import INSTRUCTIONS
 from arael.runtime.interpreter import GroupInterpreter
 from arael.runtime.tape import PRIMITIVES
 
@@ -101,7 +101,7 @@ WRITTEN = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", OPERATIONS)
+@pytest.mark.parametrize("name", INSTRUCTIONS)
 @pytest.mark.parametrize("single", [False, True])
 def test_every_operation_on_every_kind_of_number(name: str, single: bool) -> None:
     """Run the operation on parameters, so that nothing is worked out before the machine sees it."""
