@@ -18,7 +18,7 @@ SHARED = "arael.runtime._cyutility"
 SHARED_C = RUNTIME / "_cyutility.c"
 
 # What is written from the table of operations.
-INSTRUCTIONS = RUNTIME / "instructions.h"
+INSTRUCTIONS = RUNTIME / "machine" / "instructions.h"
 
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
 LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")

@@ -14,7 +14,7 @@ from arael.check.typed import ConstraintSite, TypedModel
 from arael.compiler.entities import model_state
 from arael.compiler.functions import Functions
 from arael.compiler.groups import Derivatives, derivatives
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.tape import NATIVE
 from arael.symbolic.functions import MAKERS
 
 

@@ -23,7 +23,7 @@ from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.operations import OPERATIONS
 from arael.runtime.layout import Group, Raw, Use
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
 from arael.symbolic.jacobian import jacobian as differentiate

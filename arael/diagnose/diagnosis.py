@@ -13,8 +13,8 @@ from arael.diagnose.freedom import FreeDirections
 from arael.diagnose.jacobian import Jacobian, jacobian
 from arael.diagnose.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.diagnosis import non_finite
 from arael.runtime.failures import listed
+from arael.runtime.levenberg.diagnosis import non_finite
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

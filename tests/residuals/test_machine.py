@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import arael
 from arael.diagnose.gradients import check_gradients
-from arael.runtime import machine
-from arael.runtime.assembling import INSTRUCTIONS
-from arael.runtime.interpreter import GroupInterpreter
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine import program as machine
+from arael.runtime.machine.assembling import INSTRUCTIONS
+from arael.runtime.machine.interpreter import GroupInterpreter
+from arael.runtime.machine.tape import PRIMITIVES
 
 LEAVES = st.sampled_from(["a", "b", "v.x", "v.y", "x", "y", "0.5", "2", "pi"])
 SMOOTH = ("sin", "cos", "atan", "tanh", "safe_sqrt")

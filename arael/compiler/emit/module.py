@@ -13,7 +13,7 @@ from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.operations import OPERATIONS
 from arael.runtime.layout import Entity
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.tape import NATIVE
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}

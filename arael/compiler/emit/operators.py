@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from arael.operations import OPERATIONS
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.tape import NATIVE
 
 FORMS: dict[str, str] = {
     one.name: one.kernel_expression for one in OPERATIONS.values() if one.primitive
