@@ -1,6 +1,5 @@
 """The instructions of the expression machine as C; `setup.py` writes them to a header.
 
-
 python -m arael.operations.instructions HEADER
 """
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import math
 
-from arael.operations import OPERATIONS
+from arael.operations.numbers import value
 
 
 def fold(name: str, *values: float) -> float | None:
     """Value of operation `name` on `values`, or None if it has none that is finite."""
-    try:
-        result = OPERATIONS[name].on_numbers(*values)
-    except (ValueError, OverflowError, ZeroDivisionError):
-        return None
+    result = value(name, *values)
     return result if math.isfinite(result) else None

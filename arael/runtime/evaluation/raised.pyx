@@ -23,7 +23,7 @@ cdef class Kept:
 
 
 cdef class Raised(Kept):
-    """The first exception of the interpreter or of a native function in Python.
+    """The first exception of a native function in Python.
 
     Parameters
     ----------

@@ -1,16 +1,17 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-# distutils: include_dirs = arael/runtime/parallel
+# distutils: include_dirs = arael/runtime/machine
 # distutils: depends = arael/runtime/machine/machine.h arael/runtime/machine/instructions.h
 """The expression machine: runs groups without a compiled kernel, without Python and the GIL.
 
 A program is a tape with registers instead of nodes. Each instruction works on a block of `WIDTH`
 instances at a time, so that its dispatch is paid once a block and its loop is a vector loop of the
-C compiler. Results are those of the NumPy interpreter, NaN for NaN.
+C compiler. It keeps NaN where kernels do.
 """
 
 import ctypes
 import sys
 
+import msgspec
 import numpy as np
 
 from cython cimport floating
@@ -137,6 +138,12 @@ cdef class Program:
         self._entry_count, self._product_count = len(arrays[4]), len(arrays[5])
         self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
         self._constant = <const double*>address(constants, np.float64)
+        if group.moving_guard is not None:
+            self.guarded = True
+            self._guard = Program(
+                msgspec.structs.replace(
+                    group, tape=group.moving_guard, residuals=1, jacobian=(), moving_guard=None),
+                entities, single, natives)
 
     @property
     def instructions(self):
@@ -169,6 +176,13 @@ cdef class Program:
             rows_of[float](self, lanes, exhausted, <float*>residuals, <float*>entries)
         else:
             rows_of[double](self, lanes, exhausted, <double*>residuals, <double*>entries)
+
+
+    cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
+        if self.single:
+            guard_of[float](self._guard, lanes, exhausted, <float*>NULL)
+        else:
+            guard_of[double](self._guard, lanes, exhausted, <double*>NULL)
 
 
 cdef size_t workspace_of(Program p, size_t scalar) noexcept nogil:
@@ -259,6 +273,27 @@ cdef void each_square(Program p, floating** registers, int n, double* costs) noe
         for w in range(n):
             r = registers[p._results[k]][w]
             costs[w] += r * r
+
+
+cdef void guard_of(
+    Program p, const Lanes* lanes, bint* exhausted, floating* _
+) noexcept nogil:
+    """Write whether each instance is active into the last column of its data."""
+    cdef floating** registers = begin(p, lanes, exhausted, _)
+    cdef Py_ssize_t block
+    cdef floating* flags
+    cdef const floating* holds
+    cdef int n, w
+    if registers == NULL:
+        return
+    for block in range((lanes.n + LANES - 1) // LANES):
+        n = gather(p, lanes, block, registers)
+        run(&p._cost, registers, n, lanes.natives, arguments_of(p, registers))
+        flags = (<floating*>lanes.data) + ((block + 1) * p._data - 1) * LANES
+        holds = registers[p._results[0]]
+        for w in range(n):
+            flags[w] = holds[w] != 0 and holds[w] == holds[w]
+    free(registers)
 
 
 cdef double cost_of(

@@ -1,16 +1,15 @@
 """Straight-line programs over scalars: the form in which formulas reach the runtime.
 
-A tape is what the compiler prints as C and what the NumPy interpreter runs. It knows nothing of the
+A tape is what the compiler prints as C and what the expression machine runs. It knows nothing of the
 language; its nodes are numbered in order of evaluation and refer only to earlier ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import msgspec
-import numpy as np
 from numpy.typing import NDArray
 
 from arael.operations import OPERATIONS
@@ -31,15 +30,7 @@ NATIVE = "extern:"
 """Before the name of a native function where it is an operation of a tape."""
 
 
-class Natives(Protocol):
-    """Native functions by name, on whole columns."""
-
-    def __getitem__(self, name: str) -> Callable[..., Array]:
-        """Return the function of that name: arrays or scalars to an array."""
-        ...
-
-
-class Tape(msgspec.Struct, frozen=True):
+class Tape(msgspec.Struct, frozen=True, dict=True):
     """A straight-line program.
 
     Attributes
@@ -67,40 +58,3 @@ class Tape(msgspec.Struct, frozen=True):
     def operations(self) -> int:
         """Number of arithmetic operations of one evaluation."""
         return sum(op not in ("input", "const") for op in self.ops)
-
-
-def evaluate(
-    tape: Tape,
-    inputs: Sequence[Array],
-    dtype: np.dtype[Any] | type = np.float64,
-    natives: Natives | None = None,
-) -> list[Array]:
-    """Compute every node, for a whole column of instances at once.
-
-    Parameters
-    ----------
-    tape : the program
-    inputs : one array (or scalar) per input number, broadcastable against each other
-    dtype : precision of the constants (and so of the evaluation, if the inputs have it too)
-    natives : the native functions that the tape calls
-
-    Returns
-    -------
-    One array per node of the tape; take those of ``tape.outputs`` for the results. Invalid
-    operations give NaN or infinity silently, as the compiled kernel does.
-    """
-    values: list[Array] = []
-    with np.errstate(all="ignore"):
-        for op, args in zip(tape.ops, tape.args, strict=True):
-            if op == "input":
-                values.append(np.asarray(inputs[args[0]]))
-            elif op == "const":
-                values.append(np.asarray(tape.constants[args[0]], dtype=dtype))
-            elif op.startswith(NATIVE):
-                assert natives is not None, op
-                values.append(natives[op.removeprefix(NATIVE)](*(values[a] for a in args)))
-            else:
-                function = PRIMITIVES[op][1]
-                assert function is not None
-                values.append(function(*(values[a] for a in args)))
-    return values
