@@ -20,11 +20,11 @@ from arael.runtime.problem import Problem
 from arael.syntax.parser import parse
 from tests.compiler.test_emit import emitted
 from tests.compiler.test_kernels import (
-from tests.oracle import evaluate
     check_against_differences,
     check_against_oracle,
     problems,
 )
+from tests.oracle import evaluate
 
 # Two rows of one entity, rows that many instances share, scalars of the root, a loss, a guard over
 # parameters, residuals that are data, parameters and constants.

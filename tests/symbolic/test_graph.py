@@ -13,8 +13,8 @@ import pytest
 from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
-from tests.symbolic.programs import between_factor, inputs, run
 from tests.oracle import evaluate
+from tests.symbolic.programs import between_factor, inputs, run
 
 
 def test_equal_expressions_are_one_node() -> None:

@@ -1,6 +1,6 @@
 """How each primitive of a tape is written in Cython.
 
-The forms keep NaN where NumPy keeps it, so that a kernel and the interpreter agree on bad input
+The forms keep NaN where NumPy keeps it, so that kernels and machine agree on bad input
 too, and use no branches, so that a loop over lanes vectorises. `m_*` names are bound in the module
 head to the C library's functions of the module's precision.
 """

@@ -11,7 +11,7 @@ class Kept:
     def again(self) -> None: ...
 
 class Raised(Kept):
-    """The first exception of the interpreter or of a native function in Python."""
+    """The first exception of a native function in Python."""
 
     natives: NativeTable
 

@@ -133,7 +133,7 @@ cdef class Minimiser(Supervised):
     def run(self):
         """Solve; return the status.
 
-        What watcher, driver, interpreter or linear solver raised passes through.
+        What watcher, driver, native function or linear solver raised passes through.
         """
         try:
             with nogil:

@@ -1,7 +1,7 @@
 """Straight-line programs over scalars: the form in which formulas reach the runtime.
 
-A tape is what the compiler prints as C and what the expression machine runs. It knows nothing of the
-language; its nodes are numbered in order of evaluation and refer only to earlier ones.
+A tape is what the compiler prints as C and what the expression machine runs. It knows nothing of
+the language; its nodes are numbered in order of evaluation and refer only to earlier ones.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Expressions in C99, for double or float.
 
-NaN goes through every operation as it does through the interpreter's, also through ``min``,
+NaN goes through every operation as it does through the expression machine's, also through ``min``,
 ``max``, ``sign`` and ``heaviside``. Comparisons give 1 and 0 of the floating type.
 """
 
