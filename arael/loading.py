@@ -102,7 +102,7 @@ class CompiledModel:
             return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
         if not task.failure:
             return self
-        warn_of_interpreter(task.failure, level + 1)
+        warn_of_machine(task.failure, level + 1)
         return replace(self, meanwhile=None)
 
 
@@ -121,9 +121,9 @@ def load(
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     precision : ``"f64"`` or ``"f32"`` instead of what the root declares
     root : which root, where the file has several
-    interpret : run on the NumPy interpreter (True), on compiled kernels or not at all (False), or
-        on the interpreter only where there is no C compiler (None); ``"meanwhile"``: on the
-        interpreter until another process has compiled the kernels. An instance changes over to them
+    interpret : run on the expression machine (True), on compiled kernels or not at all (False), or
+        on the machine only where there is no C compiler (None); ``"meanwhile"``: on the
+        machine until another process has compiled the kernels. An instance changes over to them
         when its next solve begins, never within one; results agree to rounding.
     functions : what to call for each ``extern fn`` of the model, by name: a function pointer of
         ctypes or cffi, a numba ``cfunc``, a capsule of Cython's, a `scipy.LowLevelCallable`, or a
@@ -144,7 +144,7 @@ def load(
     ModelWarning
         Something in the model is probably a mistake (``W....``), with the text of `arael check`.
     InterpretedWarning
-        No C compiler was found, so the NumPy interpreter is used. With ``"meanwhile"``: when
+        No C compiler was found, so the expression machine is used. With ``"meanwhile"``: when
         the next solve begins after the compilation has failed, with the reason.
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
@@ -420,14 +420,15 @@ def _with_kernels(
 def _interpreted(
     layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 6
 ) -> CompiledModel:
-    warn_of_interpreter(why, level + 1)
+    warn_of_machine(why, level + 1)
     return CompiledModel(layout, None, None, "interpreted", seconds or {})
 
 
-def warn_of_interpreter(why: str, level: int) -> None:
-    """Warn that a model runs on the interpreter, at the place `level` calls up."""
+def warn_of_machine(why: str, level: int) -> None:
+    """Warn that a model runs on the expression machine, at the place `level` calls up."""
     warnings.warn(
-        f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
+        f"running on the expression machine, slower than compiled kernels: {why}; "
+        "`arael doctor` reports details",
         InterpretedWarning,
         stacklevel=level,
     )

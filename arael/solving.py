@@ -140,7 +140,7 @@ def solve(
 
 
 def _change_over(model: Solvable, session: Session) -> None:
-    """Take kernels that were compiled meanwhile in place of the interpreter."""
+    """Take kernels that were compiled meanwhile in place of the expression machine."""
     known = model._compiled
     if getattr(known, "meanwhile", None) is None:
         return
@@ -150,7 +150,7 @@ def _change_over(model: Solvable, session: Session) -> None:
             return
         object.__setattr__(model, "_compiled", current)
         model._store.kernels = current.kernels
-        session.release()  # its data lies as the interpreter reads it
+        session.release()  # its data lies as the expression machine reads it
 
 
 def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:

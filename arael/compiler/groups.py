@@ -21,8 +21,8 @@ from arael.compiler.parts import Parts, cut
 from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.operations import OPERATIONS
 from arael.runtime.layout import Group, Raw, Use
-from arael.runtime.machine.library import FUNCTIONS
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
@@ -45,7 +45,7 @@ MAX_PRODUCTS = 5_000_000
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
 EXTRA_LANES = 6
-COSTLY = frozenset(("div", *(f.name for f in FUNCTIONS)))
+COSTLY = frozenset(one.name for one in OPERATIONS.values() if one.costly)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,8 @@ class Problem:
     ----------
     layout : the compiled model
     store : its data
-    kernels : capsule ``arael.kernels`` of the generated module; None: the NumPy interpreter
+    kernels : capsule ``arael.kernels`` of the generated module; None: the expression
+        machine
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
     programs : per group its `arael.runtime.machine.program.Program`, or None where kernels have it
@@ -271,6 +272,23 @@ class Problem:
         path = self.layout.groups[group].table
         row = int(self.structure.active[group][instance])
         return row_name(self.store, path, row) or self.layout.root
+
+    def group_inputs(self, number: int, states: Sequence[Array]) -> list[Array]:
+        """Inputs of the tape of a group, each (n,) or a scalar.
+
+        Parameters
+        ----------
+        number : of the group
+        states : one array (rows, state) per entity, in any precision; instances are active as at
+            the accepted state
+        """
+        group, one = self.layout.groups[number], self.instances[number]
+        at = self.structure.placements[number].rows
+        moving = [states[group.uses[u].entity][at[:, u], offset] for u, offset in group.states]
+        data = list(one.data.T)
+        if group.moving_guard is not None:
+            data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
+        return [*moving, *data, *one.uniform]
 
     # --- dense views of the linearisation ----------------------------------------------------
 

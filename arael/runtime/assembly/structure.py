@@ -11,9 +11,9 @@ from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.assembly.scatter_plan import ScatterPlan, scatter_plan
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
-from arael.runtime.machine.tape import Natives
 from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.system import System, build_system, free_scalars, hold, row_name
 
@@ -61,7 +61,7 @@ def structure_of(
     store: StoreLike,
     frozen: frozenset[str] = frozenset(),
     known: Structure | None = None,
-    natives: Natives | None = None,
+    natives: NativeTable | None = None,
     keep_idle: bool = False,
 ) -> Structure:
     """The structure of a store; `known` itself if nothing of it has changed.
@@ -102,7 +102,7 @@ def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -
     return known.system if same else None
 
 
-def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:
+def _same_rows(store: StoreLike, known: Structure, natives: NativeTable | None) -> bool:
     """Whether rows, refs and guards are as they were when `known` was made."""
     if known.system.store is not store or known.version != store.structure_version:
         return False
@@ -156,7 +156,7 @@ def _with_other_flags(
     )
 
 
-def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
+def active_rows(store: StoreLike, group: Group, natives: NativeTable | None = None) -> Ints:
     """Rows of the group's table whose guard holds, ascending."""
     rows = np.arange(store.tables[group.table].size, dtype=np.int64)
     if group.guard is None or len(rows) == 0:

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from arael.runtime.assembly.ordering import in_lanes
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
-from arael.runtime.machine.tape import Natives, evaluate
+from arael.runtime.machine.programs import evaluate
 from arael.runtime.store.access import Array, Ints, StoreLike, gather
 
 
@@ -60,7 +61,7 @@ def gather_instances(
     rows: Ints,
     slot_rows: list[Ints],
     dtype: np.dtype[Any],
-    natives: Natives | None = None,
+    natives: NativeTable | None = None,
 ) -> Instances:
     """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
     n = len(rows)
@@ -68,8 +69,7 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
         inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
-        values = evaluate(group.prepare, inputs, np.float64, natives)
-        found = [values[k] for k in group.prepare.outputs]
+        found = evaluate(group.prepare, inputs, np.float64, natives)
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):
                 data[:, k] = found[k]

@@ -4,7 +4,7 @@ from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.parallel.kept import Kept
 
 class Raised(Kept):
-    """The first exception of the interpreter or of a native function in Python."""
+    """The first exception of a native function in Python."""
 
     natives: NativeTable
 

@@ -6,7 +6,7 @@ from arael.runtime.parallel.kept cimport Kept
 
 
 cdef class Raised(Kept):
-    """The first exception of the interpreter or of a native function in Python.
+    """The first exception of a native function in Python.
 
     Parameters
     ----------

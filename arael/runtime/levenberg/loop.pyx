@@ -111,7 +111,7 @@ cdef class Minimiser(Attempt):
     def run(self):
         """Solve; return the status.
 
-        What watcher, driver, interpreter or linear solver raised passes through.
+        What watcher, driver, native function or linear solver raised passes through.
         """
         try:
             with nogil:
