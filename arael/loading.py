@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from arael.compiled_model import CompiledModel, warn_of_interpreter
 from arael.compiler import processor
 from arael.compiler.cache import kernels as kept
 from arael.compiler.cache import models
@@ -24,65 +24,16 @@ from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
 from arael.runtime.layout import Layout
-from arael.runtime.native_binding import Binding
 from arael.syntax.files import read_source
 
 if TYPE_CHECKING:
     from arael.compiler.compilation import Compilation
-    from arael.compiler.meanwhile import Meanwhile
     from arael.model import Model
 
 Precision = Literal["f32", "f64"]
 Interpret = bool | Literal["meanwhile"] | None
 
 __all__ = ["CompiledModel", "InterpretedWarning", "load", "load_compiled"]
-
-
-@dataclass(frozen=True)
-class CompiledModel:
-    """A compiled model.
-
-    Attributes
-    ----------
-    layout : the model as the runtime reads it
-    kernels : capsule with the table of kernels, or None where the model is interpreted
-    folder : cache entry or shipped folder it came from, or None
-    origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
-    seconds : duration of each stage; empty on a warm start, without Cython and the C compiler where
-        the kernels of a changed text were found
-    bindings : implementations of native functions that the caller bound, by name
-    meanwhile : the compilation that runs in the background, if there is one
-    """
-
-    layout: Layout
-    kernels: Any
-    folder: Path | None
-    origin: str
-    seconds: dict[str, float]
-    bindings: dict[str, Binding] = field(default_factory=dict)
-    meanwhile: Meanwhile | None = None
-
-    def current(self, level: int) -> CompiledModel:
-        """Return the model with the kernels that were compiled meanwhile, if they are there.
-
-        Parameters
-        ----------
-        level : how many calls up a warning is placed
-
-        Warns
-        -----
-        InterpretedWarning
-            The compilation has failed. What is returned does not warn again.
-        """
-        task = self.meanwhile
-        if task is None:
-            return self
-        if task.kernels is not None:
-            return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
-        if not task.failure:
-            return self
-        warn_of_interpreter(task.failure, level + 1)
-        return replace(self, meanwhile=None)
 
 
 def load(
@@ -323,12 +274,3 @@ def _interpreted(
 ) -> CompiledModel:
     warn_of_interpreter(why, level + 1)
     return CompiledModel(layout, None, None, "interpreted", seconds or {})
-
-
-def warn_of_interpreter(why: str, level: int) -> None:
-    """Warn that a model runs on the interpreter, at the place `level` calls up."""
-    warnings.warn(
-        f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
-        InterpretedWarning,
-        stacklevel=level,
-    )

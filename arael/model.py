@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from arael import solving  # here, so that a first solve does not wait for imports
+from arael.compiled_model import CompiledModel
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
-from arael.runtime.layout import Layout, LayoutPass
+from arael.runtime.layout import LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
 from arael.session import Session
 
-__all__ = ["Compiled", "Model", "Ref", "Refs"]
+__all__ = ["Model", "Ref", "Refs"]
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,14 +33,6 @@ if TYPE_CHECKING:
     from arael.result import Result
     from arael.runtime.problem import Problem
     from arael.schedule import Pass
-
-
-class Compiled(Protocol):
-    """The parts of a compiled model that a model instance uses."""
-
-    @property
-    def layout(self) -> Layout:
-        """Tables, parameters, constraints."""
 
 
 class Model(Fields):
@@ -61,15 +54,14 @@ class Model(Fields):
     default may be set at any time before solving.
     """
 
-    _compiled: Compiled
+    _compiled: CompiledModel
     _store: Store
     _residuals: Residuals | None
     _session: Session
 
-    def __init__(self, compiled: Compiled, /, **values: Any) -> None:
+    def __init__(self, compiled: CompiledModel, /, **values: Any) -> None:
         store = Store(compiled.layout)
-        store.kernels = getattr(compiled, "kernels", None)
-        store.bindings = getattr(compiled, "bindings", None) or {}
+        store.kernels, store.bindings = compiled.kernels, compiled.bindings
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)

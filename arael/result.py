@@ -10,21 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.statuses import CONVERGED
+
 if TYPE_CHECKING:
     from arael.runtime.outcomes import Components
-
-CONVERGED = frozenset(
-    {
-        "converged",
-        "cost_threshold",
-        "gradient_tolerance",
-        "parameter_tolerance",
-        "predicted_reduction",
-    }
-)
-
-# Statuses that end the whole schedule, not only the pass they end.
-ENDING = frozenset({"aborted", "time_limit", "observer_terminated", "driver_terminated"})
 
 
 class Plan(dict[str, Any]):

@@ -14,7 +14,7 @@ import numpy as np
 
 from arael.config import LmConfig, Observer
 from arael.log import LEVELS, log, logger
-from arael.result import ENDING, Plan, Result, joined
+from arael.result import Plan, Result, joined
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.linear import blas
@@ -23,6 +23,7 @@ from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.schedule import Pass, check_paths, chosen_passes, held_by
 from arael.session import Session, session_of
+from arael.statuses import ENDING
 
 Trace = Callable[[str], object]
 

@@ -69,7 +69,7 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
         parameter=kind,
     )
     t.units.read(node, field)
-    t.origins[id(node)] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
+    t.origins[node] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
     return t.make(node)
 
 
@@ -93,7 +93,7 @@ def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Br
         return t.make(written)
     kept = Read(type=value.type, span=span, slot=slot, column=column, version="computed")
     if (unit := t.units.of(value)) is not UNKNOWN:
-        t.units.known[id(kept)] = unit
+        t.units.known[kept] = unit
     return t.make(kept)
 
 

@@ -59,7 +59,7 @@ class Typist:
     calls : functions being expanded, with the places of their calls
     operations : scalar operations so far
     expansion : expressions so far within calls of functions
-    origins : declaration of each value that an expression reads, by identity
+    origins : declaration of each value that an expression reads
     units : units of expressions
     """
 
@@ -76,14 +76,12 @@ class Typist:
     expansion: int = 0
     exhausted: bool = False
     nesting: int = 0
-    origins: dict[int, Label] = field(default_factory=dict)
+    origins: dict[Typed, Label] = field(default_factory=dict)
     units: Units = field(default_factory=Units)
-    expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
-    kept: list[Typed] = field(default_factory=list)  # kept alive while `expanded` has their ids
+    expanded: dict[tuple[str, tuple[Typed, ...]], Binding] = field(default_factory=dict)
     formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
         default_factory=dict
     )  # formulas of components by row and path; None while one is being typed
-    made: list[Typed] = field(default_factory=list)  # kept alive while their ids are in use
 
     @property
     def paths(self) -> Paths:
@@ -160,7 +158,6 @@ class Typist:
 
     def make(self, node: Typed, cost: int = 0) -> Typed | Broken:
         """Count `node` against the limits of a constraint; `cost` if it is not one per scalar."""
-        self.made.append(node)
         self.operations += max(cost, size_of(node.type))
         self.expansion += bool(self.calls)
         if self.operations > MAX_OPERATIONS or self.expansion > MAX_EXPANDED:
@@ -230,7 +227,7 @@ class Typist:
 
     def origin(self, value: Typed) -> list[Label]:
         """The declaration of a value that is read directly."""
-        label = self.origins.get(id(value))
+        label = self.origins.get(value)
         return [label] if label else []
 
 

@@ -155,8 +155,8 @@ def sources(t: Typist, node: Typed) -> list[Label]:
         label: Label | None = None
         quantity = t.units.of(here)
         if isinstance(here, Read) and not isinstance(quantity, Open):
-            label = t.origins.get(id(here))
-            declared = t.units.fields.get(id(here))
+            label = t.origins.get(here)
+            declared = t.units.fields.get(here)
             if label is not None and declared is not None and not declared.unit:
                 label = Label(label.span, f"{label.text}, in {quantity}")
         elif isinstance(here, Apply) and here is not node and here.name in _GIVES:
@@ -174,7 +174,7 @@ def written(t: Typist, node: Typed) -> bool:
     """Whether `node` contains a value with a declared unit."""
     fields = t.units.fields
     for here in _below(node, lambda n: False):
-        declared = fields.get(id(here))
+        declared = fields.get(here)
         if declared is not None and declared.unit:
             return True
         if isinstance(here, Literal_) and isinstance(here.unit, Unit):
@@ -185,13 +185,13 @@ def written(t: Typist, node: Typed) -> bool:
 def _below(node: Typed, stop: object) -> list[Typed]:
     """`node` and its operands in depth-first order, down to where `stop` holds."""
     found: list[Typed] = []
-    seen: set[int] = set()
+    seen: set[Typed] = set()
     waiting = [node]
     while waiting and len(found) < MAX_WALK:
         here = waiting.pop()
-        if id(here) in seen:
+        if here in seen:
             continue
-        seen.add(id(here))
+        seen.add(here)
         found.append(here)
         if not (callable(stop) and stop(here)):
             waiting.extend(reversed(operands(here)))

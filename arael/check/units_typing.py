@@ -39,22 +39,19 @@ if TYPE_CHECKING:
 
 @dataclass
 class Units:
-    """Unit of each expression, by identity.
+    """Unit of each expression; typed expressions are equal only to themselves."""
 
-    Expressions are looked up by identity, so the owner of this object must keep them alive.
-    """
-
-    fields: dict[int, FieldDecl] = field(default_factory=dict)
-    known: dict[int, Quantity] = field(default_factory=dict)
+    fields: dict[Typed, FieldDecl] = field(default_factory=dict)
+    known: dict[Typed, Quantity] = field(default_factory=dict)
 
     def read(self, node: Typed, field: FieldDecl | None) -> None:
         """Record that `node` reads `field`; called before the node is added."""
         if field is not None:
-            self.fields[id(node)] = field
+            self.fields[node] = field
 
     def of(self, node: Typed) -> Quantity:
         """The unit of an expression that was added before."""
-        found = self.known.get(id(node))
+        found = self.known.get(node)
         if found is not None:
             return found
         return node.unit if isinstance(node, Literal_) else UNKNOWN
@@ -73,11 +70,11 @@ class Units:
             report_misfit(t, node, misfit)
         else:
             if found is not UNKNOWN:
-                self.known[id(node)] = found
+                self.known[node] = found
 
 
 def _read(units: Units, node: Read) -> Quantity:
-    declared = units.fields.get(id(node))
+    declared = units.fields.get(node)
     return declared.quantity if declared is not None else UNKNOWN
 
 

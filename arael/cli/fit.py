@@ -50,7 +50,7 @@ def command(
     """
     from arael.cli.fit_formula import read_formula
     from arael.io.csv_numbers import Points
-    from arael.residuals.face import runtime_model, runtime_residual
+    from arael.runtime_residuals import runtime_model, runtime_residual
 
     points = Points(data)
     found = read_formula(formula, target, points.titles, data)

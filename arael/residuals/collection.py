@@ -60,7 +60,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
 
     def __init__(self, model: Any) -> None:
         self._model = model
-        self.schema = schema_of(model._compiled.layout)
+        self.schema = schema_of(model._compiled)
         self._layout: Layout = self.schema.layout  # with the native functions of `functions`
         self._derived: dict[str, Derived] = {}
         self._definitions: dict[str, Definition] = {}

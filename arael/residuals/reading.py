@@ -412,7 +412,7 @@ def read(t: Reader, row: Row, column: Column, span: Span) -> Typed | Broken:
         version="trial" if moves else "data",
         parameter="" if column.param is None else column.param.kind,
     )
-    t.origins[id(node)] = Label(span, f"declared as `{column.type}` at {column.where}")
+    t.origins[node] = Label(span, f"declared as `{column.type}` at {column.where}")
     return t.make(node)
 
 

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import msgspec
 
-import arael
 from arael.compiler.cache.keys import FORMAT, digest
 from arael.compiler.cache.locks import locked
 from arael.compiler.cache.trust import (
@@ -27,6 +26,7 @@ from arael.compiler.cache.trust import (
     unwritable,
 )
 from arael.diagnostics.records import AraelError
+from arael.version import __version__
 
 MANIFEST = "manifest.json"
 
@@ -193,7 +193,7 @@ def seal(
         format=FORMAT,
         name=_encodable(name),
         source=_encodable(os.path.basename(source)),
-        arael=arael.__version__,
+        arael=__version__,
         made=time.time(),
         compiler=compiler,
         seconds=seconds,

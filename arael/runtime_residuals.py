@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from arael.loading import CompiledModel
+from arael.compiled_model import CompiledModel
 from arael.model import Model
 from arael.residuals.expression import RuntimeResidual
 from arael.runtime.layout import LAYOUT_VERSION, Layout, Table

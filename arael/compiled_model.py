@@ -1,0 +1,71 @@
+"""A compiled model: its layout, its kernels and where they came from."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from arael.diagnostics.model_warnings import InterpretedWarning
+from arael.runtime.layout import Layout
+from arael.runtime.native_binding import Binding
+
+if TYPE_CHECKING:
+    from arael.compiler.meanwhile import Meanwhile
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledModel:
+    """A compiled model.
+
+    Attributes
+    ----------
+    layout : the model as the runtime reads it
+    kernels : capsule with the table of kernels, or None where the model is interpreted
+    folder : cache entry or shipped folder it came from, or None
+    origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
+    seconds : duration of each stage; empty on a warm start, without Cython and the C compiler where
+        the kernels of a changed text were found
+    bindings : implementations of native functions that the caller bound, by name
+    meanwhile : the compilation that runs in the background, if there is one
+    """
+
+    layout: Layout
+    kernels: Any
+    folder: Path | None
+    origin: str
+    seconds: dict[str, float]
+    bindings: dict[str, Binding] = field(default_factory=dict)
+    meanwhile: Meanwhile | None = None
+
+    def current(self, level: int) -> CompiledModel:
+        """Return the model with the kernels that were compiled meanwhile, if they are there.
+
+        Parameters
+        ----------
+        level : how many calls up a warning is placed
+
+        Warns
+        -----
+        InterpretedWarning
+            The compilation has failed. What is returned does not warn again.
+        """
+        task = self.meanwhile
+        if task is None:
+            return self
+        if task.kernels is not None:
+            return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
+        if not task.failure:
+            return self
+        warn_of_interpreter(task.failure, level + 1)
+        return replace(self, meanwhile=None)
+
+
+def warn_of_interpreter(why: str, level: int) -> None:
+    """Warn that a model runs on the interpreter, at the place `level` calls up."""
+    warnings.warn(
+        f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
+        InterpretedWarning,
+        stacklevel=level,
+    )
