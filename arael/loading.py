@@ -15,14 +15,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from arael.compiled_model import CompiledModel, warn_of_interpreter
 from arael.compiler import processor
+from arael.compiler.cache import code_digest, models
 from arael.compiler.cache import kernels as kept
-from arael.compiler.cache import models
 from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
+from arael.diagnostics.suggest import closest
+from arael.functions import Functions
 from arael.log import log
+from arael.model import Model
 from arael.runtime.layout import Layout
 from arael.syntax.files import read_source
 
@@ -79,13 +82,11 @@ def load(
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
     """
-    from arael.functions import Functions
-    from arael.model import Model
-
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
     layout = compiled.layout
     warn_of_model(layout.warnings)
     if functions:
+        # imported here: start-up time
         from arael.face.native import bind_all
 
         compiled = replace(compiled, bindings=bind_all(layout, functions))
@@ -170,7 +171,6 @@ def find_model(model: str | os.PathLike[str]) -> Path:
     known = standard_models()
     if name in known:
         return known[name]
-    from arael.diagnostics.suggest import closest
 
     near = closest(name, [*known, *(p.name for p in Path().glob("*.arael"))])
     raise AraelError(
@@ -217,8 +217,8 @@ def _compile(
     source: Source, key: str, root: str | None, precision: str | None, interpret: Interpret
 ) -> CompiledModel:
     """Compile a model and keep the result."""
+    # imported here: start-up time
     from arael.compiler.build import NoCompiler
-    from arael.compiler.cache import code_digest
     from arael.compiler.compilation import compile_text
 
     compilation = compile_text(source, root, precision)
@@ -243,7 +243,7 @@ def _compile(
 
 def _started(source: Source, key: str, compilation: Compilation, code: str) -> CompiledModel:
     """Compile in the background, if the kernels are not there."""
-    from arael.compiler.cache import code_digest
+    # imported here: start-up time
     from arael.compiler.meanwhile import Meanwhile
 
     layout = compilation.layout

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from arael import solving  # here, so that a first solve does not wait for imports
 from arael.compiled_model import CompiledModel
+from arael.face.blocks import block_at, block_between
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
@@ -85,12 +86,14 @@ class Model(Fields):
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""
+        # imported here: start-up time
         from arael import io
 
         io.read(self, path, format)
 
     def write(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Write the data to a file atomically (see `arael.io.write`)."""
+        # imported here: start-up time
         from arael import io
 
         io.write(self, path, format)
@@ -101,6 +104,7 @@ class Model(Fields):
     def residuals(self) -> Residuals:
         """Residual equations added at run time; see `arael.runtime_residual`."""
         if self._residuals is None:
+            # imported here: start-up time
             from arael.residuals.collection import Residuals
 
             object.__setattr__(self, "_residuals", Residuals(self))
@@ -147,6 +151,7 @@ class Model(Fields):
 
     def cost_table(self) -> CostTable:
         """Cost of each constraint by label, 0 without active instances."""
+        # imported here: start-up time
         from arael.analysis.cost_table import cost_table
 
         return cost_table(self._problem())
@@ -181,8 +186,6 @@ class Model(Fields):
         AraelError
             E0701 no such block; E1009 a row has no parameters.
         """
-        from arael.face.blocks import block_at, block_between
-
         found: NDArray[np.float64]
         if isinstance(a, str):
             found = block_at(self._store, a, b)
@@ -192,6 +195,7 @@ class Model(Fields):
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""
+        # imported here: start-up time
         from arael.analysis.jacobian import jacobian
 
         return jacobian(self._problem())
@@ -204,12 +208,14 @@ class Model(Fields):
         SolveError
             E1008: the system is singular; the free directions are named.
         """
+        # imported here: start-up time
         from arael.analysis.covariance import covariance
 
         return covariance(self._problem())
 
     def free_directions(self) -> FreeDirections:
         """Directions that change no residual, in words; empty if there are none."""
+        # imported here: start-up time
         from arael.analysis.freedom import FreeDirections
         from arael.analysis.normal import NormalEquations
 
@@ -217,6 +223,7 @@ class Model(Fields):
 
     def check_gradients(self) -> list[GradientCheck]:
         """Compare derivatives with central differences at the current values, by constraint."""
+        # imported here: start-up time
         from arael.analysis.gradients import check_gradients
 
         return check_gradients(self._problem())
@@ -227,6 +234,7 @@ class Model(Fields):
         Evaluated at the current values: the start before a solve, the solution after it. Print it,
         or iterate over its `findings`.
         """
+        # imported here: start-up time
         from arael.analysis.diagnosis import diagnose
 
         return diagnose(self._problem())

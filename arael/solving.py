@@ -201,6 +201,7 @@ def blas_threads(count: int) -> Iterator[None]:
 @lru_cache(maxsize=3)
 def _threadpools(scipy: bool, suitesparse: bool) -> Any:
     """The thread pools of this process, listed again after a library with another is loaded."""
+    # imported here: start-up time
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()

@@ -56,6 +56,7 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     """Show a warning without a place in arael's source."""
+    # imported here: start-up time
     from arael.diagnostics.model_warnings import ModelWarning
 
     # Those of a model are rendered, with code and place.

@@ -200,6 +200,7 @@ def unloadable(error: ImportError) -> NoCompiler:
 
 def cython_to_c(pyx: Path) -> Path:
     """Run Cython on `pyx`; return the C file beside it."""
+    # imported here: start-up time
     from Cython.Compiler import Main
     from Cython.Compiler.Options import default_options
 
@@ -401,6 +402,7 @@ def _no_compiler() -> Diagnostic:
 
 
 def _compile_with_setuptools(c_file: Path, module: Path, target: str) -> Path:
+    # imported here: start-up time
     from setuptools._distutils.ccompiler import new_compiler
     from setuptools._distutils.errors import CCompilerError, DistutilsError
 

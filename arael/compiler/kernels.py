@@ -12,9 +12,9 @@ from arael.compiler import progress
 from arael.compiler.cache import failures
 from arael.compiler.cache import kernels as kept
 from arael.compiler.cache.keys import code_digest, kernels_key
-from arael.compiler.cache.trust import prepare
+from arael.compiler.cache.trust import prepare, unwritable
 from arael.compiler.cache.upkeep import trim
-from arael.compiler.extension import import_kernels
+from arael.compiler.extension import import_kernels, require_loadable
 from arael.compiler.time_limit import compile_limit
 from arael.diagnostics.records import AraelError
 
@@ -87,9 +87,9 @@ def kernels_of(source: str, name: str, origin: str) -> Loaded:
 
 
 def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
+    # imported here: start-up time
     from arael.compiler import build
     from arael.compiler.estimate import expected_seconds, shown
-    from arael.compiler.extension import require_loadable
 
     seconds: dict[str, float] = {}
     with kept.building(key) as folder:
@@ -110,6 +110,7 @@ def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
 
 
 def _no_compiler() -> type[AraelError]:
+    # imported here: start-up time
     from arael.compiler.build import NoCompiler
 
     return NoCompiler
@@ -117,6 +118,7 @@ def _no_compiler() -> type[AraelError]:
 
 def _remember(key: str, error: AraelError) -> None:
     """Keep a failure, unless the next compilation may well succeed."""
+    # imported here: start-up time
     from arael.compiler import build
 
     first = error.diagnostics[0]
@@ -145,6 +147,7 @@ def standing_failure(code: str) -> str | None:
     failure = failures.find(key)
     if failure is None:
         return None
+    # imported here: start-up time
     from arael.compiler import build
 
     if failure.compiler != build.compiler_identity():
@@ -162,10 +165,11 @@ def probe(place: Path | None = None) -> AraelError | None:
     ----------
     place : folder to do it in; by default where kernels are compiled
     """
+    # imported here: start-up time
     import tempfile
 
+    # imported here: start-up time
     from arael.compiler import build
-    from arael.compiler.cache.trust import unwritable
 
     try:
         place = place or prepare("arael-kernels")
@@ -200,6 +204,7 @@ def build_module(
     arael.compiler.build.NoCompiler
         There is none, or it does not work; the source is kept.
     """
+    # imported here: start-up time
     from arael.compiler import build
 
     pyx = folder / f"{name}.pyx"

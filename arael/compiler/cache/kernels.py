@@ -133,6 +133,7 @@ def building(key: str) -> Iterator[Path]:
         E0804 the cache cannot be written, E0805 others could write it, E0806 another process holds
         the lock for too long.
     """
+    # imported here: start-up time
     import tempfile
 
     root = prepare("arael-kernels")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import platform
 import re
 import sys
 import sysconfig
@@ -114,8 +115,6 @@ def _interface() -> str:
 @lru_cache(maxsize=1)
 def _processor() -> str:
     """Identify the instruction set that ``-march=native`` stands for."""
-    import platform
-
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
         for line in file:
             if line.startswith(("flags", "Features")):
