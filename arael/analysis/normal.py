@@ -12,9 +12,9 @@ from scipy.sparse import coo_array
 from arael.analysis.bounds import standing_on_bounds
 from arael.analysis.jacobian import jacobian
 from arael.diagnostics.records import Diagnostic
+from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.sparse import SparseSolver
-from arael.runtime.positions import coordinates
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

@@ -16,6 +16,7 @@ from arael.check.report import Reporter
 from arael.check.scope import ConstantBinder, Scope
 from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed
 from arael.check.types import size_of
+from arael.check.units_messages import report_units
 from arael.check.units_typing import Units
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Slot, Step
@@ -162,7 +163,9 @@ class Typist:
         self.expansion += bool(self.calls)
         if self.operations > MAX_OPERATIONS or self.expansion > MAX_EXPANDED:
             return self._too_large(node.span)
-        self.units.note(self, node)
+        misfit = self.units.note(node)
+        if misfit is not None:
+            report_units(self, node, misfit)
         return node
 
     def _too_large(self, span: Span) -> Broken:

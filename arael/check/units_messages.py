@@ -7,17 +7,14 @@ arctangents are not checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from arael.check.context import Context
 from arael.check.typed import Apply, Literal_, Read, Select, Typed
 from arael.check.units import DEG, ONE, RAD, Unit
 from arael.check.units_quantities import Clash, Open, Quantity
+from arael.check.units_rules import Misfit
 from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
-
-if TYPE_CHECKING:
-    from arael.check.typist import Typist
-    from arael.check.units_rules import Misfit
 
 MAX_SOURCES = 2
 MAX_WALK = 2000
@@ -41,7 +38,16 @@ def unit_text(unit: Unit) -> str:
     return "a pure number" if unit.is_one else str(unit)
 
 
-def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
+def report_units(t: Context, node: Typed, found: Clash | Misfit) -> None:
+    """Report units of operands that do not fit."""
+    if isinstance(found, Clash):
+        report_clash(t, node, found)
+    else:
+        assert isinstance(node, Apply)
+        report_misfit(t, node, found)
+
+
+def report_clash(t: Context, node: Typed, clash: Clash) -> None:
     """Report two different units in one sum."""
     parts = node.args if isinstance(node, Apply) else operands(node)
     if isinstance(node, Select):
@@ -58,7 +64,7 @@ def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
     )
 
 
-def report_misfit(t: Typist, node: Apply, misfit: Misfit) -> None:
+def report_misfit(t: Context, node: Apply, misfit: Misfit) -> None:
     """Report an argument in the wrong unit."""
     arg = node.args[misfit.index]
     if not written(t, arg):
@@ -107,7 +113,7 @@ def _clash_message(node: Typed, first: Unit, second: Unit) -> str:
     return f"cannot {verb} {a} {_WORDS[verb]} {b}"
 
 
-def _sides(t: Typist, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
+def _sides(t: Context, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
     """Each operand with its unit, and the origin of the unit."""
     labels: list[Label] = []
     for part in parts[:3]:
@@ -148,7 +154,7 @@ def _advice(first: Unit, second: Unit) -> list[str]:
     ]
 
 
-def sources(t: Typist, node: Typed) -> list[Label]:
+def sources(t: Context, node: Typed) -> list[Label]:
     """The declaration or the function that the unit of `node` comes from."""
     found: list[Label] = []
     for here in _below(node, lambda n: isinstance(n, Apply) and n.name in _GIVES):
@@ -170,7 +176,7 @@ def sources(t: Typist, node: Typed) -> list[Label]:
     return found
 
 
-def written(t: Typist, node: Typed) -> bool:
+def written(t: Context, node: Typed) -> bool:
     """Whether `node` contains a value with a declared unit."""
     fields = t.units.fields
     for here in _below(node, lambda n: False):
@@ -198,7 +204,7 @@ def _below(node: Typed, stop: object) -> list[Typed]:
     return found
 
 
-def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
+def residual_units(t: Context, parts: Sequence[Typed]) -> None:
     """Warn of each part of a residual that has a unit."""
     for part in parts:
         quantity = t.units.of(part)
@@ -210,7 +216,7 @@ def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
             _warn(t, part.span, part, kept)
 
 
-def _warn(t: Typist, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
+def _warn(t: Context, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
     units = " and ".join(map(str, kept))
     inverse = ONE / kept[0]
     text = span.text if len(span.text) <= 40 and "\n" not in span.text else "..."

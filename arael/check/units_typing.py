@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from arael.check.declared import FieldDecl
 from arael.check.typed import (
@@ -21,7 +21,6 @@ from arael.check.typed import (
 )
 from arael.check.types import size_of
 from arael.check.units import ONE
-from arael.check.units_messages import report_clash, report_misfit
 from arael.check.units_quantities import (
     UNKNOWN,
     Clash,
@@ -32,9 +31,6 @@ from arael.check.units_quantities import (
     spread,
 )
 from arael.check.units_rules import Misfit, result_of
-
-if TYPE_CHECKING:
-    from arael.check.typist import Typist
 
 
 @dataclass
@@ -56,21 +52,18 @@ class Units:
             return found
         return node.unit if isinstance(node, Literal_) else UNKNOWN
 
-    def note(self, t: Typist, node: Typed) -> None:
-        """Infer the unit of `node` from its operands; report an error if they do not fit."""
+    def note(self, node: Typed) -> Clash | Misfit | None:
+        """Infer the unit of `node` from its operands; return how they do not fit."""
         rule = _RULES.get(type(node))
         if rule is None:
-            return
+            return None
         try:
             found = rule(self, node)
-        except Clash as clash:
-            report_clash(t, node, clash)
-        except Misfit as misfit:
-            assert isinstance(node, Apply)
-            report_misfit(t, node, misfit)
-        else:
-            if found is not UNKNOWN:
-                self.known[node] = found
+        except (Clash, Misfit) as error:
+            return error
+        if found is not UNKNOWN:
+            self.known[node] = found
+        return None
 
 
 def _read(units: Units, node: Read) -> Quantity:

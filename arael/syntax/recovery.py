@@ -5,10 +5,8 @@ from __future__ import annotations
 from arael.syntax.automaton import Automaton
 from arael.syntax.limits import MAX_ERRORS, MAX_STACK
 from arael.syntax.log import ErrorLog
-from arael.syntax.mistakes import explain
 from arael.syntax.tables import END
 from arael.syntax.tokens import NEWLINE, Token
-from arael.syntax.trouble import Trouble
 
 # After these a statement cannot be complete, so a line end there is ignored.
 _CONTINUES = frozenset(
@@ -103,7 +101,9 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
             passed.add(index)
             index += 1
         else:
-            # Imported only after an error, so that a correct model starts faster.
+            # imported here: start-up time, since most texts have no mistake
+            from arael.syntax.mistakes import explain
+            from arael.syntax.trouble import Trouble
 
             stuck += 1
             repaired += 1

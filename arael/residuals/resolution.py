@@ -1,0 +1,357 @@
+"""Name resolution in a formula given at run time.
+
+In this order: a data column or a named row of the formula itself; a parameter of any runtime
+residual of the model; a named expression (``width``, ``L0.length``); a field of the model's root
+(``poses[3].pos.x``, ``gamma``); a constant. The formula's own names shadow those of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from arael.check import access
+from arael.check.binding import BROKEN, Binding, Broken
+from arael.check.declared import Declarations
+from arael.check.expressions import HANDLERS
+from arael.check.report import Reporter
+from arael.check.scope import Candidate, ConstantScope
+from arael.check.suggest import did_you_mean
+from arael.check.typed import (
+    INT,
+    REAL,
+    STRING,
+    Literal_,
+    Read,
+    VectorType,
+)
+from arael.check.typist import Slots
+from arael.diagnostics.records import Span
+from arael.face.ref import Refs
+from arael.residuals.dotted import dotted_text, within
+from arael.residuals.expression import Definition, Expression
+from arael.residuals.parameters import parameter_table
+from arael.residuals.reader import Found, Reader, Surroundings, read, slot_of
+from arael.residuals.schema import Maybe, Row, Rows, type_of
+from arael.runtime.layout import Column, Slot, Step, Target
+from arael.syntax import tree
+
+MAX_FOLLOWED = 50
+"""Maximum depth of nested named expressions."""
+
+
+@dataclass
+class Names:
+    """The scope for the rules of the language, after the names of the formula."""
+
+    constants: ConstantScope
+    reader: Reader | None = None
+
+    def candidates(self, name: str) -> list[Candidate]:
+        """A constant; other names were looked up before."""
+        return self.constants.candidates(name)
+
+    def names(self) -> Iterable[str]:
+        """Candidates for the correction of a misspelt name."""
+        if self.reader is None:
+            return []
+        own = self.reader.frames[-1]
+        around = self.reader.around
+        return [
+            *own._data,
+            *own.entities,
+            *around.names(),
+            *around.schema.members(ROOT),
+            *self.constants.names(),
+        ]
+
+    def advice(self, name: str) -> list[str]:
+        """Help for the unknown name `name`."""
+        reader = self.reader
+        if reader is None or did_you_mean(name, self.names()):
+            return []
+        own = reader.frames[-1]
+        longer = within(name, reader.around.names())
+        if longer:
+            return [_there_is(longer)]
+        return [f"pass it to `{own.label}` as a parameter, as data or as an entity"]
+
+
+ROOT = Row((Step("root"),), "", known="")
+
+
+def reader_for(
+    expression: Expression,
+    path: str,
+    around: Surroundings,
+    declarations: Declarations,
+    report: Reporter,
+    constant: Any,
+) -> Reader:
+    """The typist of one residual whose rows are the table `path`."""
+    scope = Names(ConstantScope(declarations, constant, inside="a formula"))
+    reader = Reader(declarations, report, READERS, scope, constant, Slots([Slot((), path)]), None)
+    scope.reader = reader
+    reader.around, reader.found, reader.frames = around, Found(path), [expression]
+    return reader
+
+
+def _name(t: Reader, node: tree.Name) -> Any:
+    if t.calls:  # inside a function: its parameters and constants
+        return access.name(t, node)
+    own, name = t.frames[-1], node.id
+    if len(t.frames) == 1 and t.scope.candidates(name):  # the argument of a loss
+        return access.name(t, node)
+    if name in own._data:
+        return _data(t, own, name, node.span)
+    if name in own.entities:
+        return _entity(t, own, name)
+    owner = t.around.parameter_owner(name)
+    if owner is not None:
+        return _parameter(t, owner, name, node.span)
+    definition = t.around.definition(name)
+    if definition is not None:
+        return _follow(t, definition, node)
+    if name == "root":
+        return ROOT
+    if name in t.around.schema.members(ROOT):
+        return member(t, ROOT, name, node.span, node.span)
+    return access.name(t, node)
+
+
+def _place(t: Reader, own: Expression, name: str) -> str:
+    """Path of a column of `own` in the residual's rows."""
+    if own is t.frames[0]:
+        return name
+    t.found.needs[own.label] = None
+    return f"{own.label}.{name}"
+
+
+def _data(t: Reader, own: Expression, name: str, span: Span) -> Binding:
+    path = _place(t, own, name)
+    shape = own._data[name].shape[1:]
+    if path not in t.found.columns:
+        kind = "real" if not shape else f"vec<{shape[0]}>"
+        t.found.columns[path] = Column(path, "real", shape, "data", kind, own.label)
+        t.found.data[path] = own, name
+    type_ = VectorType(shape[0]) if shape else REAL
+    return t.make(Read(type=type_, span=span, slot=0, column=path, version="data"))
+
+
+def _entity(t: Reader, own: Expression, name: str) -> Row:
+    refs = own.entities[name]
+    known = name if len(refs) == 1 else None
+    return _through(t, _place(t, own, name), refs._table.layout.path, refs, known)
+
+
+def _through(t: Reader, path: str, table: str, refs: Refs | None, known: str | None) -> Row:
+    """The target row of a ref column of the residual's rows."""
+    if path not in t.found.columns:
+        target = Target(table, "", (), path)
+        t.found.columns[path] = Column(path, "int", (), "ref", "ref", path, target=target)
+        t.found.refs[path] = refs
+    return Row((Step("ref", path),), table, known=known, refs=refs if known else None)
+
+
+def _parameter(t: Reader, owner: Expression, name: str, span: Span) -> Binding:
+    t.found.needs[owner.label] = None
+    table = parameter_table(owner.label)
+    row = _through(t, f"@{owner.label}", table, None, None)
+    column = next(c for c in owner.parameters.columns if c.path == name)
+    assert column.param is not None
+    read = Read(
+        type=type_of(column),
+        span=span,
+        slot=slot_of(t, row),
+        column=name,
+        version="trial",
+        parameter=column.param.kind,
+    )
+    return t.make(read)
+
+
+def _dotted(t: Reader, node: tree.Attribute) -> Any:
+    """The value of an expression with a dotted name; None if `node` is something else."""
+    text = "" if t.calls else dotted_text(node)
+    if not text:
+        return None
+    own, first = t.frames[-1], text.partition(".")[0]
+    argument = len(t.frames) == 1 and t.scope.candidates(first)
+    if argument or first in own._data or first in own.entities:
+        return None
+    definition = t.around.definition(text)
+    if definition is not None:
+        return _follow(t, definition, node)
+    known = within(first, t.around.names())
+    if not known or any(text.startswith(f"{name}.") for name in known):
+        return None
+    return t.fail(
+        "E0201",
+        node.span,
+        f"unknown name `{text}`",
+        label="no expression has this name",
+        help=did_you_mean(text, known)
+        or [f"there is {', '.join(f'`{one}`' for one in known[:12])}"],
+    )
+
+
+def _there_is(names: list[str]) -> str:
+    return f"there is {', '.join(f'`{one}`' for one in names[:12])}"
+
+
+def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
+    """The value of a named expression, in its own scope."""
+    if definition in t.frames or len(t.frames) > MAX_FOLLOWED:
+        start = t.frames.index(definition) if definition in t.frames else 0
+        circle = [one.label for one in (*t.frames[start:], definition)]
+        return t.fail(
+            "E0764",
+            node.span,
+            f"expression depends on itself: {' -> '.join(circle[:6])}",
+            label="depends on its own value",
+            help=["give one of them as a number, or make it a parameter"],
+        )
+    t.found.needs[definition.label] = None
+    key = (f"={definition.label}", ())
+    if key not in t.expanded:
+        t.frames.append(definition)
+        try:
+            t.expanded[key] = t.value(definition._tree)
+        finally:
+            t.frames.pop()
+    return t.expanded[key]
+
+
+def member(t: Reader, row: Row, name: str, span: Span, name_span: Span) -> Any:
+    """The binding of the field `name` of the struct at `row`."""
+    schema, path = t.around.schema, row.prefix + name
+    column = schema.columns.get((row.table, path))
+    if column is not None:
+        return _column(t, row, column, span)
+    if (row.table, path) in schema.values:
+        return Row(row.steps, row.table, f"{path}.", row.known, row.refs, row.needs)
+    if (row.table, path) in schema.collections:
+        return Rows(row, schema.collections[row.table, path].path, path)
+    if name == "parent" and row.table:
+        return _parent(t, row)
+    struct = schema.tables[row.table].struct if row.table in schema.tables else "it"
+    return t.fail(
+        "E0204",
+        name_span,
+        f"`{row.prefix[:-1] or struct}` has no field `{name}`",
+        label="unknown field",
+        help=did_you_mean(name, schema.members(row))
+        or [f"it has {', '.join(schema.members(row)[:12])}"],
+    )
+
+
+def _parent(t: Reader, row: Row) -> Row:
+    if row.prefix:
+        holder = row.prefix[:-1].rpartition(".")[0]
+        prefix = f"{holder}." if holder else ""
+        return Row(row.steps, row.table, prefix, row.known, row.refs, row.needs)
+    table = t.around.schema.tables[row.table]
+    holder = table.field.rpartition(".")[0]
+    prefix = f"{holder}." if holder else ""
+    if not table.parent:
+        return Row(ROOT.steps, "", prefix, "")
+    return Row((*row.steps, Step("parent")), table.parent, prefix, needs=row.needs)
+
+
+def _column(t: Reader, row: Row, column: Column, span: Span) -> Any:
+    if column.role == "ref":
+        assert column.target is not None
+        optional = (row.table, column.path) in t.around.schema.optionals
+        needs = (*row.needs, (row, column.path)) if optional else row.needs
+        return Row((*row.steps, Step("ref", column.path)), column.target.table, needs=needs)
+    type_ = type_of(column)
+    if column.role in ("skip", "constraint_index") or type_ == STRING:
+        return t.fail(
+            "E0304",
+            span,
+            f"`{column.path}` cannot be read in an expression",
+            label=f"this is `{column.type}`",
+        )
+    if (row.table, column.path) in t.around.schema.optionals:
+        return Maybe(row, column)
+    return read(t, row, column, span)
+
+
+def _attribute(t: Reader, node: tree.Attribute) -> Any:
+    named = _dotted(t, node)
+    if named is not None:
+        return named
+    owner: Any = t.visit(node.obj)
+    if isinstance(owner, Broken):
+        return BROKEN
+    if isinstance(owner, Row):
+        return member(t, owner, node.name, node.span, node.name_span)
+    if isinstance(owner, Rows):
+        return t.fail(
+            "E0304",
+            node.obj.span,
+            f"`{node.obj.span.text}` is a collection",
+            label="the row is missing",
+            help=[f"name one row: `{node.obj.span.text}[0].{node.name}`"],
+        )
+    return _again(t, node, owner, access.attribute)
+
+
+def _index(t: Reader, node: tree.Index) -> Any:
+    owner: Any = t.visit(node.obj)
+    if isinstance(owner, Broken):
+        return BROKEN
+    if not isinstance(owner, Rows):
+        return _again(t, node, owner, access.index)
+    if len(node.indices) != 1:
+        return t.fail(
+            "E0305", node.span, "a collection takes 1 index", label=f"found {len(node.indices)}"
+        )
+    value = t.number(node.indices[0])
+    if isinstance(value, Broken):
+        return BROKEN
+    if not isinstance(value, Literal_) or value.type != INT or value.value < 0:
+        return t.fail(
+            "E0305",
+            node.indices[0].span,
+            "the index of a row is a whole number, counted from 0",
+            label="not such a number",
+            help=["pass varying rows to the residual as an entity: `entities={'p': rows}`"],
+        )
+    if owner.owner.known is None:
+        return t.fail(
+            "E0305",
+            node.span,
+            "an index is possible only in a collection of a single row",
+            label=f"`{node.obj.span.text}` varies with the row",
+            help=["pass the rows to the residual as an entity"],
+        )
+    number = int(value.value)
+    refs = t.around.element(owner.owner, owner.table, number)
+    if isinstance(refs, int):
+        return t.fail(
+            "E0305",
+            node.indices[0].span,
+            f"there is no row {number}",
+            label=f"`{node.obj.span.text}` has {refs} row{'' if refs == 1 else 's'}",
+        )
+    known = f"{owner.owner.known}.{owner.name}[{number}]".removeprefix(".")
+    # An index in a named expression refers to its own entities, so the name is a prefix.
+    own = t.frames[-1]
+    outer = own is t.frames[0] or owner.owner.refs is None
+    return _through(t, known if outer else f"{own.label}.{known}", owner.table, refs, known)
+
+
+def _again(t: Reader, node: Any, owner: Any, rule: Any) -> Any:
+    """Apply a rule of the language to `node`, whose owner is resolved already."""
+    t.worked_out = node.obj, owner
+    return rule(t, node)
+
+
+READERS: dict[type, Any] = {
+    **HANDLERS,
+    tree.Name: _name,
+    tree.Attribute: _attribute,
+    tree.Index: _index,
+}
