@@ -20,6 +20,7 @@ from arael.compiler.cache import kernels as kept
 from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
+from arael.compiler.no_compiler import NoCompiler
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.diagnostics.suggest import closest
@@ -218,7 +219,6 @@ def _compile(
 ) -> CompiledModel:
     """Compile a model and keep the result."""
     # imported here: start-up time
-    from arael.compiler.build import NoCompiler
     from arael.compiler.compilation import compile_text
 
     compilation = compile_text(source, root, precision)

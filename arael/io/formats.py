@@ -162,9 +162,9 @@ def _content(store: Store, format: str, name: str, collection: str | None) -> by
         return json_writer.dump(store)
     if format == "npz":
         # imported here: start-up time
-        from arael.io import npz
+        from arael.io import npz_writer
 
-        return npz.dump(store)
+        return npz_writer.dump(store)
     if format == "csv":
         # imported here: start-up time
         from arael.io import csv_writer

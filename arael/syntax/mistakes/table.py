@@ -51,7 +51,7 @@ def is_kind(t: Trouble, token: Token | None, kinds: str) -> bool:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mistake:
     """One mistake. A pattern matches if all its parts do; a part that is not given always does.
 
