@@ -15,6 +15,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from arael.version import __version__
+
 if TYPE_CHECKING:
     from arael import sym as sym
     from arael.config import LmConfig as LmConfig
@@ -29,15 +31,13 @@ if TYPE_CHECKING:
     from arael.log import log_to as log_to
     from arael.model import Model as Model
     from arael.model import Ref as Ref
-    from arael.residuals.face import runtime_model as runtime_model
-    from arael.residuals.face import runtime_residual as runtime_residual
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
+    from arael.runtime_residuals import runtime_model as runtime_model
+    from arael.runtime_residuals import runtime_residual as runtime_residual
     from arael.schedule import Pass as Pass
     from arael.starts import Start as Start
     from arael.starts import initialise as initialise
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "AraelError": "arael.diagnostics.records",
@@ -56,8 +56,8 @@ _HOMES = {
     "loads": "arael.loading",
     "log_to": "arael.log",
     "read": "arael.io",
-    "runtime_model": "arael.residuals.face",
-    "runtime_residual": "arael.residuals.face",
+    "runtime_model": "arael.runtime_residuals",
+    "runtime_residual": "arael.runtime_residuals",
     "write": "arael.io",
 }
 

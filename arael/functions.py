@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.runtime import layout as layouts
 from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.natives import NativeTable
@@ -81,6 +81,7 @@ class Function:
         If the model has `derivs`, these are used.
         """
         if self._is_symbolic(args):
+            # imported here: start-up time
             from arael.sym import symbols
 
             formals = symbols(self.params)
@@ -162,7 +163,7 @@ class Functions(Mapping[str, Function]):
 
         Unbound native functions can be differentiated, but have no value (E0820).
         """
-        from arael.diagnostics.records import Source
+        # imported here: start-up time
         from arael.sym import FunctionBag
 
         source = Source(f"functions of {self.layout.source}", self.layout.items)

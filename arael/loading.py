@@ -8,102 +8,40 @@ from __future__ import annotations
 
 import contextlib
 import os
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from arael.compiled_model import (
+    CompiledModel,
+    Interpret,
+    Precision,
+    Recipe,
+    warn_of_machine,
+)
 from arael.compiler import processor
+from arael.compiler.cache import code_digest, models
 from arael.compiler.cache import kernels as kept
-from arael.compiler.cache import models
 from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
+from arael.compiler.no_compiler import NoCompiler
+from arael.copying import State, restore, state_of
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
+from arael.diagnostics.suggest import closest
+from arael.functions import Functions
 from arael.log import log
-from arael.runtime.evaluation.native_binding import Binding
+from arael.model import Model
 from arael.runtime.layout import Layout
 from arael.syntax.files import read_source, source_of
 
 if TYPE_CHECKING:
     from arael.compiler.compilation import Compilation
-    from arael.compiler.meanwhile import Meanwhile
     from arael.model import Model
 
-Precision = Literal["f32", "f64"]
-Interpret = bool | Literal["meanwhile"] | None
-
 __all__ = ["CompiledModel", "InterpretedWarning", "Recipe", "load", "load_compiled", "loads"]
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """What a model was loaded from: enough to load it again, in another process too.
-
-    Attributes
-    ----------
-    text, name : text of the model, and its name in messages: the path of its file, if it has one
-    precision, root, interpret : as given to `load`
-    """
-
-    text: str
-    name: str
-    precision: Precision | None = None
-    root: str | None = None
-    interpret: Interpret = None
-
-
-@dataclass(frozen=True)
-class CompiledModel:
-    """A compiled model.
-
-    Attributes
-    ----------
-    layout : the model as the runtime reads it
-    kernels : capsule with the table of kernels, or None where the model is interpreted
-    folder : cache entry or shipped folder it came from, or None
-    origin : ``cache``, ``compiled``, ``shipped`` or ``interpreted``
-    seconds : duration of each stage; empty on a warm start, without Cython and the C compiler where
-        the kernels of a changed text were found
-    bindings : implementations of native functions that the caller bound, by name
-    meanwhile : the compilation that runs in the background, if there is one
-    recipe : what it was loaded from; None if that was no text
-    functions : what was given to `load` for native functions, by name
-    """
-
-    layout: Layout
-    kernels: Any
-    folder: Path | None
-    origin: str
-    seconds: dict[str, float]
-    bindings: dict[str, Binding] = field(default_factory=dict)
-    meanwhile: Meanwhile | None = None
-    recipe: Recipe | None = None
-    functions: Mapping[str, Any] = field(default_factory=dict)
-
-    def current(self, level: int) -> CompiledModel:
-        """Return the model with the kernels that were compiled meanwhile, if they are there.
-
-        Parameters
-        ----------
-        level : how many calls up a warning is placed
-
-        Warns
-        -----
-        InterpretedWarning
-            The compilation has failed. What is returned does not warn again.
-        """
-        task = self.meanwhile
-        if task is None:
-            return self
-        if task.kernels is not None:
-            return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
-        if not task.failure:
-            return self
-        warn_of_machine(task.failure, level + 1)
-        return replace(self, meanwhile=None)
 
 
 def load(
@@ -192,12 +130,10 @@ def loads(
 
 def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None) -> type[Model]:
     """The class of a compiled model, with native functions bound."""
-    from arael.functions import Functions
-    from arael.model import Model
-
     layout = compiled.layout
     warn_of_model(layout.warnings, stacklevel=4)  # at the caller of `load` or `loads`
     if functions:
+        # imported here: start-up time
         from arael.face.native import bind_all
 
         bindings = bind_all(layout, functions, stacklevel=4)
@@ -209,6 +145,7 @@ def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None
     name = layout.name.encode("utf-8", "replace").decode()  # names of files need not be UTF-8
     members = {
         "__init__": construct,
+        "__reduce__": _reduced,
         "__doc__": layout.doc or f"The model {name}.",
         "__module__": f"arael.models.{name}",
         "compiled": compiled,
@@ -216,6 +153,27 @@ def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None
         "functions": Functions(layout, compiled.bindings),
     }
     return type(layout.root, (Model,), members)
+
+
+def _reduced(model: Model) -> tuple[Any, ...]:
+    """What pickle stores of a loaded model: its text, bound functions and data, no machine code."""
+    compiled = model._compiled
+    return _unpickled, (compiled.recipe, dict(compiled.functions), state_of(model))
+
+
+def _unpickled(recipe: Recipe, functions: Mapping[str, Any], state: State) -> Model:
+    kind: Any = loads(
+        recipe.text,
+        name=recipe.name,
+        precision=recipe.precision,
+        root=recipe.root,
+        interpret=recipe.interpret,
+        functions=functions,
+    )
+    model: Model = kind.__new__(kind)
+    model._begin(kind.compiled)
+    restore(model, state)
+    return model
 
 
 def load_compiled(
@@ -318,7 +276,6 @@ def find_model(model: str | os.PathLike[str]) -> Path:
     known = standard_models()
     if name in known:
         return known[name]
-    from arael.diagnostics.suggest import closest
 
     near = closest(name, [*known, *(p.name for p in Path().glob("*.arael"))])
     raise AraelError(
@@ -365,8 +322,7 @@ def _compile(
     source: Source, key: str, root: str | None, precision: str | None, interpret: Interpret
 ) -> CompiledModel:
     """Compile a model and keep the result."""
-    from arael.compiler.build import NoCompiler
-    from arael.compiler.cache import code_digest
+    # imported here: start-up time
     from arael.compiler.compilation import compile_text
 
     compilation = compile_text(source, root, precision)
@@ -391,7 +347,7 @@ def _compile(
 
 def _started(source: Source, key: str, compilation: Compilation, code: str) -> CompiledModel:
     """Compile in the background, if the kernels are not there."""
-    from arael.compiler.cache import code_digest
+    # imported here: start-up time
     from arael.compiler.meanwhile import Meanwhile
 
     layout = compilation.layout
@@ -422,13 +378,3 @@ def _interpreted(
 ) -> CompiledModel:
     warn_of_machine(why, level + 1)
     return CompiledModel(layout, None, None, "interpreted", seconds or {})
-
-
-def warn_of_machine(why: str, level: int) -> None:
-    """Warn that a model runs on the expression machine, at the place `level` calls up."""
-    warnings.warn(
-        f"running on the expression machine, slower than compiled kernels: {why}; "
-        "`arael doctor` reports details",
-        InterpretedWarning,
-        stacklevel=level,
-    )

@@ -78,6 +78,7 @@ _level_before: list[int] = []
 
 def _adjust() -> None:
     """Let the logger hear what its sinks want, and have its own level back when there are none."""
+    # imported here: start-up time
     import logging
 
     root = logging.getLogger("arael")
@@ -115,6 +116,7 @@ def log_to(sink: Sink | TextIO | None = None, level: str = "info") -> LogSink:
     if level not in LEVELS:
         raise _refused(f"there is no log level {level!r}", f"levels are {', '.join(LEVELS)}")
     write = _writer(sys.stderr if sink is None else sink)
+    # imported here: start-up time
     import logging
 
     class Handler(logging.Handler):

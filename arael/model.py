@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
+from arael.compiled_model import CompiledModel
+from arael.copying import copied
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
+from arael.face.blocks import block_at, block_between
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
 from arael.face.sheets import model_sheet
-from arael.runtime.layout import Layout, LayoutPass
+from arael.runtime.layout import LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
 from arael.session import Session
 
-__all__ = ["Compiled", "Model", "Ref", "Refs"]
+__all__ = ["Model", "Ref", "Refs"]
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,14 +40,6 @@ if TYPE_CHECKING:
     from arael.runtime.problem import Problem
     from arael.schedule import Pass
     from arael.tangent_problem import TangentProblem
-
-
-class Compiled(Protocol):
-    """The parts of a compiled model that a model instance uses."""
-
-    @property
-    def layout(self) -> Layout:
-        """Tables, parameters, constraints."""
 
 
 class Model(Displayed, Fields):
@@ -66,12 +61,12 @@ class Model(Displayed, Fields):
     default may be set at any time before solving.
     """
 
-    _compiled: Compiled
+    _compiled: CompiledModel
     _store: Store
     _residuals: Residuals | None
     _session: Session
 
-    def __init__(self, compiled: Compiled, /, **values: Any) -> None:
+    def __init__(self, compiled: CompiledModel, /, **values: Any) -> None:
         self._begin(compiled)
         for name, value in values.items():
             member = self._member(name)
@@ -80,11 +75,10 @@ class Model(Displayed, Fields):
             else:
                 self._set(member, value)
 
-    def _begin(self, compiled: Compiled) -> None:
+    def _begin(self, compiled: CompiledModel) -> None:
         """Set up an instance without data but defaults."""
         store = Store(compiled.layout)
-        store.kernels = getattr(compiled, "kernels", None)
-        store.bindings = getattr(compiled, "bindings", None) or {}
+        store.kernels, store.bindings = compiled.kernels, compiled.bindings
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
@@ -109,8 +103,6 @@ class Model(Displayed, Fields):
         `copy.deepcopy` and `pickle` make such copies too; pickle stores the text of the model,
         which is compiled again where the cache does not have it.
         """
-        from arael.copying import copied
-
         return copied(self)
 
     def __copy__(self) -> Self:
@@ -120,18 +112,21 @@ class Model(Displayed, Fields):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from arael.copying import reduced
-
-        return reduced(self)
+        raise TypeError(
+            f"cannot pickle `{self._compiled.layout.name}`, a model that was not loaded from a "
+            "text; load it with `arael.load` or `arael.loads`"
+        )
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""
+        # imported here: start-up time
         from arael import io
 
         io.read(self, path, format)
 
     def write(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Write the data to a file atomically (see `arael.io.write`)."""
+        # imported here: start-up time
         from arael import io
 
         io.write(self, path, format)
@@ -142,6 +137,7 @@ class Model(Displayed, Fields):
     def residuals(self) -> Residuals:
         """Residual equations added at run time; see `arael.runtime_residual`."""
         if self._residuals is None:
+            # imported here: start-up time
             from arael.residuals.collection import Residuals
 
             object.__setattr__(self, "_residuals", Residuals(self))
@@ -208,6 +204,7 @@ class Model(Displayed, Fields):
 
     def cost_table(self) -> CostTable:
         """Cost of each constraint by label, 0 without active instances."""
+        # imported here: start-up time
         from arael.analysis.cost_table import cost_table
 
         return cost_table(self._problem())
@@ -242,8 +239,6 @@ class Model(Displayed, Fields):
         AraelError
             E0701 no such block; E1009 a row has no parameters.
         """
-        from arael.face.blocks import block_at, block_between
-
         found: NDArray[np.float64]
         if isinstance(a, str):
             found = block_at(self._store, a, b)
@@ -253,6 +248,7 @@ class Model(Displayed, Fields):
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""
+        # imported here: start-up time
         from arael.analysis.jacobian import jacobian
 
         return jacobian(self._problem())
@@ -265,12 +261,14 @@ class Model(Displayed, Fields):
         SolveError
             E1008: the system is singular; the free directions are named.
         """
+        # imported here: start-up time
         from arael.analysis.covariance import covariance
 
         return covariance(self._problem())
 
     def free_directions(self) -> FreeDirections:
         """Directions that change no residual, in words; empty if there are none."""
+        # imported here: start-up time
         from arael.analysis.freedom import FreeDirections
         from arael.analysis.normal import NormalEquations
 
@@ -278,6 +276,7 @@ class Model(Displayed, Fields):
 
     def check_gradients(self) -> list[GradientCheck]:
         """Compare derivatives with central differences at the current values, by constraint."""
+        # imported here: start-up time
         from arael.analysis.gradients import check_gradients
 
         return check_gradients(self._problem())
@@ -288,6 +287,7 @@ class Model(Displayed, Fields):
         Evaluated at the current values: the start before a solve, the solution after it. Print it,
         or iterate over its `findings`.
         """
+        # imported here: start-up time
         from arael.analysis.diagnosis import diagnose
 
         return diagnose(self._problem())

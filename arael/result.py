@@ -12,24 +12,12 @@ from numpy.typing import NDArray
 
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
+from arael.statuses import CONVERGED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from arael.runtime.levenberg.outcomes import Components
-
-CONVERGED = frozenset(
-    {
-        "converged",
-        "cost_threshold",
-        "gradient_tolerance",
-        "parameter_tolerance",
-        "predicted_reduction",
-    }
-)
-
-# Statuses that end the whole schedule, not only the pass they end.
-ENDING = frozenset({"aborted", "time_limit", "observer_terminated", "driver_terminated"})
 
 
 class Plan(dict[str, Any]):

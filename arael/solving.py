@@ -15,7 +15,7 @@ import numpy as np
 from arael.config import LmConfig, Observer
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
-from arael.result import ENDING, Plan, Result, joined
+from arael.result import Plan, Result, joined
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.linear import blas
@@ -24,6 +24,7 @@ from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
 from arael.schedule import Pass, check_paths, chosen_passes, held_by
 from arael.session import Session, session_of
+from arael.statuses import ENDING
 
 Trace = Callable[[str], object]
 
@@ -210,6 +211,7 @@ def blas_threads(count: int) -> Iterator[None]:
 @lru_cache(maxsize=3)
 def _threadpools(scipy: bool, suitesparse: bool) -> Any:
     """The thread pools of this process, listed again after a library with another is loaded."""
+    # imported here: start-up time
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
     return ThreadpoolController()

@@ -1,10 +1,9 @@
 """A model instance from Python: names in place of tables, rows and columns."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
+from arael.compiled_model import CompiledModel
 from arael.diagnostics.records import AraelError
 from arael.model import Model
 from arael.runtime.layout import ByValue
@@ -14,7 +13,7 @@ EYE = np.eye(3)
 
 
 def new_path(n: int = 4) -> Model:
-    path = Model(SimpleNamespace(layout=slam()), gamma=2.0)
+    path = Model(CompiledModel(slam(), None, None, "test", {}), gamma=2.0)
     for i in range(n):
         path.poses.append(
             pos=[i, 0, 0],
@@ -219,7 +218,7 @@ def test_wrong_names_and_values_are_named() -> None:
 
 
 def test_rotations_in_any_form() -> None:
-    model = Model(SimpleNamespace(layout=odds()), n=3)
+    model = Model(CompiledModel(odds(), None, None, "test", {}), n=3)
     euler = np.array([0.3, -0.2, 1.0])
     camera = model.cameras.append(name="left", q=euler, th=0.5)
     assert camera.q.value.shape == (4,)
@@ -240,13 +239,18 @@ def test_rotations_in_any_form() -> None:
 def test_structs_of_the_root_are_set_whole_or_by_field() -> None:
     table_ = table("", "R", "root", data("g.x", "real"), data("g.y", "real"), param("p", "real"),
                    values=[ByValue("g", "G", False, "model.arael:1:1")])  # fmt: skip
-    model = Model(SimpleNamespace(layout=layout("r", "R", table_)), p=1.0)
+    model = Model(CompiledModel(layout("r", "R", table_), None, None, "test", {}), p=1.0)
     assert model._store.root.missing == {"g.x", "g.y"}
     model.g = {"x": 1, "y": 2}
     model.g.y = 3
     assert (model.g.x, model.g.y, model["g.y"]) == (1.0, 3.0, 3.0)
     assert not model._store.root.missing
-    assert Model(SimpleNamespace(layout=layout("r", "R", table_)), g={"x": 1, "y": 2}).g.x == 1.0
+    assert (
+        Model(
+            CompiledModel(layout("r", "R", table_), None, None, "test", {}), g={"x": 1, "y": 2}
+        ).g.x
+        == 1.0
+    )
 
 
 def test_reprs_say_what_is_there() -> None:
@@ -261,7 +265,7 @@ def test_reprs_say_what_is_there() -> None:
 
 
 def test_fields_win_over_the_properties_of_a_ref() -> None:
-    model = Model(SimpleNamespace(layout=odds()), n=1)
+    model = Model(CompiledModel(odds(), None, None, "test", {}), n=1)
     left = model.cameras.append(name="left", q=[1, 0, 0, 0], th=0.0, weight=2.0)
     right = model.cameras.append(name="right", q=[1, 0, 0, 0], th=0.0, twin=left)
     assert left.name == "left" and right.twin == left

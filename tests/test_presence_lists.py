@@ -1,11 +1,11 @@
 """Presence of an optional struct, passed to `extend` as a list of bools."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from arael.compiled_model import CompiledModel
 from arael.diagnostics.records import AraelError
 from arael.model import Model
 from tests.hand_layouts import odds, slam
@@ -15,7 +15,7 @@ GPS = {"gps.pos": [[0, 0, 0], [1, 2, 3], [4, 5, 6]], "gps.cov_r": np.stack([np.e
 
 
 def new_path() -> Model:
-    return Model(SimpleNamespace(layout=slam()), gamma=2.0)
+    return Model(CompiledModel(slam(), None, None, "test", {}), gamma=2.0)
 
 
 @pytest.mark.parametrize("form", [list, tuple, np.array, lambda v: [np.bool_(x) for x in v]])
@@ -30,7 +30,7 @@ def test_a_list_of_bools_is_as_good_as_an_array(form: Any) -> None:
 
 
 def test_the_list_tells_how_many_rows_there_are() -> None:
-    model = Model(SimpleNamespace(layout=odds()), n=1)
+    model = Model(CompiledModel(odds(), None, None, "test", {}), n=1)
     model.cameras.extend(name=["a", "b"], q=[1, 0, 0, 0], th=0.0, mount=[False, False])
     assert model.cameras.mount.present.tolist() == [False, False]
     model.cameras.extend(name="c", q=[1, 0, 0, 0], th=0.0, mount=[False])

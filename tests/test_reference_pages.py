@@ -12,8 +12,8 @@ import arael
 from arael import geometry, io, scenes, sym
 from arael.check.builtins import FUNCTIONS
 from arael.config import LmConfig
-from arael.result import CONVERGED, ENDING
 from arael.runtime.linear.auto import SOLVERS
+from arael.statuses import CONVERGED, ENDING
 
 DOCS = Path(__file__).parents[1] / "docs"
 SOLVING = (DOCS / "solving.md").read_text(encoding="utf-8")

@@ -14,11 +14,12 @@ from arael.analysis.covariance import covariance
 from arael.analysis.jacobian import jacobian
 from arael.config import LmConfig
 from arael.diagnostics.records import AraelError
-from arael.result import CONVERGED, Plan
+from arael.result import Plan
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import LayoutPass, PassSetting
 from arael.runtime.store import Store
 from arael.solving import cost, problem_of, solve
+from arael.statuses import CONVERGED
 from tests.runtime import toy, toys
 
 

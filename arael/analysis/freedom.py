@@ -113,6 +113,7 @@ def _complement(direction: Floats) -> Floats:
 
 def _by_name(basis: Floats, scale: Floats, names: list[str]) -> list[FreeDirection]:
     """Directions described by their largest entries, each with a different leading scalar."""
+    # imported here: start-up time
     from scipy.linalg import qr
 
     # The best conditioned choice of leaders, as in a reduced echelon form.

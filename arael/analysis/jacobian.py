@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.problem import Problem
@@ -217,7 +218,6 @@ class Jacobian:
 def jacobian(problem: Problem) -> Jacobian:
     """The Jacobian at the accepted state; rows by constraint, instance, residual."""
     # Deferred: most solves never build one, and importing scipy.sparse takes a tenth of a second.
-    from scipy.sparse import coo_array
 
     free = problem.free
     plan = problem.structure.plan

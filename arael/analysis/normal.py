@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 
 from arael.analysis.bounds import standing_on_bounds
+from arael.analysis.jacobian import jacobian
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
@@ -112,8 +114,6 @@ class NormalEquations:
     @cached_property
     def matrix(self) -> Any:
         """Scaled J'J over the free scalars, scipy sparse, CSR, both triangles."""
-        from scipy.sparse import coo_array
-
         row, column, values = self._row, self._column, self._values
         below = (row > column) & (values != 0)
         size = self.problem.size
@@ -220,7 +220,6 @@ def _hessian_values(problem: Problem, row: Ints, column: Ints) -> Floats:
     if problem.layout.precision == "f64":
         return np.asarray(problem.evaluation.linearised()[2], dtype=np.float64)[: len(row)]
     # In f32 the sums would have larger errors than the derivatives.
-    from arael.analysis.jacobian import jacobian
 
     matrix = jacobian(problem).matrix
     square = (matrix.T @ matrix).tocsr()

@@ -47,6 +47,7 @@ def sigmas(problem: Problem) -> Sigmas:
     try:
         equations = NormalEquations(problem, hold_bounds=True)
         if len(equations.free) > _MOST_DENSE:
+            # imported here: start-up time
             from arael.analysis.covariance import Covariance
 
             found = Covariance(problem)

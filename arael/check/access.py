@@ -248,8 +248,9 @@ def _stored(t: Typist, node: tree.Attribute, value: Typed) -> Binding:
             version="stored",
             parameter=value.parameter,
         )
-        t.units.read(stored, t.units.fields.get(id(value)))
-        t.origins.update({id(stored): label for label in t.origin(value)})
+        t.units.read(stored, t.units.fields.get(value))
+        if value in t.origins:
+            t.origins[stored] = t.origins[value]
         return t.make(stored)
     if isinstance(value, Formula):
         return as_stored(t, value)

@@ -55,32 +55,32 @@ def evaluate(expression: Typed, data: Callable[[Typed], Values | None] = lambda 
     NotConstant
         If the expression has no finite value, or uses an operation that constants do not support.
     """
-    known: dict[int, Values] = {}
+    known: dict[Typed, Values] = {}
     for node in postorder([expression]):
         given = data(node)
-        known[id(node)] = _value(node, known) if given is None else given
-    values = known[id(expression)]
+        known[node] = _value(node, known) if given is None else given
+    values = known[expression]
     if not all(map(math.isfinite, values)):
         raise NotConstant(expression, "has no finite value")
     return values
 
 
-def _value(node: Typed, known: dict[int, Values]) -> Values:
+def _value(node: Typed, known: dict[Typed, Values]) -> Values:
     if isinstance(node, Literal_):
         return (node.value,)
     if isinstance(node, Pack):
-        return tuple(x for item in node.items for x in known[id(item)])
+        return tuple(x for item in node.items for x in known[item])
     if isinstance(node, Component):
-        return (known[id(node.of)][node.index],)
+        return (known[node.of][node.index],)
     if isinstance(node, Select):
-        taken = node.then if known[id(node.cond)][0] != 0 else node.otherwise
-        return known[id(taken)]
+        taken = node.then if known[node.cond][0] != 0 else node.otherwise
+        return known[taken]
     if isinstance(node, Apply):
-        return _applied(node, [known[id(a)] for a in node.args])
+        return _applied(node, [known[a] for a in node.args])
     if isinstance(node, Invoke):
         if node.value is None:
             raise NotConstant(node, "calls native code")
-        return known[id(node.value)]
+        return known[node.value]
     raise NotConstant(node, "depends on the data")
 
 

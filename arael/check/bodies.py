@@ -182,8 +182,7 @@ class Bodies:
                 lets[name] = (binding, let.name.span)
                 if isinstance(binding, Typed):
                     note = Label(let.name.span, f"`{name}` is {binding.type}")
-                    t.origins.setdefault(id(binding), note)
-                    t.kept.append(binding)
+                    t.origins.setdefault(binding, note)
 
 
 def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:

@@ -230,7 +230,7 @@ def _expanded(t: Typist, node: tree.Call, function: tree.Function, args: list[Ty
     """The formula of a function for these arguments; cached by arguments."""
     name = function.name.id
     assert function.body is not None
-    key = (name, tuple(id(a) for a in args))
+    key = (name, tuple(args))
     if key not in t.expanded:
         parameters: dict[str, tuple[Binding, Span]] = {
             p.id: (a, p.span) for p, a in zip(function.params, args, strict=True)
@@ -239,5 +239,4 @@ def _expanded(t: Typist, node: tree.Call, function: tree.Function, args: list[Ty
         with t.inside(name, node.span, scope):
             result = t.value(function.body)
         t.expanded[key] = result
-        t.kept.extend(args)
     return t.expanded[key]

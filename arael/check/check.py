@@ -67,9 +67,9 @@ def check(
         report.stop()
     paths = Paths(sites, report)
     check_refs(sites, paths)
-    blocks = {id(place): named_blocks(place, paths, report) for place in sites.places()}
+    blocks = {place: named_blocks(place, paths, report) for place in sites.places()}
     components = {
-        id(place): Components(paths, constants, report).of(place)
+        place: Components(paths, constants, report).of(place)
         for place in sites.places()
         if not place.struct.component
     }

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue
+from arael.check.context import Context
 from arael.check.declared import FieldDecl
 from arael.check.scope import ComponentScope
 from arael.check.typed import BOOL, Apply, Formula, Present, Read, Typed
@@ -12,11 +11,8 @@ from arael.check.units_quantities import UNKNOWN
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
 
-if TYPE_CHECKING:
-    from arael.check.typist import Typist
 
-
-def bind_field(t: Typist, entity: Entity, name: str, span: Span) -> Binding:
+def bind_field(t: Context, entity: Entity, name: str, span: Span) -> Binding:
     """The binding of the field `name` of `entity`."""
     if name in entity.place.struct.formulas:
         return bind_formula(t, entity, name, span)
@@ -47,7 +43,7 @@ def _unreadable(field: FieldDecl) -> str:
     return f"this is `{field.text}`"
 
 
-def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Typed | Broken:
+def read_column(t: Context, entity: Entity, field: FieldDecl, span: Span) -> Typed | Broken:
     """The value of a plain field."""
     path = entity.place.column(field)
     optionals = entity.place.optionals
@@ -69,11 +65,11 @@ def read_column(t: Typist, entity: Entity, field: FieldDecl, span: Span) -> Type
         parameter=kind,
     )
     t.units.read(node, field)
-    t.origins[id(node)] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
+    t.origins[node] = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
     return t.make(node)
 
 
-def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
+def bind_formula(t: Context, entity: Entity, name: str, span: Span) -> Typed | Broken:
     """The formula of a ``symbolic`` field, or the stored value of a ``compute`` field."""
     place = entity.place
     if isinstance(row_is_there(t, entity, span), Broken):
@@ -93,11 +89,11 @@ def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Br
         return t.make(written)
     kept = Read(type=value.type, span=span, slot=slot, column=column, version="computed")
     if (unit := t.units.of(value)) is not UNKNOWN:
-        t.units.known[id(kept)] = unit
+        t.units.known[kept] = unit
     return t.make(kept)
 
 
-def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Broken:
+def definition(t: Context, entity: Entity, name: str, span: Span) -> Typed | Broken:
     """The formula of a component, typed once per body and row; `span` is the place of its use."""
     place = entity.place
     node = place.struct.formulas[name]
@@ -121,12 +117,12 @@ def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Brok
     )
 
 
-def scope_within(t: Typist, entity: Entity) -> ComponentScope:
+def scope_within(t: Context, entity: Entity) -> ComponentScope:
     """Names inside the formulas of a component."""
     return ComponentScope(t.declarations, entity, lambda *use: bind_field(t, *use), t.constant)
 
 
-def row_is_there(t: Typist, entity: Entity, span: Span) -> Broken | None:
+def row_is_there(t: Context, entity: Entity, span: Span) -> Broken | None:
     """Report an error if the row of `entity` is reached through a ref that may be null here."""
     for source, column in entity.needs:
         if (source.steps, column) not in t.facts:
@@ -145,7 +141,7 @@ def ref_text(entity: Entity, column: str) -> str:
     return ".".join([*(s.ref or s.kind for s in entity.steps), column])
 
 
-def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
+def _unguarded(t: Context, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
     """Report a read of an optional that may be absent, with the test to add."""
     table = entity.place.table
     written = span.text
@@ -181,7 +177,7 @@ def _unguarded(t: Typist, span: Span, optional: str, field: FieldDecl, entity: E
     )
 
 
-def presence(t: Typist, entity: Entity, optionals: tuple[str, ...], span: Span) -> Binding:
+def presence(t: Context, entity: Entity, optionals: tuple[str, ...], span: Span) -> Binding:
     """Whether the row of `entity` and all of `optionals` in it are proved present."""
     tests = [(t.slots.of(source), column) for source, column in entity.needs]
     tests += [(t.slots.of(entity), column) for column in optionals]

@@ -26,22 +26,22 @@ def facts_of(
     condition: Typed, steps: Callable[[int], tuple[Step, ...]]
 ) -> tuple[frozenset[Fact], frozenset[Fact]]:
     """The optionals proved present if `condition` holds, and if it does not."""
-    known: dict[int, tuple[frozenset[Fact], frozenset[Fact]]] = {}
+    known: dict[Typed, tuple[frozenset[Fact], frozenset[Fact]]] = {}
     for node in postorder([condition]):
-        known[id(node)] = (_NONE, _NONE)
+        known[node] = (_NONE, _NONE)
         if isinstance(node, Present):
-            known[id(node)] = (frozenset({(steps(node.slot), node.column)}), _NONE)
+            known[node] = (frozenset({(steps(node.slot), node.column)}), _NONE)
         elif isinstance(node, Apply):
-            inner = [known[id(a)] for a in node.args]
+            inner = [known[a] for a in node.args]
             if node.name == "not":
-                known[id(node)] = (inner[0][1], inner[0][0])
+                known[node] = (inner[0][1], inner[0][0])
             elif node.name == "and":
                 (a, b) = inner
-                known[id(node)] = (a[0] | b[0], a[1] & b[1])
+                known[node] = (a[0] | b[0], a[1] & b[1])
             elif node.name == "or":
                 (a, b) = inner
-                known[id(node)] = (a[0] & b[0], a[1] | b[1])
-    return known[id(condition)]
+                known[node] = (a[0] & b[0], a[1] | b[1])
+    return known[condition]
 
 
 def conjuncts(guard: Typed | None) -> list[Typed]:

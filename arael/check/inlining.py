@@ -9,6 +9,8 @@ a parameter nor a constant; two parameters of one name; more or fewer `derivs` t
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.declared import Declarations
 from arael.check.report import Reporter
@@ -70,18 +72,18 @@ def _names(
             )
         parameters[parameter.id] = parameter
     nodes = [node for formula in _formulas(function) for node in subtrees(formula)]
-    called = {id(n.func) for n in nodes if isinstance(n, tree.Call)}
-    for node in nodes:
+    for before, node in pairwise([None, *nodes]):
         if not isinstance(node, tree.Name):
             continue
-        known = callable_ if id(node) in called else visible
+        called = isinstance(before, tree.Call)  # the function is the first part of a call
+        known = callable_ if called else visible
         if node.id in known or (known is visible and node.id in parameters):
             continue
         good = False
         near = nearest(
             node.id, sorted(known) if known is callable_ else [*parameters, *sorted(known)]
         )
-        if id(node) in called:
+        if called:
             report.error(
                 "E0205",
                 node.span,

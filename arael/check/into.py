@@ -31,7 +31,7 @@ from arael.syntax import tree
 # An entity relative to the constraint's row: the path to its row, and its prefix there.
 Key = tuple[tuple[Step, ...], str]
 Pair = frozenset[Key]
-Blocks = dict[int, dict[str, NamedBlock]]
+Blocks = dict[Place, dict[str, NamedBlock]]
 
 
 @dataclass
@@ -132,7 +132,7 @@ class IntoRule:
                 label=f"this is `{declared.text}`",
                 labels=[Label(declared.span, "declared here")],
             )
-        return self.blocks[id(holder.place)].get(last.id)
+        return self.blocks[holder.place].get(last.id)
 
     def _unknown(self, home: Entity, holder: Entity, path: tree.Path, last: tree.Ident) -> None:
         struct = holder.place.struct
@@ -252,7 +252,7 @@ class IntoRule:
         if len(read) != 1:
             return otherwise
         ((steps, _), entity) = next(iter(read.items()))
-        own = [n for n, b in self.blocks[id(entity)].items() if b.kind == "self"]
+        own = [n for n, b in self.blocks[entity].items() if b.kind == "self"]
         way = ".".join(s.ref if s.kind == "ref" else s.kind for s in steps)
         if not own:
             return f"declare `hb: block {entity.struct.name}` in {entity.struct.name} and name that"

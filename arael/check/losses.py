@@ -146,7 +146,6 @@ def _own(t: Typist, node: tree.Lambda) -> Loss | None:
         )
         return None
     argument = SquaredNorm(type=REAL, span=node.params[0].span)
-    t.kept.append(argument)
     before = t.scope
     t.scope = LossScope(before, argument, node.params[0])
     value = t.number(node.body)

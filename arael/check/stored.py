@@ -15,7 +15,7 @@ def as_stored(t: Typist, value: Formula) -> Typed | Broken:
 
     A ``compute`` field has none: its inputs are stored, its value is not.
     """
-    done: dict[int, Typed] = {}
+    done: dict[Typed, Typed] = {}
     for node in postorder([value]):
         if isinstance(node, Read) and node.version == "computed":
             return t.fail(
@@ -26,16 +26,17 @@ def as_stored(t: Typist, value: Formula) -> Typed | Broken:
                 help=["declare it as `symbolic`"],
             )
         if isinstance(node, Formula):
-            done[id(node)] = done[id(node.of)]
+            done[node] = done[node.of]
             continue
-        copy = _copy(node, [done[id(part)] for part in operands(node)])
+        copy = _copy(node, [done[part] for part in operands(node)])
         if isinstance(node, Read):
-            t.units.read(copy, t.units.fields.get(id(node)))
-            t.origins.update({id(copy): label for label in t.origin(node)})
+            t.units.read(copy, t.units.fields.get(node))
+            if node in t.origins:
+                t.origins[copy] = t.origins[node]
         if copy is not node and isinstance(t.make(copy), Broken):
             return BROKEN
-        done[id(node)] = copy
-    return done[id(value)]
+        done[node] = copy
+    return done[value]
 
 
 def _copy(node: Typed, parts: list[Typed]) -> Typed:

@@ -49,7 +49,7 @@ def build_tables(sites: Sites, paths: Paths) -> tuple[Table, ...]:
 
 
 def build_entities(
-    sites: Sites, tables: tuple[Table, ...], components: Mapping[int, tuple[ComponentSite, ...]]
+    sites: Sites, tables: tuple[Table, ...], components: Mapping[Place, tuple[ComponentSite, ...]]
 ) -> tuple[EntitySite, ...]:
     """Every place of a struct with parameters, in the order of tables.
 
@@ -66,7 +66,7 @@ def build_entities(
                     place.table.path,
                     place.prefix,
                     tuple(columns[p.column(f)] for p, f in stored_fields(place)),
-                    components[id(place)],
+                    components[place],
                 )
             )
     return tuple(found)
@@ -179,7 +179,7 @@ def _column(place: Place, field: FieldDecl, path: str, within: str, paths: Paths
 
 
 def build_blocks(
-    sites: Sites, entities: Sequence[EntitySite], blocks: Mapping[int, Mapping[str, NamedBlock]]
+    sites: Sites, entities: Sequence[EntitySite], blocks: Mapping[Place, Mapping[str, NamedBlock]]
 ) -> tuple[Block, ...]:
     """The named blocks of all places, in the form of the runtime."""
     number = {(e.table, e.prefix): i for i, e in enumerate(entities)}
@@ -200,5 +200,5 @@ def build_blocks(
             doc=block.field.node.doc,
         )
         for place in sites.places()
-        for name, block in blocks[id(place)].items()
+        for name, block in blocks[place].items()
     )

@@ -16,6 +16,7 @@ from arael.check.report import Reporter
 from arael.check.scope import ConstantBinder, Scope
 from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed
 from arael.check.types import size_of
+from arael.check.units_messages import report_units
 from arael.check.units_typing import Units
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Slot, Step
@@ -59,7 +60,7 @@ class Typist:
     calls : functions being expanded, with the places of their calls
     operations : scalar operations so far
     expansion : expressions so far within calls of functions
-    origins : declaration of each value that an expression reads, by identity
+    origins : declaration of each value that an expression reads
     units : units of expressions
     """
 
@@ -76,14 +77,12 @@ class Typist:
     expansion: int = 0
     exhausted: bool = False
     nesting: int = 0
-    origins: dict[int, Label] = field(default_factory=dict)
+    origins: dict[Typed, Label] = field(default_factory=dict)
     units: Units = field(default_factory=Units)
-    expanded: dict[tuple[str, tuple[int, ...]], Binding] = field(default_factory=dict)
-    kept: list[Typed] = field(default_factory=list)  # kept alive while `expanded` has their ids
+    expanded: dict[tuple[str, tuple[Typed, ...]], Binding] = field(default_factory=dict)
     formulas: dict[tuple[tuple[Step, ...], str], Typed | Broken | None] = field(
         default_factory=dict
     )  # formulas of components by row and path; None while one is being typed
-    made: list[Typed] = field(default_factory=list)  # kept alive while their ids are in use
 
     @property
     def paths(self) -> Paths:
@@ -160,12 +159,13 @@ class Typist:
 
     def make(self, node: Typed, cost: int = 0) -> Typed | Broken:
         """Count `node` against the limits of a constraint; `cost` if it is not one per scalar."""
-        self.made.append(node)
         self.operations += max(cost, size_of(node.type))
         self.expansion += bool(self.calls)
         if self.operations > MAX_OPERATIONS or self.expansion > MAX_EXPANDED:
             return self._too_large(node.span)
-        self.units.note(self, node)
+        misfit = self.units.note(node)
+        if misfit is not None:
+            report_units(self, node, misfit)
         return node
 
     def _too_large(self, span: Span) -> Broken:
@@ -230,7 +230,7 @@ class Typist:
 
     def origin(self, value: Typed) -> list[Label]:
         """The declaration of a value that is read directly."""
-        label = self.origins.get(id(value))
+        label = self.origins.get(value)
         return [label] if label else []
 
 

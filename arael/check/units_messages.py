@@ -7,18 +7,15 @@ arctangents are not checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from arael.check.context import Context
 from arael.check.typed import Apply, Literal_, Read, Select, Typed
 from arael.check.units import DEG, ONE, RAD, Unit
 from arael.check.units_quantities import Clash, Open, Quantity
+from arael.check.units_rules import Misfit
 from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
 from arael.operations import OPERATIONS
-
-if TYPE_CHECKING:
-    from arael.check.typist import Typist
-    from arael.check.units_rules import Misfit
 
 MAX_SOURCES = 2
 MAX_WALK = 2000
@@ -45,7 +42,16 @@ def unit_text(unit: Unit) -> str:
     return "a pure number" if unit.is_one else str(unit)
 
 
-def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
+def report_units(t: Context, node: Typed, found: Clash | Misfit) -> None:
+    """Report units of operands that do not fit."""
+    if isinstance(found, Clash):
+        report_clash(t, node, found)
+    else:
+        assert isinstance(node, Apply)
+        report_misfit(t, node, found)
+
+
+def report_clash(t: Context, node: Typed, clash: Clash) -> None:
     """Report two different units in one sum."""
     parts = node.args if isinstance(node, Apply) else operands(node)
     if isinstance(node, Select):
@@ -62,7 +68,7 @@ def report_clash(t: Typist, node: Typed, clash: Clash) -> None:
     )
 
 
-def report_misfit(t: Typist, node: Apply, misfit: Misfit) -> None:
+def report_misfit(t: Context, node: Apply, misfit: Misfit) -> None:
     """Report an argument in the wrong unit."""
     arg = node.args[misfit.index]
     if not written(t, arg):
@@ -111,7 +117,7 @@ def _clash_message(node: Typed, first: Unit, second: Unit) -> str:
     return f"cannot {verb} {a} {_WORDS[verb]} {b}"
 
 
-def _sides(t: Typist, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
+def _sides(t: Context, parts: Sequence[Typed], units: tuple[Unit, Unit]) -> list[Label]:
     """Each operand with its unit, and the origin of the unit."""
     labels: list[Label] = []
     for part in parts[:3]:
@@ -152,15 +158,15 @@ def _advice(first: Unit, second: Unit) -> list[str]:
     ]
 
 
-def sources(t: Typist, node: Typed) -> list[Label]:
+def sources(t: Context, node: Typed) -> list[Label]:
     """The declaration or the function that the unit of `node` comes from."""
     found: list[Label] = []
     for here in _below(node, lambda n: isinstance(n, Apply) and n.name in _GIVES):
         label: Label | None = None
         quantity = t.units.of(here)
         if isinstance(here, Read) and not isinstance(quantity, Open):
-            label = t.origins.get(id(here))
-            declared = t.units.fields.get(id(here))
+            label = t.origins.get(here)
+            declared = t.units.fields.get(here)
             if label is not None and declared is not None and not declared.unit:
                 label = Label(label.span, f"{label.text}, in {quantity}")
         elif isinstance(here, Apply) and here is not node and here.name in _GIVES:
@@ -174,11 +180,11 @@ def sources(t: Typist, node: Typed) -> list[Label]:
     return found
 
 
-def written(t: Typist, node: Typed) -> bool:
+def written(t: Context, node: Typed) -> bool:
     """Whether `node` contains a value with a declared unit."""
     fields = t.units.fields
     for here in _below(node, lambda n: False):
-        declared = fields.get(id(here))
+        declared = fields.get(here)
         if declared is not None and declared.unit:
             return True
         if isinstance(here, Literal_) and isinstance(here.unit, Unit):
@@ -189,20 +195,20 @@ def written(t: Typist, node: Typed) -> bool:
 def _below(node: Typed, stop: object) -> list[Typed]:
     """`node` and its operands in depth-first order, down to where `stop` holds."""
     found: list[Typed] = []
-    seen: set[int] = set()
+    seen: set[Typed] = set()
     waiting = [node]
     while waiting and len(found) < MAX_WALK:
         here = waiting.pop()
-        if id(here) in seen:
+        if here in seen:
             continue
-        seen.add(id(here))
+        seen.add(here)
         found.append(here)
         if not (callable(stop) and stop(here)):
             waiting.extend(reversed(operands(here)))
     return found
 
 
-def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
+def residual_units(t: Context, parts: Sequence[Typed]) -> None:
     """Warn of each part of a residual that has a unit."""
     for part in parts:
         quantity = t.units.of(part)
@@ -214,7 +220,7 @@ def residual_units(t: Typist, parts: Sequence[Typed]) -> None:
             _warn(t, part.span, part, kept)
 
 
-def _warn(t: Typist, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
+def _warn(t: Context, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
     units = " and ".join(map(str, kept))
     inverse = ONE / kept[0]
     text = span.text if len(span.text) <= 40 and "\n" not in span.text else "..."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from arael.check.declared import FieldDecl
 from arael.check.typed import (
@@ -21,7 +21,6 @@ from arael.check.typed import (
 )
 from arael.check.types import size_of
 from arael.check.units import ONE
-from arael.check.units_messages import report_clash, report_misfit
 from arael.check.units_quantities import (
     UNKNOWN,
     Clash,
@@ -33,51 +32,42 @@ from arael.check.units_quantities import (
 )
 from arael.check.units_rules import Misfit, result_of
 
-if TYPE_CHECKING:
-    from arael.check.typist import Typist
-
 
 @dataclass
 class Units:
-    """Unit of each expression, by identity.
+    """Unit of each expression; typed expressions are equal only to themselves."""
 
-    Expressions are looked up by identity, so the owner of this object must keep them alive.
-    """
-
-    fields: dict[int, FieldDecl] = field(default_factory=dict)
-    known: dict[int, Quantity] = field(default_factory=dict)
+    fields: dict[Typed, FieldDecl] = field(default_factory=dict)
+    known: dict[Typed, Quantity] = field(default_factory=dict)
 
     def read(self, node: Typed, field: FieldDecl | None) -> None:
         """Record that `node` reads `field`; called before the node is added."""
         if field is not None:
-            self.fields[id(node)] = field
+            self.fields[node] = field
 
     def of(self, node: Typed) -> Quantity:
         """The unit of an expression that was added before."""
-        found = self.known.get(id(node))
+        found = self.known.get(node)
         if found is not None:
             return found
         return node.unit if isinstance(node, Literal_) else UNKNOWN
 
-    def note(self, t: Typist, node: Typed) -> None:
-        """Infer the unit of `node` from its operands; report an error if they do not fit."""
+    def note(self, node: Typed) -> Clash | Misfit | None:
+        """Infer the unit of `node` from its operands; return how they do not fit."""
         rule = _RULES.get(type(node))
         if rule is None:
-            return
+            return None
         try:
             found = rule(self, node)
-        except Clash as clash:
-            report_clash(t, node, clash)
-        except Misfit as misfit:
-            assert isinstance(node, Apply)
-            report_misfit(t, node, misfit)
-        else:
-            if found is not UNKNOWN:
-                self.known[id(node)] = found
+        except (Clash, Misfit) as error:
+            return error
+        if found is not UNKNOWN:
+            self.known[node] = found
+        return None
 
 
 def _read(units: Units, node: Read) -> Quantity:
-    declared = units.fields.get(id(node))
+    declared = units.fields.get(node)
     return declared.quantity if declared is not None else UNKNOWN
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from arael.check.declared import Declarations
-from arael.check.places import Sites
+from arael.check.places import Place, Sites
 from arael.check.report import Reporter
 from arael.check.typed import ComponentSite, ConstraintSite, Definition, Read, Typed
 from arael.check.walk import postorder
@@ -60,14 +60,14 @@ def warn_unread_parameters(
 
 def warn_lost_derivatives(
     sites: Sites,
-    components: Mapping[int, tuple[ComponentSite, ...]],
+    components: Mapping[Place, tuple[ComponentSite, ...]],
     constraints: Iterable[ConstraintSite],
     report: Reporter,
 ) -> None:
     """Warn of residuals that depend on a parameter through a ``compute`` field alone."""
     computed: dict[tuple[str, str], Definition] = {}
     for place in sites.places():
-        for component in components.get(id(place), ()):
+        for component in components.get(place, ()):
             for one in component.computed:
                 computed[place.table.path, one.column] = one
     for site in constraints:

@@ -26,15 +26,15 @@ def operands(node: Typed) -> tuple[Typed, ...]:
 def postorder(results: Iterable[Typed]) -> list[Typed]:
     """Every node below `results` once, operands before their users."""
     order: list[Typed] = []
-    seen: set[int] = set()
+    seen: set[Typed] = set()
     for result in results:
         waiting: list[tuple[Typed, bool]] = [(result, False)]
         while waiting:
             node, ready = waiting.pop()
             if ready:
                 order.append(node)
-            elif id(node) not in seen:
-                seen.add(id(node))
+            elif node not in seen:
+                seen.add(node)
                 waiting.append((node, True))
                 waiting.extend((o, False) for o in reversed(operands(node)))
     return order

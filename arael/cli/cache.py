@@ -7,6 +7,8 @@ import time
 
 import click
 
+from arael.compiler import cache
+
 
 @click.group("cache", short_help="Show or clear the cache of compiled models.")
 def command() -> None:
@@ -20,8 +22,6 @@ def command() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def info(as_json: bool) -> None:
     """List the compiled models, newest first."""
-    from arael.compiler import cache
-
     entries = cache.entries()
     total = sum(size for _, _, size in entries)
     if as_json:
@@ -45,8 +45,6 @@ def clear() -> None:
     The folder is made private to the user. Entries that another process is compiling are not
     removed.
     """
-    from arael.compiler import cache
-
     found = cache.clear()
     click.echo(f"removed {_count(found.count)}, {_size(found.size)}, from {cache.directory()}")
     if found.busy:

@@ -11,7 +11,11 @@ import click
 
 from arael.cli.exits import Exit
 from arael.cli.failures import print_text
+from arael.cli.line_editing import line_editing
+from arael.diagnostics.as_json import as_json
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.sym.calculator import Calculator
+from arael.syntax.limits import MAX_BYTES
 
 if TYPE_CHECKING:
     from arael.sym.calculator import Calculator
@@ -50,8 +54,6 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
     Formulas are those of models: `arael calc "diff(x^2, x)"`. `name = formula` and
     `f(x) = formula` define variables and functions; `;` separates statements, `#` begins a comment.
     """
-    from arael.sym.calculator import Calculator
-
     session = _Session(Calculator(digits), as_json)
     if formulas:
         session.run((f"formula {i}" if len(formulas) > 1 else "formula", text)
@@ -66,8 +68,6 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
 
 def _lines() -> Iterator[tuple[str, str]]:
     """Read the lines of standard input, with a name for each."""
-    from arael.syntax.limits import MAX_BYTES
-
     number = 0
     while line := sys.stdin.readline(MAX_BYTES + 2):
         number += 1
@@ -90,8 +90,6 @@ class _Session:
 
     def ask(self) -> None:
         """Read lines from the terminal until its end."""
-        from arael.cli.line_editing import line_editing
-
         click.echo("arael calc: `help` lists functions and commands, `quit` leaves", err=True)
         with line_editing(self.calculator.names):
             while True:
@@ -145,7 +143,6 @@ class _Session:
             sys.stdout.flush()
             print_text(diagnostics)
             return
-        from arael.diagnostics.as_json import as_json
 
         plain: Any = as_json(diagnostics)
         click.echo(json.dumps({"status": "error", "diagnostics": plain}))

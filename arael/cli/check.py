@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import arael
+from arael.analysis.gradients import check_gradients
 from arael.cli.instances import row_counts
+from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.loading import find_model
+from arael.solving import problem_of
+from arael.syntax.files import read_source
 
 if TYPE_CHECKING:
     from arael.analysis.gradients import GradientCheck
@@ -23,10 +30,6 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, data: str | None, gradients: bool, as_json: bool) -> None:
     """Check MODEL: syntax, names, shapes, guards, constraints; and DATA against it, if given."""
-    from arael.compiler.compilation import compile_text
-    from arael.loading import find_model
-    from arael.syntax.files import read_source
-
     if gradients and data is None:
         raise click.UsageError("--gradients needs DATA: derivatives are compared at its values")
     path = find_model(model)
@@ -61,10 +64,6 @@ def command(model: str, data: str | None, gradients: bool, as_json: bool) -> Non
 
 def _instance(model: str, data: str) -> Any:
     """Read `data` into an instance, which checks every value."""
-    import warnings
-
-    import arael
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", arael.ModelWarning)  # warnings are printed without data too
         instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
@@ -80,9 +79,6 @@ def _gradients(instance: Any) -> list[GradientCheck]:
     AraelError
         E0630 for every constraint whose derivatives do not agree with its residuals.
     """
-    from arael.analysis.gradients import check_gradients
-    from arael.solving import problem_of
-
     checks = check_gradients(problem_of(instance))
     wrong = [
         Diagnostic(

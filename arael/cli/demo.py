@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from arael.cli import summary
 from arael.cli.exits import Exit
 from arael.cli.options import (
     F,
@@ -18,6 +19,13 @@ from arael.cli.options import (
     solver_option,
     threads_option,
 )
+from arael.cli.solve import require_writable
+from arael.demo import linear as linear_demo
+from arael.demo import localization as localization_demo
+from arael.demo import slam as slam_demo
+from arael.demo.scene_run import SolveOptions
+from arael.plot.figure import check_format, require_matplotlib
+from arael.scenes import demo_config
 
 
 @click.group("demo", short_help="Run a demonstration on synthetic data.")
@@ -78,11 +86,10 @@ solve_options: tuple[Callable[[Any], Any], ...] = (
 @scene_options
 def slam(**options: Any) -> int:
     """Visual-inertial SLAM in three passes, with half of the data associations wrong."""
-    from arael.demo import slam as demo
-    from arael.scenes import demo_config
-
     return _present(
-        demo, lambda: demo.run_slam(demo_config(**_scene(options)), _how(options)), options
+        slam_demo,
+        lambda: slam_demo.run_slam(demo_config(**_scene(options)), _how(options)),
+        options,
     )
 
 
@@ -90,12 +97,9 @@ def slam(**options: Any) -> int:
 @scene_options
 def localization(**options: Any) -> int:
     """Localization in a known map, with half of the data associations wrong."""
-    from arael.demo import localization as demo
-    from arael.scenes import demo_config
-
     return _present(
-        demo,
-        lambda: demo.run_localization(demo_config(**_scene(options)), _how(options)),
+        localization_demo,
+        lambda: localization_demo.run_localization(demo_config(**_scene(options)), _how(options)),
         options,
     )
 
@@ -111,12 +115,13 @@ def localization(**options: Any) -> int:
 @json_option
 def linear(**options: Any) -> int:
     """Line fit with outliers: least squares and a robust fit."""
-    from arael.demo import linear as demo
 
     def run() -> Any:
-        return demo.run_linear(options["points"], seed=options["seed"], options=_how(options))
+        return linear_demo.run_linear(
+            options["points"], seed=options["seed"], options=_how(options)
+        )
 
-    return _present(demo, run, options)
+    return _present(linear_demo, run, options)
 
 
 def _scene(options: dict[str, Any]) -> dict[str, Any]:
@@ -124,8 +129,6 @@ def _scene(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _how(options: dict[str, Any]) -> Any:
-    from arael.demo.scene_run import SolveOptions
-
     return SolveOptions(
         solver=options["solver"],
         precision=options["precision"],
@@ -136,13 +139,8 @@ def _how(options: dict[str, Any]) -> Any:
 
 def _present(demo: Any, run: Callable[[], Any], options: dict[str, Any]) -> int:
     """Run a demo, print its report, draw its figures."""
-    from arael.cli import summary
-    from arael.cli.solve import require_writable
-
     picture = options["plot"]
     if picture is not None:
-        from arael.plot.figure import check_format, require_matplotlib
-
         require_matplotlib()
         check_format(Path(picture))
         require_writable(picture)

@@ -7,7 +7,9 @@ from typing import Any
 
 import click
 
+import arael
 from arael.cli.exits import Exit
+from arael.cli.instances import apply_settings
 from arael.cli.options import json_option, precision_option, solver_option
 
 
@@ -33,9 +35,6 @@ def command(
     The analysis is at the values in DATA, without solving, or at the solution with --solve. The
     exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong input.
     """
-    import arael
-    from arael.cli.instances import apply_settings
-
     loaded: Any = arael.load(model, precision=precision)  # type: ignore[arg-type]
     instance = loaded()
     arael.read(instance, data)

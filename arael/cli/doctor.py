@@ -6,12 +6,21 @@ import json
 import os
 import platform
 import sys
+import tempfile
 from dataclasses import asdict, dataclass
-from importlib import metadata
+from importlib import import_module, metadata
+from pathlib import Path
 
 import click
+from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
+import arael
 from arael.cli.exits import Exit
+from arael.compiler import build, cache, processor
+from arael.compiler.cache.trust import is_own, open_advice, prepare
+from arael.compiler.kernels import probe
+from arael.diagnostics.records import AraelError
+from arael.runtime.parallel import pool
 
 
 @dataclass(frozen=True)
@@ -62,8 +71,6 @@ def _package(name: str) -> Finding:
         return Finding(name, "ok", metadata.version(name))
     except metadata.PackageNotFoundError:
         if name == "arael":
-            import arael
-
             return Finding(name, "ok", f"{arael.__version__} (not installed, run from its source)")
         return Finding(name, "broken", "not installed", f"pip install {name}")
 
@@ -77,8 +84,6 @@ def _extra(package: str, extra: str, purpose: str) -> Finding:
 
 
 def _compiler() -> Finding:
-    from arael.compiler import build
-
     path = build.find_compiler()
     if path is None:
         wanted = os.environ.get("CC", "").strip()
@@ -97,13 +102,6 @@ def _compiler() -> Finding:
 
 def _trouble_of_compiling() -> str:
     """Compile and load the smallest extension module; return what went wrong, or ""."""
-    import tempfile
-    from pathlib import Path
-
-    from arael.compiler.cache.trust import prepare
-    from arael.compiler.kernels import probe
-    from arael.diagnostics.records import AraelError
-
     try:
         place = prepare("arael-kernels")  # where models are compiled
     except AraelError:  # reported separately
@@ -119,8 +117,6 @@ def _trouble_of_compiling() -> str:
 
 
 def _processor() -> Finding:
-    from arael.compiler import processor
-
     flags = processor.flags()
     widest = next(
         (
@@ -136,8 +132,6 @@ def _processor() -> Finding:
 
 
 def _threads() -> Finding:
-    from arael.runtime.parallel import pool
-
     if not pool.supported():
         return Finding(
             "threads",
@@ -149,10 +143,6 @@ def _threads() -> Finding:
 
 
 def _blas() -> Finding:
-    from importlib import import_module
-
-    from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
-
     import_module("scipy.linalg.cython_blas")  # loads the BLAS of the solvers
     pools = [p for p in threadpool_info() if p.get("user_api") == "blas"]
     if not pools:
@@ -163,9 +153,6 @@ def _blas() -> Finding:
 
 
 def _cache() -> Finding:
-    from arael.compiler import cache
-    from arael.compiler.cache.trust import is_own, open_advice
-
     path = cache.directory()
     if not path.exists():
         parent = next(p for p in path.parents if p.exists())

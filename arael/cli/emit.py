@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import click
+
+from arael.cli.outline import outline, programs
+from arael.compiler import compiler
+from arael.compiler.build import cython_to_c
+from arael.compiler.compilation import compile_text
+from arael.compiler.imports import Imports
+from arael.compiler.kernels import module_name
+from arael.diagnostics.records import Findings
+from arael.loading import find_model
+from arael.syntax.files import read_source
 
 STAGES = ("ast", "types", "sympy", "ir", "pyx", "c")
 
@@ -24,8 +35,6 @@ def command(
     shared subexpressions in SymPy; ir: residuals and derivatives as straight-line
     programs; pyx: the Cython source; c: the C source.
     """
-    from arael.loading import find_model
-
     if stage == "sympy":
         click.echo(_sympy(find_model(model), precision, constraint, latex))
         return
@@ -36,30 +45,19 @@ def command(
 
 
 def _ast(path: Path, precision: str | None) -> str:
-    from arael.cli.outline import outline
-    from arael.compiler import compiler
-    from arael.syntax.files import read_source
 
     return outline(compiler.syntax(read_source(path)))
 
 
 def _types(path: Path, precision: str | None) -> str:
-    from arael.cli.outline import outline
-    from arael.compiler import compiler
-    from arael.compiler.imports import Imports
-    from arael.diagnostics.records import Findings
-    from arael.syntax.files import read_source
 
     tree = compiler.syntax(read_source(path))
     return outline(compiler.types(tree, Findings(), None, Imports()))
 
 
 def _sympy(path: Path, precision: str | None, constraint: str | None, latex: bool) -> str:
+    # imported here: start-up time
     from arael.cli.formulas import formulas
-    from arael.compiler import compiler
-    from arael.compiler.imports import Imports
-    from arael.diagnostics.records import Findings
-    from arael.syntax.files import read_source
 
     tree = compiler.syntax(read_source(path))
     model = compiler.types(tree, Findings(), None, Imports())
@@ -67,25 +65,16 @@ def _sympy(path: Path, precision: str | None, constraint: str | None, latex: boo
 
 
 def _ir(path: Path, precision: str | None) -> str:
-    from arael.cli.outline import programs
-    from arael.compiler.compilation import compile_text
-    from arael.syntax.files import read_source
 
     return programs(compile_text(read_source(path), precision=precision).program)
 
 
 def _pyx(path: Path, precision: str | None) -> str:
-    from arael.compiler.compilation import compile_text
-    from arael.syntax.files import read_source
 
     return compile_text(read_source(path), precision=precision).emit()
 
 
 def _c(path: Path, precision: str | None) -> str:
-    import tempfile
-
-    from arael.compiler.build import cython_to_c
-    from arael.compiler.kernels import module_name
 
     with tempfile.TemporaryDirectory(prefix="arael-") as folder:
         pyx = Path(folder) / f"{module_name(path.stem)}.pyx"

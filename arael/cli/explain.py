@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from arael.diagnostics.explain import codes, explain, title
+
 
 @click.command("explain", short_help="Explain a diagnostic code.")
 @click.argument("code", required=False)
@@ -12,8 +14,6 @@ def command(code: str | None) -> None:
 
     Without CODE, list every code with its title.
     """
-    from arael.diagnostics.explain import codes, explain, title
-
     if code is not None:
         click.echo(explain(code).rstrip("\n"))
         return

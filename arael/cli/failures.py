@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
 import traceback
 from collections.abc import Sequence
@@ -53,6 +54,7 @@ def _current_folder_is_gone() -> bool:
 def show(diagnostics: Sequence[Diagnostic], as_json: bool) -> None:
     """Print diagnostics: text on stderr, or one JSON object on stdout."""
     if as_json:
+        # imported here: start-up time
         from arael.diagnostics.as_json import as_json as plain
 
         _print_json(plain(diagnostics))
@@ -62,8 +64,7 @@ def show(diagnostics: Sequence[Diagnostic], as_json: bool) -> None:
 
 def print_text(diagnostics: Sequence[Diagnostic]) -> None:
     """Print diagnostics as text on stderr."""
-    import shutil
-
+    # imported here: start-up time
     from arael.diagnostics.render import render
     from arael.diagnostics.style import use_color
 

@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING
 import click
 
 from arael.cli.exits import Exit
+from arael.cli.fit_formula import read_formula
 from arael.cli.options import json_option
 from arael.cli.summary import plain
+from arael.io.csv_numbers import Points
+from arael.io.plain_numbers import real
+from arael.runtime_residuals import runtime_model, runtime_residual
 
 if TYPE_CHECKING:
     from arael.model import Model
@@ -48,10 +52,6 @@ def command(
     FORMULA that contains the column `y`, or `0 = FORMULA`, is a residual to minimise. Without
     --sigma the scatter of the points is used.
     """
-    from arael.cli.fit_formula import read_formula
-    from arael.io.csv_numbers import Points
-    from arael.residuals.face import runtime_model, runtime_residual
-
     points = Points(data)
     found = read_formula(formula, target, points.titles, data)
     starts = _starts(start, found.parameters, points.titles)
@@ -76,7 +76,6 @@ def _starts(
             f"every name in it is a column ({', '.join(columns)}): there is nothing to fit",
             param_hint="'FORMULA'",
         )
-    from arael.io.plain_numbers import real
 
     starts = dict.fromkeys(parameters, 1.0)
     for item in given:

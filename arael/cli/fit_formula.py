@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from arael import sym
 from arael.diagnostics.records import AraelError
 from arael.diagnostics.suggest import closest
 
@@ -69,7 +70,6 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
                 f"'{left}' is on the left of FORMULA, and '{target}' is given with --y",
                 param_hint="'--y'",
             )
-    from arael import sym
 
     parsed = sym.parse(formula)
     names = list(parsed.free_vars)
@@ -144,8 +144,6 @@ def _refuse_what_cancels(
 
 def _is_symbol(name: str) -> bool:
     """Whether a name is neither a constant nor a word of the language."""
-    from arael import sym
-
     try:
         return name in sym.parse(name).free_vars
     except AraelError:

@@ -6,12 +6,15 @@ import contextlib
 import os
 import sys
 import tempfile
+from difflib import unified_diff
 from pathlib import Path
 
 import click
 
 from arael.cli.exits import Exit
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.syntax.files import read_source, source_of
+from arael.syntax.fmt import format_source
 
 
 @click.command("fmt", short_help="Format model files.")
@@ -48,9 +51,6 @@ def _expanded(files: tuple[str, ...]) -> list[str]:
 
 def _format(name: str, check: bool, diff: bool) -> bool:
     """Format one file; True if it was, or would be, changed."""
-    from arael.syntax.files import read_source, source_of
-    from arael.syntax.fmt import format_source
-
     if name == "-":
         source = source_of(sys.stdin.buffer.read(), "standard input")
     else:
@@ -72,7 +72,6 @@ def _format(name: str, check: bool, diff: bool) -> bool:
 
 
 def _print_diff(name: str, old: str, new: str) -> None:
-    from difflib import unified_diff
 
     lines = unified_diff(
         old.splitlines(keepends=True), new.splitlines(keepends=True), name, f"{name} (formatted)"

@@ -5,9 +5,12 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Sequence
 from html import escape
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from arael.io.files import shown, write_whole
+from arael.plot.history import history_figure
+from arael.plot.problem import links, map_figure, point_columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,12 +108,8 @@ def _table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) ->
 
 def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[str, Figure]]:
     """Return the figures of a solved model; none if matplotlib is not installed."""
-    from importlib.util import find_spec
-
     if find_spec("matplotlib") is None:
         return
-    from arael.plot.history import history_figure
-    from arael.plot.problem import links, map_figure, point_columns
 
     yield "Cost and length of steps", history_figure([(p.name, p.history) for p in result.passes])
     points = point_columns(instance, layout)

@@ -8,7 +8,10 @@ from typing import Any
 
 import click
 
+from arael.compiler.compilation import compile_text
+from arael.loading import find_model
 from arael.runtime.layout import Column, Entity, Group, Layout, LayoutPass, Table
+from arael.syntax.files import read_source
 
 
 @click.command("info", short_help="Show the content of a model: structs, parameters, constraints.")
@@ -16,10 +19,6 @@ from arael.runtime.layout import Column, Entity, Group, Layout, LayoutPass, Tabl
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, as_json: bool) -> None:
     """Show the structs, parameters, constraints with operation counts, and passes of MODEL."""
-    from arael.compiler.compilation import compile_text
-    from arael.loading import find_model
-    from arael.syntax.files import read_source
-
     layout = compile_text(read_source(find_model(model))).layout
     click.echo(json.dumps(summary(layout)) if as_json else "\n".join(describe(layout)))
 

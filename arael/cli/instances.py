@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
 from arael.runtime.layout import Column, Layout, Table
 
 
@@ -46,7 +49,6 @@ def _column(root: Table, name: str, setting: str) -> Column:
     settable = {c.path: c for c in root.columns if c.role in ("data", "param", "skip")}
     if name in settable:
         return settable[name]
-    from arael.diagnostics.suggest import closest
 
     near = closest(name, settable)
     if near:
@@ -64,6 +66,7 @@ def _value(column: Column, text: str, setting: str) -> Any:
         if text in ("true", "false"):
             return text == "true"
         raise _bad(setting, f"expected true or false for `{column.path}`, found `{text}`")
+    # imported here: start-up time
     from arael.io.plain_numbers import real, whole
 
     number = whole if column.kind == "int" else real
@@ -83,7 +86,6 @@ def _value(column: Column, text: str, setting: str) -> Any:
         )
     if not column.shape:
         return values[0]
-    import numpy as np
 
     return np.array(values).reshape(column.shape)
 

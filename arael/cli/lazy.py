@@ -43,6 +43,7 @@ class LazyGroup(click.Group):
         """Find the command that `args` begin with, or fail with a suggestion."""
         name = args[0]
         if name not in COMMANDS and not name.startswith("-"):
+            # imported here: start-up time
             from arael.diagnostics.suggest import closest
 
             near = closest(name, COMMANDS)

@@ -16,6 +16,7 @@ def history_file() -> Path:
     chosen = os.environ.get("ARAEL_HISTORY")
     if chosen:
         return Path(chosen)
+    # imported here: start-up time
     from platformdirs import user_data_path
 
     return user_data_path("arael", appauthor=False) / "calc_history"
@@ -28,6 +29,7 @@ def line_editing(names: Callable[[], list[str]]) -> Iterator[None]:
     A history that cannot be read or written is ignored.
     """
     try:
+        # imported here: start-up time
         import readline
     except ImportError:
         yield

@@ -10,13 +10,13 @@ from typing import TextIO
 
 import click
 
-from arael import __version__
 from arael.cli import streams
 from arael.cli.compiling import CompilingLine
 from arael.cli.exits import Exit
 from arael.cli.failures import report
 from arael.cli.lazy import LazyGroup
 from arael.compiler import progress
+from arael.version import __version__
 
 EPILOG = (
     "Exit codes: 0 solved, 1 not converged, 2 bad input, 3 internal error. "
@@ -56,6 +56,7 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     """Show a warning without a place in arael's source."""
+    # imported here: start-up time
     from arael.diagnostics.model_warnings import ModelWarning
 
     # Those of a model are rendered, with code and place.

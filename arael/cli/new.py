@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import write_whole
 
 MODEL = """\
 # A line through points with outliers. Solve it with:
@@ -66,8 +67,6 @@ def command(name: str) -> None:
 
 def _write_all(texts: dict[str, str]) -> None:
     """Write all files or none."""
-    from arael.io.files import write_whole
-
     written: list[str] = []
     try:
         for file, text in texts.items():

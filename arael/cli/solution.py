@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from arael.analysis.scalars import tangent_units
+from arael.analysis.sigmas import sigmas
 from arael.cli.summary import plain
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
 from arael.io.columns import scalar_names
 from arael.runtime.layout import Column, Entity, Layout
 
@@ -129,7 +132,6 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
     shown = tuple(_rows(instance._store, layout, one) for one in asked)
     if not any(use.tangent for entity in entities for use in entity.params):
         return Solution(shown=shown)
-    from arael.analysis.sigmas import sigmas
 
     table = instance._store.tables[""]
     free = any(table.free(u.column)[0] for e in entities for u in e.params if u.tangent)
@@ -142,7 +144,6 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
 
 
 def _scalars(store: Any, layout: Layout, entity: Entity, known: Any) -> Iterator[Scalar]:
-    from arael.analysis.scalars import tangent_units
 
     table, units = store.tables[""], tangent_units(layout, entity)
     for use in entity.params:
@@ -185,8 +186,6 @@ def _range(asked: str, layout: Layout) -> tuple[str, slice]:
     match = _SHOWN.fullmatch(asked)
     paths = [table.path for table in layout.tables if table.path]
     if match is None or match[1] not in paths:
-        from arael.diagnostics.suggest import closest
-
         name = match[1] if match else asked
         near = closest(name, paths)
         what = f"there is no collection `{name}`" if match else "expected NAME or NAME[FROM:TO]"

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import arael
+from arael import starts
+from arael.cli import summary
 from arael.cli.exits import Exit
+from arael.cli.instances import apply_settings
 from arael.cli.options import (
     init_option,
     json_option,
@@ -20,7 +25,10 @@ from arael.cli.options import (
     strategy_option,
     threads_option,
 )
+from arael.cli.progress import Progress, progress_wanted
+from arael.cli.solution import check_shown, solution_of
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io import formats
 
 if TYPE_CHECKING:
     from arael.runtime.layout import Layout
@@ -85,11 +93,6 @@ def command(
     converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found is still
     reported and written.
     """
-    import arael
-    from arael.cli import summary
-    from arael.cli.instances import apply_settings
-    from arael.cli.solution import check_shown, solution_of
-
     _check_targets(output, covariance, plot, report)
     loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
     instance = loaded()
@@ -113,6 +116,7 @@ def command(
         click.echo(f"note: {note}", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
     if report is not None:
+        # imported here: start-up time
         from arael.cli.html_report import write_report
 
         write_report(instance, loaded.layout, result, solution, model, data, report)
@@ -141,8 +145,6 @@ def _initialise(instance: Any, init: str) -> Any:
     AraelError
         E0843 if the requested start does not exist for the model; E0844 a singular chordal start.
     """
-    from arael import starts
-
     if init == "file" or (init == "auto" and not starts.can_initialise(instance)):
         return None
     return starts.initialise(instance, init)  # type: ignore[arg-type]
@@ -159,8 +161,6 @@ def run(
     as_json: bool,
 ) -> Any:
     """Solve `instance`, with a progress line on a terminal."""
-    from arael.cli.progress import Progress, progress_wanted
-
     progress = Progress() if progress_wanted(verbose, as_json) else None
     options: dict[str, Any] = {"verbose": verbose, "num_threads": threads, "observer": progress}
     if max_iters is not None:
@@ -204,10 +204,12 @@ def _check_targets(
 ) -> None:
     """Reject output files that cannot be written, before the solve."""
     if covariance is not None:
+        # imported here: start-up time
         from arael.cli.marginals import check_ending
 
         check_ending(covariance)
     if plot is not None:
+        # imported here: start-up time
         from arael.plot.figure import check_format, require_matplotlib
 
         require_matplotlib()
@@ -225,11 +227,9 @@ def _check_writable_format(instance: Any, layout: Layout, output: str | None) ->
     """
     if output is None or Path(output).name.endswith((".json", ".npz")):
         return ""
-    import tempfile
 
-    import arael
+    # imported here: start-up time
     from arael.cli.csv_loss import check_csv_output
-    from arael.io import formats
 
     note = ""
     if formats.format_of(output, b"") == "csv":
@@ -257,18 +257,18 @@ def _write_all(
     plot: str | None,
 ) -> list[str]:
     """Write the requested files; return their names."""
-    import arael
-
     written: list[str] = []
     if output is not None:
         arael.write(instance, output)
         written.append(output)
     if covariance is not None:
+        # imported here: start-up time
         from arael.cli.marginals import write_marginals
 
         write_marginals(instance, len(result.x), covariance)
         written.append(covariance)
     if plot is not None:
+        # imported here: start-up time
         from arael.plot.problem import plot_solution
 
         written.extend(plot_solution(instance, layout, result, Path(plot)))

@@ -11,7 +11,6 @@ import os
 import platform
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import sysconfig
@@ -20,8 +19,16 @@ from pathlib import Path
 from typing import Any
 
 from arael.compiler.extension import require_loadable
+from arael.compiler.no_compiler import (
+    NoCompiler,
+    failed,
+    no_compiler,
+    not_started,
+    too_slow,
+    unloadable,
+)
 from arael.compiler.processes import TimedOut, run_bounded
-from arael.compiler.time_limit import VARIABLE, compile_limit
+from arael.compiler.time_limit import compile_limit
 from arael.diagnostics.records import AraelError, Diagnostic
 
 # Instruction sets to build for: this machine's, the architecture's smallest, or the value of an
@@ -45,19 +52,6 @@ FLAGS = [
 
 PROBE_LIMIT = 20.0
 """Seconds that the C compiler may take for the smallest extension module."""
-
-
-class NoCompiler(AraelError):
-    """No working C compiler; models can still be interpreted.
-
-    Attributes
-    ----------
-    passing : whether the reason may be temporary: disk space, memory, a killed process
-    """
-
-    def __init__(self, diagnostic: Diagnostic, passing: bool = False) -> None:
-        super().__init__(diagnostic)
-        self.passing = passing
 
 
 def compile_flags(target: str = NATIVE) -> list[str]:
@@ -117,7 +111,7 @@ def find_compiler() -> str | None:
 def require_compiler() -> None:
     """Raise NoCompiler (E0801) if there is none."""
     if find_compiler() is None:
-        raise NoCompiler(_no_compiler())
+        raise no_compiler()
 
 
 def compiler_identity() -> str:
@@ -170,7 +164,7 @@ def probe(folder: Path) -> NoCompiler | None:
     except NoCompiler as error:
         return error
     except ImportError as error:
-        return unloadable(error)
+        return unloadable(error, find_compiler() or "")
     return None
 
 
@@ -182,24 +176,9 @@ PyMODINIT_FUNC PyInit_arael_probe(void) { return PyModule_Create(&definition); }
 """
 
 
-def unloadable(error: ImportError) -> NoCompiler:
-    """The error for a module that was compiled and cannot be loaded."""
-    return NoCompiler(
-        Diagnostic(
-            "E0808",
-            "the C compiler made a module that Python cannot load",
-            origin=find_compiler() or "",
-            notes=(str(error),),
-            help=(
-                "compile for this machine and this Python: look at CC, CFLAGS and LDFLAGS, and "
-                "try `arael doctor`",
-            ),
-        )
-    )
-
-
 def cython_to_c(pyx: Path) -> Path:
     """Run Cython on `pyx`; return the C file beside it."""
+    # imported here: start-up time
     from Cython.Compiler import Main
     from Cython.Compiler.Options import default_options
 
@@ -315,92 +294,15 @@ def _run(command: Sequence[str], source: Path, what: str, limit: float, spent: f
     try:
         done = run_bounded(command, source.parent, limit, what, spent)
     except TimedOut:
-        raise NoCompiler(_too_slow(command[0], limit)) from None
+        raise too_slow(command[0], limit) from None
     except OSError as error:
-        raise NoCompiler(
-            Diagnostic(
-                "E0803",
-                f"the C compiler cannot be started: {error.strerror or error}",
-                origin=command[0],
-                help=("CC chooses another compiler",),
-            ),
-            passing=True,
-        ) from None
-    if done.status == 0:
-        return
-    if any(re.search(r"Python\.h|stdio\.h|math\.h", line) for line in done.lines):
-        raise NoCompiler(
-            Diagnostic(
-                "E0802",
-                "the C compiler works, but not for Python extension modules: headers are missing",
-                origin=command[0],
-                notes=done.lines[:3],
-                help=("install the headers of Python (on Debian and Ubuntu: python3-dev)",),
-            )
-        )
-    text = "\n".join(done.lines)
-    raise NoCompiler(
-        Diagnostic(
-            "E0803",
-            f"the C compiler {_ending(done.status)} on generated kernels",
-            origin=command[0],
-            notes=done.lines[:12],
-            help=(
-                "`arael doctor` tells which compiler is used and whether it works; "
-                "CC chooses another",
-            ),
-        ),
-        passing=done.status < 0 or re.search(_PASSING, text, re.IGNORECASE) is not None,
-    )
-
-
-# What compilers report where memory or space is exhausted, or one of their processes was ended.
-_PASSING = (
-    "no space left|quota|memory|cannot allocate|killed|terminated|signal|bus error|"
-    "input/output error|too many open files|resource temporarily|file too large|"
-    "cannot fork|vfork|read-only file system"
-)
-
-
-def _ending(status: int) -> str:
-    if status >= 0:
-        return f"ended with status {status}"
-    with contextlib.suppress(ValueError):
-        return f"was ended by {signal.Signals(-status).name}"
-    return f"was ended by signal {-status}"
-
-
-def _too_slow(compiler: str, limit: float) -> Diagnostic:
-    return Diagnostic(
-        "E0807",
-        f"the C compiler was stopped: it did not end within {limit:g} s",
-        origin=compiler,
-        help=(
-            "`arael doctor` tells which compiler is used and whether it works",
-            f"give a large model on a slow machine more time: `export {VARIABLE}=1800`",
-        ),
-    )
-
-
-def _no_compiler() -> Diagnostic:
-    wanted = os.environ.get("CC", "").strip()
-    message = (
-        f"the C compiler `{wanted}` named by CC was not found" if wanted else "no C compiler found"
-    )
-    return Diagnostic(
-        "E0801",
-        message,
-        origin="environment",
-        notes=("models are compiled on this machine the first time they are used",),
-        help=(
-            "install one: `apt install gcc` (Debian, Ubuntu), `xcode-select --install` (macOS), "
-            "Visual Studio Build Tools (Windows)",
-            "without one, models run on the expression machine, which is slower",
-        ),
-    )
+        raise not_started(command[0], error) from None
+    if done.status != 0:
+        raise failed(command[0], done.status, done.lines)
 
 
 def _compile_with_setuptools(c_file: Path, module: Path, target: str) -> Path:
+    # imported here: start-up time
     from setuptools._distutils.ccompiler import new_compiler
     from setuptools._distutils.errors import CCompilerError, DistutilsError
 

@@ -54,6 +54,7 @@ def require_loadable(module: Path) -> None:
     ImportError
         It cannot be loaded.
     """
+    # imported here: start-up time
     import subprocess
 
     if "python" in os.path.basename(sys.executable or ""):

@@ -7,21 +7,21 @@ form the products J'J and J'r.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
+from arael.compiler.hoisting import hoist
 from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
+from arael.compiler.products import many_products, products_of, triplet_pairs
 from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
-from arael.diagnostics.records import AraelError, Diagnostic
-from arael.operations import OPERATIONS
 from arael.runtime.layout import Group, Raw, Use
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
@@ -31,21 +31,10 @@ from arael.symbolic.jacobian import jacobian as differentiate
 if TYPE_CHECKING:
     from arael.symbolic.sharing import Shared
 
-# A constraint that exceeds one of these is large: its arithmetic is compiled in parts, and its
-# products J'r and J'J are formed by loops over the Jacobian, because the C compiler's time grows
-# faster than what a single function gains.
-UNROLLED_PRODUCTS = 1500  # multiplications in J'J
-UNROLLED_TARGETS = 150  # entries of J'J
+# A constraint that exceeds this, or the limits of `products`, is large: its arithmetic is compiled
+# in parts, and its products J'r and J'J are formed by loops over the Jacobian, because the C
+# compiler's time grows faster than what a single function gains.
 LARGEST_BODY = 1500  # operations of residuals, derivatives and products
-
-# Multiplications in J'J of one instance beyond which a constraint is refused: one residual of some
-# 3000 parameters, whose block of the Hessian takes 40 MB.
-MAX_PRODUCTS = 5_000_000
-
-# Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
-# worth the memory traffic and only costly operations are hoisted.
-EXTRA_LANES = 6
-COSTLY = frozenset(one.name for one in OPERATIONS.values() if one.costly)
 
 
 @dataclass(frozen=True)
@@ -275,7 +264,7 @@ def _assemble(
     if guards:
         state_nodes.add(graph.input(LANE))
 
-    lane_nodes, uniform_nodes = _hoist(site, graph, outputs, live, state_nodes, raw_keys)
+    lane_nodes, uniform_nodes = hoist(site, graph, outputs, live, state_nodes, raw_keys)
     on = [graph.const(1.0)] * len(guards)  # every instance is active until the guard is evaluated
     prepare = graph.tape([*lane_nodes, *on, *uniform_nodes], inputs=raw_keys)
     if guards:
@@ -301,9 +290,9 @@ def _assemble(
     results = [*r, *entries.values()]
     gradient: dict[tuple[int, int], int] = {}
     products: dict[tuple[int, int, int, int], int] = {}
-    large = _many_products(entries, site) or len(kernel) > 4 * LARGEST_BODY
+    large = many_products(entries, site) or len(kernel) > 4 * LARGEST_BODY
     if not large:
-        gradient, products = _products(kernel, r, entries)
+        gradient, products = products_of(kernel, r, entries)
     everything = [*results, *gradient.values(), *products.values()]
     tape = kernel.tape(results, inputs=input_keys)
     linearise = kernel.tape(everything, inputs=input_keys)
@@ -338,7 +327,7 @@ def _assemble(
         moving_guard=kernel.tape(holds, inputs=input_keys) if holds else None,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         triplets=site.triplets,
-        triplet_pairs=_triplet_pairs(site, states, uses.uses),
+        triplet_pairs=triplet_pairs(site, states, uses.uses),
         loss_text="" if site.loss is None else site.loss.text,
         index_column=site.index_column,
         operations_before=kernel.tree_operations(results if parts else everything),
@@ -360,136 +349,6 @@ def _assemble(
     )
 
 
-def _hoist(
-    site: ConstraintSite,
-    graph: Graph,
-    outputs: list[int],
-    live: list[int],
-    states: set[int],
-    raw_keys: list[RawInput],
-) -> tuple[list[int], list[int]]:
-    """Nodes that depend on data alone and feed what depends on parameters.
-
-    Returns lane inputs (one value per instance) and uniforms (functions of the root's data only).
-    """
-    moving = graph.depends(states)
-    frontier = _frontier(graph, outputs, live, moving, lambda _: True)
-    if len(frontier) > len(raw_keys) + EXTRA_LANES:
-        costly = {n for n in live if graph.ops[n] in COSTLY or graph.ops[n] in graph.functions}
-        below = graph.depends(costly)
-        frontier = _frontier(graph, outputs, live, moving, lambda n: n in below)
-    varying = graph.depends(
-        {graph.input(k) for k in raw_keys if not _is_root(site, k.slot)},
-    )
-    frontier = _lean(graph, frontier, varying)
-    lanes = [n for n in frontier if n in varying]
-    uniforms = [n for n in frontier if n not in varying]
-    return lanes, uniforms
-
-
-def _lean(graph: Graph, frontier: list[int], varying: set[int]) -> list[int]:
-    """Leave out products of other lanes: to multiply costs less than to read.
-
-    Lanes are made in f64 and rounded to the precision of the kernel. Of rounded lanes a product is
-    as good as a rounded one; a difference, such as 1 - cos t, may have nothing left.
-    """
-    kept = set(frontier)
-    for node in reversed(frontier):
-        if node not in varying or graph.ops[node] not in ("mul", "neg"):
-            continue
-        operands = graph.operands(node)
-        own = [n for n in operands if n in varying]
-        if own and all(n in kept for n in own):
-            kept.remove(node)
-            kept.update(n for n in operands if n not in varying and graph.ops[n] != "const")
-    return sorted(kept)
-
-
-def _frontier(
-    graph: Graph,
-    outputs: list[int],
-    live: list[int],
-    moving: set[int],
-    wanted: Callable[[int], bool],
-) -> list[int]:
-    """Find fixed nodes read by moving ones, or results, descending where not `wanted`."""
-    found: set[int] = set()
-    seen: set[int] = set()
-    waiting = list(outputs)
-    for node in live:
-        if node in moving and graph.ops[node] != "input":
-            waiting += graph.operands(node)
-    while waiting:
-        node = waiting.pop()
-        op = graph.ops[node]
-        if op == "const" or node in moving or node in seen:
-            continue
-        seen.add(node)
-        if op == "input" or (op != "neg" and wanted(node)):
-            found.add(node)
-        else:
-            waiting += graph.operands(node)
-    return sorted(found)
-
-
-def _is_root(site: ConstraintSite, slot: int) -> bool:
-    return site.slots[slot].table == ""
-
-
-def _products(
-    g: Graph, residuals: list[int], entries: dict[tuple[int, int, int], int]
-) -> tuple[dict[tuple[int, int], int], dict[tuple[int, int, int, int], int]]:
-    """J'r by (use, tangent) and the lower half of J'J by (use a, use b, row, column)."""
-    columns: dict[tuple[int, int], dict[int, int]] = {}
-    for (k, use, tangent), node in sorted(entries.items()):
-        columns.setdefault((use, tangent), {})[k] = node
-    keys = sorted(columns)
-    gradient = {c: _sum(g, [(n, residuals[k]) for k, n in columns[c].items()]) for c in keys}
-    products = {}
-    for p, (a, i) in enumerate(keys):
-        for b, j in keys[: p + 1]:
-            left, right = columns[a, i], columns[b, j]
-            common = [(left[k], right[k]) for k in left if k in right]
-            if common:
-                products[a, b, i, j] = _sum(g, common)
-    return gradient, products
-
-
-def _many_products(entries: Iterable[tuple[int, int, int]], site: ConstraintSite) -> bool:
-    """Whether J'J takes more than is spelled out, by the places of the Jacobian's entries.
-
-    Raises
-    ------
-    AraelError
-        E0620: it takes more than `MAX_PRODUCTS`.
-    """
-    rows: dict[int, list[tuple[int, int]]] = {}
-    for residual, use, tangent in entries:
-        rows.setdefault(residual, []).append((use, tangent))
-    multiplications = sum(len(row) * (len(row) + 1) // 2 for row in rows.values())
-    if multiplications > MAX_PRODUCTS:
-        raise AraelError(
-            Diagnostic(
-                "E0620",
-                f"J'J of `{site.label}` takes {multiplications} multiplications for each instance, "
-                f"more than {MAX_PRODUCTS}",
-                site.span,
-                help=("split the residual into constraints of fewer parameters each",),
-            )
-        )
-    if multiplications > UNROLLED_PRODUCTS:
-        return True
-    targets = {(a, b) for row in rows.values() for i, a in enumerate(row) for b in row[: i + 1]}
-    return len(targets) > UNROLLED_TARGETS
-
-
-def _sum(g: Graph, pairs: list[tuple[int, int]]) -> int:
-    total = g.op("mul", *pairs[0])
-    for left, right in pairs[1:]:
-        total = g.op("add", total, g.op("mul", left, right))
-    return total
-
-
 def _guard(
     guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
 ) -> tuple[Tape | None, tuple[Raw, ...]]:
@@ -506,21 +365,6 @@ def _lead(
 ) -> tuple[int, ...]:
     entities = [state.entity for state in states]
     return leading(uses, site.slots, [e.table for e in entities], [e.tangent for e in entities])
-
-
-def _triplet_pairs(
-    site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use]
-) -> tuple[tuple[int, int], ...]:
-    """Pairs of uses that go into `triplets`: those without a separate block."""
-    if not site.triplets:
-        return ()
-    keys = [(site.slots[u.slot].steps, states[u.entity].entity.prefix) for u in uses]
-    return tuple(
-        (a, b)
-        for b in range(len(uses))
-        for a in range(b)
-        if frozenset((keys[a], keys[b])) not in site.crossed
-    )
 
 
 def _slot_name(site: ConstraintSite, slot: int) -> str:

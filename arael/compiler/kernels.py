@@ -12,9 +12,10 @@ from arael.compiler import progress
 from arael.compiler.cache import failures
 from arael.compiler.cache import kernels as kept
 from arael.compiler.cache.keys import code_digest, kernels_key
-from arael.compiler.cache.trust import prepare
+from arael.compiler.cache.trust import prepare, unwritable
 from arael.compiler.cache.upkeep import trim
-from arael.compiler.extension import import_kernels
+from arael.compiler.extension import import_kernels, require_loadable
+from arael.compiler.no_compiler import NoCompiler, unloadable
 from arael.compiler.time_limit import compile_limit
 from arael.diagnostics.records import AraelError
 
@@ -78,7 +79,7 @@ def kernels_of(source: str, name: str, origin: str) -> Loaded:
     key = kernels_key(code, TARGET)
     try:
         loaded = _build(key, code, source, name, origin)
-    except _no_compiler() as error:
+    except NoCompiler as error:
         _remember(key, error)
         raise
     failures.forget(key)
@@ -87,9 +88,9 @@ def kernels_of(source: str, name: str, origin: str) -> Loaded:
 
 
 def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
+    # imported here: start-up time
     from arael.compiler import build
     from arael.compiler.estimate import expected_seconds, shown
-    from arael.compiler.extension import require_loadable
 
     seconds: dict[str, float] = {}
     with kept.building(key) as folder:
@@ -104,23 +105,18 @@ def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
                 key, folder, name, origin, build.compiler_version(), seconds, require_loadable
             )
         except ImportError as error:
-            raise build.unloadable(error) from None
+            raise unloadable(error, build.find_compiler() or "") from None
     assert entry.module is not None
     return Loaded(import_kernels(entry.module), entry.folder, True, seconds)
 
 
-def _no_compiler() -> type[AraelError]:
-    from arael.compiler.build import NoCompiler
-
-    return NoCompiler
-
-
-def _remember(key: str, error: AraelError) -> None:
+def _remember(key: str, error: NoCompiler) -> None:
     """Keep a failure, unless the next compilation may well succeed."""
+    # imported here: start-up time
     from arael.compiler import build
 
     first = error.diagnostics[0]
-    passing = isinstance(error, build.NoCompiler) and error.passing
+    passing = error.passing
     failure: failures.Failure | None = failures.Failure(
         first.message, build.compiler_identity(), "changed", time.time()
     )
@@ -145,6 +141,7 @@ def standing_failure(code: str) -> str | None:
     failure = failures.find(key)
     if failure is None:
         return None
+    # imported here: start-up time
     from arael.compiler import build
 
     if failure.compiler != build.compiler_identity():
@@ -162,10 +159,11 @@ def probe(place: Path | None = None) -> AraelError | None:
     ----------
     place : folder to do it in; by default where kernels are compiled
     """
+    # imported here: start-up time
     import tempfile
 
+    # imported here: start-up time
     from arael.compiler import build
-    from arael.compiler.cache.trust import unwritable
 
     try:
         place = place or prepare("arael-kernels")
@@ -197,9 +195,10 @@ def build_module(
 
     Raises
     ------
-    arael.compiler.build.NoCompiler
+    arael.compiler.no_compiler.NoCompiler
         There is none, or it does not work; the source is kept.
     """
+    # imported here: start-up time
     from arael.compiler import build
 
     pyx = folder / f"{name}.pyx"

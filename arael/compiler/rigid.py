@@ -32,13 +32,13 @@ class Transforms:
         self.graph = graph
         self.nodes = nodes
         self.cached = cached
-        self._matrices: dict[int, Matrix] = {}
+        self._matrices: dict[Typed, Matrix] = {}
 
     def matrix(self, e: Typed) -> Matrix:
         """Rotation matrix of a transform."""
-        if id(e) not in self._matrices:
-            self._matrices[id(e)] = self._matrix(e)
-        return self._matrices[id(e)]
+        if e not in self._matrices:
+            self._matrices[e] = self._matrix(e)
+        return self._matrices[e]
 
     def _matrix(self, e: Typed) -> Matrix:
         if isinstance(e, Read) and e.version == "trial" and e.parameter:

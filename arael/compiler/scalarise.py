@@ -115,7 +115,7 @@ class Scalariser:
         self.uses = uses
         self.functions = functions
         self.places: list[Place] = []
-        self._done: dict[int, Nodes] = {}
+        self._done: dict[Typed, Nodes] = {}
         self._place_of: dict[tuple[str, str], int] = {}
         self._transforms = Transforms(graph, self.nodes, lambda read: self._state(read, "R"))
 
@@ -126,14 +126,14 @@ class Scalariser:
         waiting = [expression]
         while waiting:
             e = waiting[-1]
-            missing = [] if id(e) in done else [o for o in self._needs(e) if id(o) not in done]
+            missing = [] if e in done else [o for o in self._needs(e) if o not in done]
             if missing:
                 waiting += reversed(missing)
                 continue
             waiting.pop()
-            if id(e) not in done:
-                done[id(e)] = self._scalarise(e)
-        return done[id(expression)]
+            if e not in done:
+                done[e] = self._scalarise(e)
+        return done[expression]
 
     def _needs(self, e: Typed) -> tuple[Typed, ...]:
         """Operands whose scalars `e` is computed from, in the order of computation."""
@@ -152,7 +152,7 @@ class Scalariser:
 
     def assume(self, expression: Typed, nodes: Nodes) -> None:
         """Let `expression` have these scalars."""
-        self._done[id(expression)] = nodes
+        self._done[expression] = nodes
 
     @contextmanager
     def at(self, span: Span) -> Iterator[None]:
@@ -412,7 +412,7 @@ def _rotation_matrix(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]
 
 def _euler_angles(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
     if isinstance(types[0], QuaternionType):
-        return list(quaternion.euler_angles(g, args[0]))
+        return list(rotation.euler_angles(g, quaternion.rotation_matrix(g, args[0])))
     return list(rotation.euler_angles(g, _grid(types[0], args[0])))
 
 

@@ -18,6 +18,8 @@ from arael.compiler.cache import code_digest, kernels, shipped_key
 from arael.compiler.cache.models import encode
 from arael.compiler.compilation import compile_text
 from arael.compiler.kernels import module_name
+from arael.diagnostics.records import AraelError
+from arael.diagnostics.render import render
 from arael.syntax.files import read_source
 
 
@@ -76,9 +78,6 @@ def _finish(c_file: Path, target: str, key: str, path: Path, seconds: dict[str, 
 
 def main(models: str, folder: str) -> None:
     """Compile every model of the folder `models` into `folder`; called while arael is built."""
-    from arael.diagnostics.records import AraelError
-    from arael.diagnostics.render import render
-
     try:
         ship(sorted(Path(models).glob("*.arael")), Path(folder))
     except AraelError as error:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 import arael
 from arael.demo.scene_run import SolveOptions
+from arael.plot.figure import BLUE, ORANGE, save
+from arael.plot.fit import Line, fit_figure
 
 Array = NDArray[np.float64]
 
@@ -102,9 +104,6 @@ def summary(run: LinearRun) -> dict[str, Any]:
 
 def plot(run: LinearRun, path: Path) -> list[str]:
     """Draw points and lines into `path`."""
-    from arael.plot.figure import BLUE, ORANGE, save
-    from arael.plot.fit import Line, fit_figure
-
     lines = [
         Line("least squares", *run.least_squares, ORANGE),
         Line("robust fit", *run.robust, BLUE),

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from arael.demo.report import scene_lines, solve_lines
 from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
+from arael.plot.figure import beside, save
+from arael.plot.scene import View, scene_figure
+from arael.plot.sparsity import sparsity_figure
 from arael.scenes import SceneConfig
 from arael.scenes.evaluate import rms_distance
 
@@ -78,10 +81,6 @@ def summary(run: LocalizationRun) -> dict[str, Any]:
 
 def plot(run: LocalizationRun, path: Path) -> list[str]:
     """Draw the scene into `path`, and the Hessian into a second file; return the files."""
-    from arael.plot.figure import beside, save
-    from arael.plot.scene import View, scene_figure
-    from arael.plot.sparsity import sparsity_figure
-
     scene = run.scene
     view = View(
         true_poses=scene.pos,

@@ -16,6 +16,9 @@ from arael.demo.report import scene_lines, solve_lines
 from arael.demo.scene_run import DENSE_LIMIT, SceneRun, SolveOptions, solve_scene
 from arael.demo.uncertainty import ellipsoid_axes, relative_covariances
 from arael.geometry import rotation_matrix
+from arael.plot.figure import beside, save
+from arael.plot.scene import View, scene_figure
+from arael.plot.sparsity import sparsity_figure
 from arael.scenes import SceneConfig
 from arael.scenes.evaluate import Errors, errors_against_truth, motions, rigid, seen_from
 
@@ -162,10 +165,6 @@ def summary(run: SlamRun) -> dict[str, Any]:
 
 def plot(run: SlamRun, path: Path) -> list[str]:
     """Draw the scene into `path`, and the Hessian into a second file; return the files."""
-    from arael.plot.figure import beside, save
-    from arael.plot.scene import View, scene_figure
-    from arael.plot.sparsity import sparsity_figure
-
     scene = run.scene
     aligned = rigid(run.poses, scene.pos)
     covariances = np.full((len(run.landmarks), 3, 3), np.nan)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -31,8 +32,6 @@ def relative_covariances(hessian: Array, landmarks: Index, poses: Index) -> Arra
     numpy.linalg.LinAlgError
         The Hessian is not positive definite.
     """
-    from scipy.linalg import cho_factor, cho_solve
-
     count = len(landmarks)
     across = np.arange(3)
     columns = 3 * np.arange(count)[:, None] + across

@@ -107,6 +107,7 @@ class AraelError(Exception):
         self.diagnostics: tuple[Diagnostic, ...] = found
 
     def __str__(self) -> str:
+        # imported here: start-up time, and the circle of records and their text
         from arael.diagnostics.render import render
 
         text = render(self.diagnostics[:_MAX_SHOWN], place_first=True).rstrip("\n")

@@ -79,14 +79,14 @@ def _render_one(d: Diagnostic, color: bool, width: int, place_first: bool) -> st
 
 def _windows(d: Diagnostic) -> list[tuple[Source, list[Mark]]]:
     """Return marks by source, that of the primary span first."""
-    grouped: dict[int, tuple[Source, list[Mark]]] = {}
+    grouped: dict[Source, list[Mark]] = {}
     if d.span is not None:
         mark = Mark(d.span.start, d.span.end, d.label, True)
-        grouped[id(d.span.source)] = (d.span.source, [mark])
+        grouped[d.span.source] = [mark]
     for label in d.labels:
-        _, marks = grouped.setdefault(id(label.span.source), (label.span.source, []))
+        marks = grouped.setdefault(label.span.source, [])
         marks.append(Mark(label.span.start, label.span.end, label.text, False))
-    return list(grouped.values())
+    return list(grouped.items())
 
 
 def _last_line(source: Source, marks: list[Mark]) -> int:

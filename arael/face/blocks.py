@@ -9,6 +9,7 @@ import numpy as np
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.layout import Block
+from arael.runtime.problem import Problem
 from arael.runtime.store import Store
 
 if TYPE_CHECKING:
@@ -75,9 +76,8 @@ def _row(store: Store, where: Any) -> tuple[str, int]:
 
 
 def _linearised(store: Store) -> HessianBlocks:
-    # Imported here: most programs never read the Hessian.
+    # imported here: start-up time, since most programs never read the Hessian
     from arael.analysis.hessian_blocks import HessianBlocks
-    from arael.runtime.problem import Problem
 
     store.check_complete()
     if store.residuals is None:

@@ -110,6 +110,8 @@ class Fields:
         return self._get(self._member(path)) if found is None else read_formula(self, *found)
 
     def _get(self, member: Group | Leaf | Nested) -> Any:
+        # imported here: the circle of fields, collections and refs
+        # imported here: start-up time
         from arael.face.collection import Collection
         from arael.face.ref import Ref, Refs
 

@@ -89,6 +89,8 @@ def value_and_fixed(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> tup
 
 def refs(value: Any) -> Any:
     """Convert refs in any form for the store: `Handles`, or indices; other values unchanged."""
+    # imported here: the circle of fields, collections and refs
+    # imported here: start-up time
     from arael.face.ref import Ref, Refs
 
     if isinstance(value, Ref):

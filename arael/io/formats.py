@@ -84,22 +84,27 @@ def read(
     if collection is not None and found != "csv":
         raise error("E0713", f"`collection` is for CSV; this is {found}", name)
     if found == "json":
+        # imported here: start-up time
         from arael.io import json_reader
 
         json_reader.read(store, content, name)
     elif found == "npz":
+        # imported here: start-up time
         from arael.io import npz
 
         npz.read(store, content, name, limit)
     elif found == "csv":
+        # imported here: start-up time
         from arael.io import csv_reader
 
         csv_reader.read(store, content, name, collection)
     elif found == "g2o":
+        # imported here: start-up time
         from arael.io import g2o
 
         g2o.read(store, content, name)
     else:
+        # imported here: start-up time
         from arael.io import bal
 
         bal.read(store, content, name)
@@ -151,21 +156,26 @@ def write(
 
 def _content(store: Store, format: str, name: str, collection: str | None) -> bytes:
     if format == "json":
+        # imported here: start-up time
         from arael.io import json_writer
 
         return json_writer.dump(store)
     if format == "npz":
-        from arael.io import npz
+        # imported here: start-up time
+        from arael.io import npz_writer
 
-        return npz.dump(store)
+        return npz_writer.dump(store)
     if format == "csv":
+        # imported here: start-up time
         from arael.io import csv_writer
 
         return csv_writer.dump(store, name, collection)
     if format == "bal":
+        # imported here: start-up time
         from arael.io import bal
 
         return bal.dump(store, name)
+    # imported here: start-up time
     from arael.io import g2o
 
     return g2o.dump(store, name)
@@ -177,6 +187,7 @@ def format_of(path: StrPath, content: bytes) -> str:
     extension = os.path.splitext(name)[1]
     if extension in EXTENSIONS:
         return EXTENSIONS[extension]
+    # imported here: start-up time
     from arael.io.bal import HEAD
 
     if HEAD.match(content[:4096]) or (extension == ".txt" and not content):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from functools import wraps
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.io.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,6 +59,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
         require_matplotlib()
+        # imported here: start-up time
         import matplotlib
 
         with matplotlib.rc_context(_STYLE):
@@ -66,8 +70,6 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 def require_matplotlib() -> None:
     """Raise AraelError (E0860) if matplotlib is not installed."""
-    from importlib.util import find_spec
-
     if find_spec("matplotlib") is None:
         raise AraelError(
             Diagnostic(
@@ -81,6 +83,7 @@ def require_matplotlib() -> None:
 
 def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
     """Create a figure of `width` by `height` inches with axes in a row."""
+    # imported here: start-up time
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -117,11 +120,8 @@ def save(figure: Figure, path: Path) -> str:
     AraelError
         E0715 if it cannot be written, E0861 if its extension is not a picture format.
     """
-    import io
-
+    # imported here: start-up time
     import matplotlib
-
-    from arael.io.files import write_whole
 
     check_format(path)
     content = io.BytesIO()

@@ -82,6 +82,7 @@ def _is_of_root(column: Column) -> bool:
 @styled
 def map_figure(points: dict[str, Array], pairs: list[tuple[str, NDArray[np.int64]]]) -> Figure:
     """Draw points from above, each collection in its own colour, with the links between them."""
+    # imported here: start-up time
     from matplotlib.collections import LineCollection
 
     figure, (axes,) = new_figure(8.0, 7.4)

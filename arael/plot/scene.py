@@ -67,6 +67,7 @@ def _legend(figure: Figure, whole: Axes, path: Axes, ellipses: bool) -> None:
         handles, labels = axes.get_legend_handles_labels()
         entries = {**dict(zip(labels, handles, strict=True)), **entries}
     if ellipses:
+        # imported here: start-up time
         from matplotlib.lines import Line2D
 
         name = f"{SIGMAS:g} sigma relative to the closest pose"
@@ -117,6 +118,7 @@ def _landmarks(axes: Axes, view: View) -> None:
 
 def _ellipses(axes: Axes, centres: Array, covariances: Array) -> None:
     """Draw ellipses of `SIGMAS` standard deviations in the plane."""
+    # imported here: start-up time
     from matplotlib.collections import EllipseCollection
 
     known = np.isfinite(covariances[:, 0, 0])

@@ -40,6 +40,7 @@ def sparsity_figure(
     groups : names and sizes of consecutive ranges of parameters (``("poses", 360)``); entries
         within one group and between two are distinguished by colour
     """
+    # imported here: start-up time
     from matplotlib.colors import ListedColormap
 
     figure, (axes,) = new_figure(7.2, 7.4)

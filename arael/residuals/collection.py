@@ -6,18 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-import msgspec
-import numpy as np
-
 from arael.check.report import Reporter
-from arael.diagnostics.records import AraelError, Findings, Source
-from arael.diagnostics.suggest import closest
-from arael.face.native import bind_all
-from arael.face.ref import Refs
+from arael.diagnostics.records import Findings
 from arael.residuals.compilation import compile_all
-from arael.residuals.declared import declared
 from arael.residuals.derivation import Derived, derive
-from arael.residuals.dotted import clash, within
 from arael.residuals.expression import (
     Array,
     Definition,
@@ -27,11 +19,8 @@ from arael.residuals.expression import (
 )
 from arael.residuals.messages import error
 from arael.residuals.posed import Posed
-from arael.residuals.reading import reader_for
-from arael.residuals.schema import Row, schema_of
-from arael.runtime.evaluation.native_binding import Binding
-from arael.runtime.evaluation.unbound import unbound
-from arael.runtime.layout import Layout
+from arael.residuals.resolution import reader_for
+from arael.residuals.scope import ResidualNames
 from arael.runtime.problem import Problem
 
 P = ParamSpec("P")
@@ -51,7 +40,7 @@ def _alone(
     return locked
 
 
-class Residuals(Mapping[str, RuntimeResidual]):
+class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     """Residual equations added to one model instance, by label; ``model.residuals``.
 
     Every solve, cost, gradient, Jacobian and covariance of the model includes them like its
@@ -59,17 +48,8 @@ class Residuals(Mapping[str, RuntimeResidual]):
     """
 
     def __init__(self, model: Any) -> None:
-        self._model = model
-        self.schema = schema_of(model._compiled.layout)
-        self._layout: Layout = self.schema.layout  # with the native functions of `functions`
-        self._derived: dict[str, Derived] = {}
-        self._definitions: dict[str, Definition] = {}
-        self._named: dict[str, RuntimeResidual] = {}  # owner of each parameter
-        self._declared = self.schema.declared
-        self._natives: dict[str, Binding] = {}  # those declared by `functions`
-        self._functions: list[tuple[str, dict[str, Any]]] = []  # arguments of its calls
+        super().__init__(model)
         self._posed: Posed | None = None
-        self._adding: RuntimeResidual | None = None
 
     # --- adding and removing -------------------------------------------------------------------
 
@@ -218,27 +198,8 @@ class Residuals(Mapping[str, RuntimeResidual]):
             With their mistakes; E0206 for a name that the model declares; E0820-E0822 for invalid
             bindings. They are then unchanged.
         """
-        model = self.schema.declared.declarations
-        declared_ = declared(
-            Source("functions", text),
-            self._declared.declarations,
-            fixed=frozenset({*model.functions, *model.consts}),
-        )
-        own = [f for f in declared_.functions.layouts() if f.name not in model.functions]
-        natives = {f.name: f for f in own if f.native}
-        layout = msgspec.structs.replace(self.schema.layout, functions=tuple(natives.values()))
-        bindings = {**self._natives, **bind_all(layout, bind or {})}
-        for name, function in natives.items():
-            if name not in bindings:
-                raise AraelError(
-                    unbound(function, layout, way=f'functions(..., bind={{"{name}": ...}})')
-                )
-        self._declared, self._natives, self._posed = declared_, bindings, None
-        self._functions.append((text, dict(bind or {})))
-        before = {f.name: f for f in self._layout.functions}
-        # Existing functions keep their numbers, which programs refer to.
-        functions = tuple({**before, **natives}.values())
-        self._layout = msgspec.structs.replace(self.schema.layout, functions=functions)
+        self._functions = self._functions.extended(text, bind or {})
+        self._posed = None
 
     def compile(self, *residuals: RuntimeResidual | str) -> None:
         """Compile residuals to kernels, like constraints of a model file; all by default.
@@ -258,7 +219,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         for label in chosen:
             if label not in self._derived:
                 raise self._unknown(label)
-        compile_all([self._derived[label] for label in chosen], self._layout)
+        compile_all([self._derived[label] for label in chosen], self._functions.layout)
         self._posed = None
 
     def is_compiled(self, residual: RuntimeResidual | str) -> bool:
@@ -324,34 +285,6 @@ class Residuals(Mapping[str, RuntimeResidual]):
         lines = [repr(one) for one in (*self._definitions.values(), *self.values())]
         return "\n".join(["<runtime residuals>", *(f"  {line}" for line in lines)])
 
-    # --- scope of formulas (Surroundings) ---------------------------------------------------------
-
-    def parameter_owner(self, name: str) -> Expression | None:
-        """The residual that owns the parameter `name`."""
-        if self._adding is not None and name in self._adding.parameters:
-            return self._adding
-        return self._named.get(name)
-
-    def definition(self, name: str) -> Definition | None:
-        """The named expression `name`."""
-        return self._definitions.get(name)
-
-    def names(self) -> Iterable[str]:
-        """Names of parameters and named expressions."""
-        adding = () if self._adding is None else tuple(self._adding.parameters)
-        return [*adding, *self._named, *self._definitions]
-
-    def element(self, owner: Row, path: str, index: int) -> Refs | int:
-        """Element `index` of the collection `path` of one row, or their number."""
-        table = self._model._store.tables[path]
-        if owner.refs is None:
-            rows = np.arange(table.size)
-        else:
-            rows = np.flatnonzero(table.parent_rows() == owner.refs.rows[0])
-        if index >= len(rows):
-            return len(rows)
-        return Refs(table, table.handles(rows[index : index + 1]))
-
     # --- deriving ---------------------------------------------------------------------------------
 
     def _owners(self) -> list[Expression]:
@@ -367,8 +300,8 @@ class Residuals(Mapping[str, RuntimeResidual]):
                 residual,
                 self,
                 self._owners(),
-                self._declared,
-                self._layout.natives,
+                self._functions.declared,
+                self._functions.layout.natives,
                 constant_too,
             )
         finally:
@@ -386,7 +319,7 @@ class Residuals(Mapping[str, RuntimeResidual]):
         """Labels that a named expression reads; raises its errors."""
         findings = Findings()
         report = Reporter(findings)
-        declared_ = self._declared
+        declared_ = self._functions.declared
         reader = reader_for(
             definition, "rows", self, declared_.declarations, report, declared_.constants.named
         )
@@ -416,57 +349,6 @@ class Residuals(Mapping[str, RuntimeResidual]):
                 if one.rows.size != size and self._posed is not None:
                     self._posed.rows_version += 1
 
-    def _check_free(self, name: str, what: str, label: str = "residuals") -> None:
-        owner = self.parameter_owner(name)
-        taken = ""
-        if owner is not None:
-            taken = f"it is a parameter of `{owner.label}`"
-        elif name in self._definitions:
-            taken = "an expression has that name"
-        elif what == "label" and name in self._derived:
-            taken = "a residual has that label"
-        elif what == "parameter" and within(name, self._definitions):
-            taken = f"an expression is named `{within(name, self._definitions)[0]}`"
-        if taken:
-            raise error("E0760", f"`{name}` cannot be a {what}: {taken}", label)
-
-    def _check_clear(self, name: str) -> None:
-        constants = self._declared.declarations.consts
-        fields = [*self.schema.members(Row((), "", known="")), *constants]
-        meant = clash(name, fields, self._named, self._definitions)
-        if meant:
-            first = name.partition(".")[0]
-            raise error(
-                "E0760",
-                f"`{name}` cannot be a name: {meant}",
-                "residuals",
-                f"`{name}` could be a part of it; choose another name before the dot"
-                if first != name
-                else "choose another name",
-            )
-
-    def _free_label(self) -> str:
-        number = 1
-        while f"residual_{number}" in self._derived:
-            number += 1
-        return f"residual_{number}"
-
-    def _expression(self, label: str) -> Expression:
-        if label in self._derived:
-            return self._derived[label].residual
-        if label in self._definitions:
-            return self._definitions[label]
-        raise self._unknown(label)
-
-    def _unknown(self, label: str) -> Exception:
-        near = closest(label, [*self._derived, *self._definitions])
-        return error(
-            "E0763",
-            f"there is no runtime residual or expression `{label}`",
-            "residuals",
-            f"did you mean `{near[0]}`?" if near else "",
-        )
-
     # --- solving ----------------------------------------------------------------------------------
 
     @_alone
@@ -478,7 +360,13 @@ class Residuals(Mapping[str, RuntimeResidual]):
         return self._posed
 
     def _pose(self, derived: list[Derived]) -> Posed:
-        return Posed(self._layout, self._model._store, self._owners(), derived, self._natives)
+        return Posed(
+            self._functions.layout,
+            self._model._store,
+            self._owners(),
+            derived,
+            self._functions.bindings,
+        )
 
     def _number(self, label: str) -> int:
         return len(self.schema.layout.groups) + list(self._derived).index(label)

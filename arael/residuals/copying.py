@@ -49,7 +49,7 @@ class State:
 def state_of(residuals: Residuals) -> State:
     """Copy texts, values, data and handles."""
     return State(
-        tuple(residuals._functions),
+        residuals._functions.calls,
         tuple(_copied(one) for one in residuals.definitions.values()),
         tuple(_copied(one, residuals.is_compiled(one)) for one in residuals.values()),
     )

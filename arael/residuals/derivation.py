@@ -19,7 +19,9 @@ from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import Findings, Label
 from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
-from arael.residuals.reading import Found, Reader, Surroundings, parameter_table, reader_for
+from arael.residuals.parameters import parameter_table
+from arael.residuals.reader import Found, Reader, Surroundings
+from arael.residuals.resolution import reader_for
 from arael.residuals.rows import RowsTable
 from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Table

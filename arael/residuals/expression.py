@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,34 @@ from arael.residuals.parameters import Parameters
 from arael.syntax.parser import parse_expression, parse_loss
 
 if TYPE_CHECKING:
-    from arael.residuals.collection import Residuals
     from arael.syntax import tree
 
 Array = NDArray[Any]
 
 MAX_TEXT = 20_000
 """Maximum characters of one formula."""
+
+
+class Owner(Protocol):
+    """The residuals of a model, to which an expression was added."""
+
+    def compile(self, *residuals: RuntimeResidual | str) -> None:
+        """Compile residuals to kernels."""
+
+    def is_compiled(self, residual: RuntimeResidual | str) -> bool:
+        """Whether a residual runs on a compiled kernel."""
+
+    def _changed(self, expression: Expression) -> None:
+        """Rederive all users of `expression`, whose text has changed; all or nothing."""
+
+    def _data_changed(self, expression: Expression, reshaped: bool) -> None:
+        """Take over changed data of `expression`, with other columns or shapes if `reshaped`."""
+
+    def _cost_of(self, label: str) -> float:
+        """Cost of a residual at the current values."""
+
+    def _residuals_of(self, label: str) -> Array:
+        """Residuals of all rows, (n, k)."""
 
 
 class Expression:
@@ -58,7 +79,7 @@ class Expression:
                     f'write `{what}={{"name": ...}}`',
                 )
         self.label = label
-        self._owner: Residuals | None = None
+        self._owner: Owner | None = None
         self._text, self._tree = text, parsed(text, label)
         self.parameters = Parameters(parameters or {}, label)
         self._data = {name: numbers(name, v, label) for name, v in (data or {}).items()}

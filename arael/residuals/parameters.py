@@ -213,3 +213,8 @@ class ParameterTable:
     def row_names(self, rows: Array) -> list[str]:
         """Return empty names."""
         return [""] * len(rows)
+
+
+def parameter_table(label: str) -> str:
+    """Path of the table of a residual's parameters."""
+    return f"residuals/{label}"

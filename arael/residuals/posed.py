@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.residuals.derivation import Derived, state_of
 from arael.residuals.expression import Expression
-from arael.residuals.parameters import ParameterTable
-from arael.residuals.reading import Unproved, parameter_table
+from arael.residuals.parameters import ParameterTable, parameter_table
+from arael.residuals.reader import Unproved
 from arael.runtime.assembly.structure import active_rows
 from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.evaluation.native_binding import Binding

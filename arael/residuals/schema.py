@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 from arael.check.typed import (
     BOOL,
@@ -15,6 +16,7 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.check.types import DATA_TYPES, FIXED_TYPES, PARAM_TYPES
+from arael.compiled_model import CompiledModel
 from arael.compiler.entities import StateModel, model_state
 from arael.face.ref import Refs
 from arael.residuals.declared import Declared, of_model
@@ -110,17 +112,14 @@ class Schema:
         return list(found)
 
 
-_SCHEMAS: dict[int, Schema] = {}
-MAX_SCHEMAS = 16
+_SCHEMAS: WeakKeyDictionary[CompiledModel, Schema] = WeakKeyDictionary()
 
 
-def schema_of(layout: Layout) -> Schema:
-    """The schema of a compiled model, cached by layout."""
-    found = _SCHEMAS.get(id(layout))
-    if found is None or found.layout is not layout:
-        if len(_SCHEMAS) >= MAX_SCHEMAS:
-            _SCHEMAS.pop(next(iter(_SCHEMAS)))
-        found = _SCHEMAS[id(layout)] = Schema(layout)
+def schema_of(compiled: CompiledModel) -> Schema:
+    """The schema of a compiled model, made once for all its instances."""
+    found = _SCHEMAS.get(compiled)
+    if found is None:
+        found = _SCHEMAS[compiled] = Schema(compiled.layout)
     return found
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.session import session_of
+from arael.solving import problem_of
 from arael.starts.chordal import chordal_poses
 from arael.starts.columns import graph_of, put, rotation_column
 from arael.starts.graph import PoseGraph, Poses
@@ -108,7 +110,6 @@ def initialise(model: Any, how: How = "auto") -> Start:
                 help=("set start values in the data, or use `pose_graph_2d` or `pose_graph_3d`",),
             )
         )
-    from arael.session import session_of
 
     began = time.perf_counter()
     store.check_complete()
@@ -118,7 +119,6 @@ def initialise(model: Any, how: How = "auto") -> Start:
 
 
 def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
-    from arael.solving import problem_of
 
     store = model._store
     problem = session.keep(problem_of(model))

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.store.rotations import quaternion_from_matrix
 from arael.starts.graph import PoseGraph, Poses
 from arael.starts.relaxation import Relaxation
 
@@ -135,8 +136,6 @@ def _positions(graph: PoseGraph, relaxation: Relaxation, rotation: Array) -> Arr
 
 def _twice_quaternion_vector(rotation: Array) -> Array:
     """(m, 3) twice the vector part of the quaternion with w >= 0, the error of spatial models."""
-    from arael.runtime.store.rotations import quaternion_from_matrix
-
     q = quaternion_from_matrix(rotation)
     found: Array = np.where(q[:, :1] < 0, -2.0, 2.0) * q[:, 1:]
     return found

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.linear.sparse import SparseSolver
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -33,7 +34,6 @@ class Relaxation:
 
     def __init__(self, count: int, d: int, a: Ints, b: Ints) -> None:
         # Imported here, so that other models do not load it.
-        from arael.runtime.linear.sparse import SparseSolver
 
         self.count, self.d, self.a, self.b = count, d, a, b
         pattern = BlockPattern.from_pairs(np.full(count, d, np.int64), a, b)

@@ -77,13 +77,6 @@ def rotation_matrix(g: Graph, q: Sequence[int]) -> Matrix:
     ]
 
 
-def euler_angles(g: Graph, q: Sequence[int]) -> Vector:
-    """Roll, pitch, yaw (rad) of a unit quaternion, of R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    from arael.symbolic.rotation import euler_angles as of_matrix
-
-    return of_matrix(g, rotation_matrix(g, q))
-
-
 def exp(g: Graph, v: Sequence[int]) -> Vector:
     """Return the unit quaternion of the rotation vector `v` (rad), (cos(t/2), v sin(t/2)/t).
 

@@ -101,7 +101,7 @@ def drive(automaton: Automaton, tokens: list[Token], log: ErrorLog) -> set[int]:
             passed.add(index)
             index += 1
         else:
-            # Imported only after an error, so that a correct model starts faster.
+            # imported here: start-up time, since most texts have no mistake
             from arael.syntax.mistakes import explain
             from arael.syntax.trouble import Trouble
 

@@ -113,16 +113,23 @@ def _decode(data: dict[str, Any]) -> Tables:
 
 def generate(text: str) -> dict[str, Any]:
     """JSON form of the tables of grammar `text`; the same text gives the same tables."""
+    # imported here: start-up time
     from lark import Lark
-    from lark.lexer import PatternStr
-    from lark.parsers.lalr_analysis import Shift
+    from lark.grammar import Rule
+    from lark.lexer import PatternStr, TerminalDef
 
-    # Lark has no public interface to its tables; these attributes are what its own stand-alone
-    # generator reads.
     lark = Lark(text, parser="lalr", lexer="basic", start=list(STARTS), maybe_placeholders=True)
-    table = lark.parser.parser._parse_table
-    numbers = _number_states(table, Shift)
-    rules = {rule: i for i, rule in enumerate(lark.rules)}
+    # What Lark stores of a parser and its stand-alone generator reads: plain data.
+    stored, memo = lark.memo_serialize([TerminalDef, Rule])
+    table = stored["parser"]["parser"]
+    states = _actions(table)
+    numbers = _number_states(states, [table["start_states"][s] for s in STARTS])
+    known = {(r.origin.name, *(s.name for s in r.expansion)): i for i, r in enumerate(lark.rules)}
+    rules = {
+        number: known[rule["origin"]["name"], *(s["name"] for s in rule["expansion"])]
+        for number, rule in memo.items()
+        if rule["__type__"] == "Rule"
+    }
     names: dict[str, int] = {}
 
     def name(text: str) -> int:
@@ -135,13 +142,13 @@ def generate(text: str) -> dict[str, Any]:
     for state in numbers:
         row: list[int] = []
         goto: list[int] = []
-        for symbol, (action, target) in sorted(table.states[state].items()):
+        for symbol, (reduces, target) in sorted(states[state].items()):
             if symbol not in terminals:
                 goto += [name(symbol), numbers[target]]
-            elif action is Shift:
-                row += [name(symbol), numbers[target] + 1]
-            else:
+            elif reduces:
                 row += [name(symbol), -rules[target] - 1]
+            else:
+                row += [name(symbol), numbers[target] + 1]
         row_of_state.append(rows.setdefault(tuple(row), len(rows)))
         goto_of_state.append(gotos.setdefault(tuple(goto), len(gotos)))
 
@@ -176,22 +183,37 @@ def generate(text: str) -> dict[str, Any]:
         "gotos": [list(g) for g in gotos],
         "row_of_state": row_of_state,
         "goto_of_state": goto_of_state,
-        "start_states": {s: numbers[table.start_states[s]] for s in STARTS},
-        "end_states": {s: numbers[table.end_states[s]] for s in STARTS},
+        "start_states": {s: numbers[table["start_states"][s]] for s in STARTS},
+        "end_states": {s: numbers[table["end_states"][s]] for s in STARTS},
     }
 
 
-def _number_states(table: Any, shift: Any) -> dict[int, int]:
+def _actions(table: dict[str, Any]) -> dict[int, dict[str, tuple[bool, int]]]:
+    """By state and symbol: whether the parser reduces, and the rule, or the next state."""
+    symbols = table["tokens"]
+    return {
+        state: {
+            symbols[number]: (True, target["@"]) if reduces else (False, target)
+            for number, (reduces, target) in row.items()
+        }
+        for state, row in table["states"].items()
+    }
+
+
+def _number_states(
+    states: dict[int, dict[str, tuple[bool, int]]], starts: list[int]
+) -> dict[int, int]:
     """Number the states in breadth-first order, so that the output is deterministic."""
     order: dict[int, int] = {}
-    queue = deque(table.start_states[s] for s in STARTS)
+    queue = deque(starts)
     while queue:
         state = queue.popleft()
         if state in order:
             continue
         order[state] = len(order)
-        row = table.states[state]
-        queue.extend(target for _, (action, target) in sorted(row.items()) if action is shift)
+        queue.extend(
+            target for _, (reduces, target) in sorted(states[state].items()) if not reduces
+        )
     return order
 
 

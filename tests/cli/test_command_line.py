@@ -57,7 +57,7 @@ def test_version(arael: Arael) -> None:
 
 def test_internal_error_is_short(arael: Arael, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ARAEL_DEBUG", raising=False)
-    monkeypatch.setattr("arael.diagnostics.explain.explain", _broken)
+    monkeypatch.setattr("arael.cli.explain.explain", _broken)
     done = arael("explain", "E0201")
     assert done.code == 3
     assert "internal error: ZeroDivisionError: broken" in done.err
@@ -67,7 +67,7 @@ def test_internal_error_is_short(arael: Arael, monkeypatch: pytest.MonkeyPatch) 
 
 def test_debug_shows_the_traceback(arael: Arael, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ARAEL_DEBUG", "1")
-    monkeypatch.setattr("arael.diagnostics.explain.explain", _broken)
+    monkeypatch.setattr("arael.cli.explain.explain", _broken)
     assert "Traceback" in arael("explain", "E0201").err
 
 

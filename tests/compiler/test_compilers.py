@@ -14,9 +14,11 @@ import pytest
 
 from arael.cli.doctor import examine
 from arael.cli.main import run
+from arael.compiled_model import CompiledModel
 from arael.compiler import build, cache, progress
+from arael.diagnostics.model_warnings import InterpretedWarning
 from arael.diagnostics.records import AraelError
-from arael.loading import CompiledModel, InterpretedWarning, load_compiled
+from arael.loading import load_compiled
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32" or shutil.which("cc") is None,

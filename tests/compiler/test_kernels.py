@@ -163,7 +163,7 @@ def test_products_by_loops_agree_with_products_spelled_out(
     )
     found = []
     for limit in (0, 10**9):
-        monkeypatch.setattr("arael.compiler.groups.UNROLLED_PRODUCTS", limit)
+        monkeypatch.setattr("arael.compiler.products.UNROLLED_PRODUCTS", limit)
         monkeypatch.setenv("ARAEL_CACHE_DIR", str(tmp_path / f"cache{limit}"))
         path = tmp_path / f"m{limit}.arael"
         path.write_text(text)

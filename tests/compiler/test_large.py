@@ -68,7 +68,7 @@ def filled(model: Model) -> Model:
 
 def large_everywhere(monkeypatch: pytest.MonkeyPatch, part: int) -> None:
     """Let every constraint be compiled in parts of at most so many operations."""
-    monkeypatch.setattr("arael.compiler.groups.UNROLLED_TARGETS", 0)
+    monkeypatch.setattr("arael.compiler.products.UNROLLED_TARGETS", 0)
     monkeypatch.setattr("arael.compiler.parts.PART", part)
 
 

@@ -11,10 +11,11 @@ from typing import Any, get_args, get_type_hints
 import msgspec
 import pytest
 
+from arael.compiled_model import CompiledModel
 from arael.compiler import ship
 from arael.compiler.cache.models import decode, encode
 from arael.compiler.compilation import compile_text
-from arael.loading import CompiledModel, load_compiled, standard_models
+from arael.loading import load_compiled, standard_models
 from arael.runtime.layout import Layout
 from arael.runtime.relocation import attached, detached
 from arael.syntax.files import read_source

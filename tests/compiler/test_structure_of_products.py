@@ -95,7 +95,7 @@ def test_what_is_zero_has_no_code() -> None:
 
 
 def test_stored_jacobians_hold_what_is_not_zero(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("arael.compiler.groups.UNROLLED_PRODUCTS", 0)
+    monkeypatch.setattr("arael.compiler.products.UNROLLED_PRODUCTS", 0)
     text = emitted(POSES.replace("BODY", "[sin(p.x) * p.y, q.z, cos(p.x)]"))
     # Runs of a use's neighbouring scalars, by residual: use, first scalar, first entry, entries.
     assert "runs_0[][4] = {{0, 0, 0, 2}, {0, 5, 2, 1}, {0, 0, 3, 1}};" in text

@@ -137,11 +137,11 @@ def originals() -> dict[str, bytes]:
 
 
 def _archive() -> bytes:
-    from arael.io import json_reader, npz
+    from arael.io import json_reader, npz_writer
 
     store = Store(_layout(MODEL))
     json_reader.read(store, json.dumps(SCENE).encode(), "scene.json")
-    return npz.dump(store)
+    return npz_writer.dump(store)
 
 
 def warm_up(folder: Path) -> None:

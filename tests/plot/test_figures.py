@@ -131,7 +131,7 @@ def test_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
 
 
 def test_missing_matplotlib_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("arael.plot.figure.find_spec", lambda name: None)
     with pytest.raises(AraelError, match=r"E0860.*which is not installed"):
         map_figure({}, [])
 

@@ -59,7 +59,9 @@ def test_euler_angles_come_back(rpy: tuple[float, ...]) -> None:
         return rotation.euler_angles(g, rotation.rotation_matrix(g, x))
 
     def by_quaternion(g: Graph, x: list[int]) -> list[int]:
-        return quaternion.euler_angles(g, rotation.quaternion_of_euler(g, x))
+        return rotation.euler_angles(
+            g, quaternion.rotation_matrix(g, rotation.quaternion_of_euler(g, x))
+        )
 
     np.testing.assert_allclose(of(back, rpy), rpy, atol=1e-13)
     np.testing.assert_allclose(of(by_quaternion, rpy), rpy, atol=1e-13)

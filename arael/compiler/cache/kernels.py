@@ -14,7 +14,6 @@ from pathlib import Path
 
 import msgspec
 
-import arael
 from arael.compiler.cache.keys import FORMAT, digest
 from arael.compiler.cache.locks import locked
 from arael.compiler.cache.trust import (
@@ -27,6 +26,7 @@ from arael.compiler.cache.trust import (
     unwritable,
 )
 from arael.diagnostics.records import AraelError
+from arael.version import __version__
 
 MANIFEST = "manifest.json"
 
@@ -133,6 +133,7 @@ def building(key: str) -> Iterator[Path]:
         E0804 the cache cannot be written, E0805 others could write it, E0806 another process holds
         the lock for too long.
     """
+    # imported here: start-up time
     import tempfile
 
     root = prepare("arael-kernels")
@@ -193,7 +194,7 @@ def seal(
         format=FORMAT,
         name=_encodable(name),
         source=_encodable(os.path.basename(source)),
-        arael=arael.__version__,
+        arael=__version__,
         made=time.time(),
         compiler=compiler,
         seconds=seconds,

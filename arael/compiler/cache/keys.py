@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import platform
 import re
 import sys
 import sysconfig
 from functools import lru_cache
 from pathlib import Path
 
-import arael
+from arael.version import __version__
 
 FORMAT = 2
 """Version of the files in the cache."""
@@ -38,7 +39,7 @@ def model_key(text: str, root: str | None, precision: str | None, beside: str = 
     root, precision : as chosen by the caller
     beside : folder of a model that imports others: the same text elsewhere imports other files
     """
-    return _key(arael.__version__, _package_stamp(), root or "", precision or "", beside, text)
+    return _key(__version__, _package_stamp(), root or "", precision or "", beside, text)
 
 
 def code_digest(source: str) -> str:
@@ -55,7 +56,7 @@ def kernels_key(code: str, target: str) -> str:
     target : instruction set, as in `arael.compiler.build.compile_flags`
     """
     return _key(
-        arael.__version__,
+        __version__,
         _interface(),
         sysconfig.get_config_var("EXT_SUFFIX") or "",
         sys.version,
@@ -68,7 +69,7 @@ def kernels_key(code: str, target: str) -> str:
 
 def shipped_key(text: str, target: str) -> str:
     """Key of a model that was compiled when arael was installed."""
-    return _key(arael.__version__, sysconfig.get_config_var("EXT_SUFFIX") or "", target, text)
+    return _key(__version__, sysconfig.get_config_var("EXT_SUFFIX") or "", target, text)
 
 
 def is_key(name: str) -> bool:
@@ -114,8 +115,6 @@ def _interface() -> str:
 @lru_cache(maxsize=1)
 def _processor() -> str:
     """Identify the instruction set that ``-march=native`` stands for."""
-    import platform
-
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
         for line in file:
             if line.startswith(("flags", "Features")):

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 from arael.compiler import progress
 from arael.compiler.cache.trust import prepare, unwritable
+from arael.compiler.time_limit import compile_limit
 from arael.diagnostics.records import AraelError, Diagnostic
 
 MARGIN = 120.0
@@ -35,9 +36,8 @@ def locked(key: str, limit: float | None = None) -> Iterator[bool]:
     AraelError
         E0804 the cache cannot be written, E0806 another process holds the lock for too long.
     """
+    # imported here: start-up time
     from filelock import FileLock, Timeout
-
-    from arael.compiler.time_limit import compile_limit
 
     path = prepare("arael-locks") / f"{key[:2]}.lock"
     lock = FileLock(path, mode=0o600)

@@ -20,6 +20,7 @@ from arael.compiler.cache.warnings import StoredWarning, rendered
 from arael.diagnostics.records import AraelError, Source
 from arael.runtime.layout import Layout
 from arael.runtime.relocation import attached
+from arael.syntax.files import read_source
 
 
 class Known(msgspec.Struct, frozen=True):
@@ -101,8 +102,6 @@ def _imported(known: Known, source: Source) -> list[Source] | None:
     """The model's file and those it imports; None if one of them has changed."""
     found = [source]
     if known.imports:
-        from arael.syntax.files import read_source
-
         folder = Path(source.name).parent
         for name, expected in known.imports.items():
             try:

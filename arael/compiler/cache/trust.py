@@ -26,6 +26,7 @@ def directory() -> Path:
     chosen = os.environ.get("ARAEL_CACHE_DIR")
     if chosen:
         return Path(chosen).absolute()  # the compiler runs in another folder
+    # imported here: start-up time
     from platformdirs import user_cache_path
 
     return user_cache_path("arael", appauthor=False)
@@ -103,6 +104,7 @@ def remove(path: Path) -> None:
         return
     shutil.rmtree(path, ignore_errors=True)
     if os.path.lexists(path):
+        # imported here: start-up time
         import tempfile
 
         path.rename(tempfile.mktemp(prefix="refused-", dir=path.parent))
@@ -116,6 +118,7 @@ def replace(path: Path, data: bytes) -> None:
     OSError
         The file cannot be written; nothing is left then.
     """
+    # imported here: start-up time
     import tempfile
 
     number, name = tempfile.mkstemp(prefix="new-", dir=path.parent)

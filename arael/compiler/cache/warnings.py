@@ -55,6 +55,7 @@ def rendered(warnings: Iterable[StoredWarning], sources: Sequence[Source]) -> tu
     found = list(warnings)
     if not found:
         return ()
+    # imported here: start-up time
     from arael.diagnostics.render import render
 
     def place(span: StoredSpan) -> Span:

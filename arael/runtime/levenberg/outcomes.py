@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.result import CONVERGED
 from arael.runtime.assembly.components import Partition
 from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.problem import Problem
 from arael.runtime.system import row_name, row_names
+from arael.statuses import CONVERGED
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -20,16 +20,16 @@ class ExpressionBuilder(Builder):
 
     def __init__(self, source: Source, docs: DocComments, log: ErrorLog) -> None:
         super().__init__(source, docs, log)
-        self._heights: dict[int, int] = {}
+        self._heights: dict[Span, int] = {}  # by place: a part is shorter than its whole
 
-    def _measured(self, node: _Node, *parts: Any) -> _Node:
+    def _measured(self, node: _Node, *parts: tree.Node) -> _Node:
         """Record the height of `node` and report a tree that is too high for later stages."""
         heights = self._heights
-        height = 1 + max((heights.get(id(p), 0) for p in parts), default=0)
+        height = 1 + max((heights.get(p.span, 0) for p in parts), default=0)
         if isinstance(node, tree.Binary) and isinstance(node.left, tree.Binary):
             # A chain `a + b + c` is left-deep, and later stages handle it in a loop.
-            height = max(heights[id(node.left)], 1 + heights.get(id(node.right), 0))
-        heights[id(node)] = height
+            height = max(heights[node.left.span], 1 + heights.get(node.right.span, 0))
+        heights[node.span] = height
         if height > MAX_HEIGHT:
             self._log.error(
                 "E0105",

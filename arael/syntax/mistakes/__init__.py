@@ -1,13 +1,10 @@
-"""Recognisers of common mistakes, with specific messages.
+"""The table of common mistakes, with specific messages.
 
-A recogniser examines a `Trouble`; if it recognises the mistake it reports it, repairs the tokens so
-that the parse can continue, and returns True. Recognisers are tried in turn, specific ones before
-general ones.
+Rows are tried in turn, specific ones before general ones. The first that matches is reported, and
+the tokens are repaired so that the parse can continue.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 from arael.syntax.mistakes import (
     blocks,
@@ -20,19 +17,18 @@ from arael.syntax.mistakes import (
     statements,
 )
 from arael.syntax.mistakes.fallback import say_expected
+from arael.syntax.mistakes.table import Mistake
 from arael.syntax.trouble import Trouble
 
-Recogniser = Callable[[Trouble], bool]
-
-_RECOGNISERS: tuple[Recogniser, ...] = (
-    *brackets.RECOGNISERS,
-    *rust.RECOGNISERS,
-    *names.RECOGNISERS,
-    *fields.RECOGNISERS,
-    *blocks.RECOGNISERS,
-    *schedule.RECOGNISERS,
-    *statements.RECOGNISERS,
-    *expressions.RECOGNISERS,
+TABLE: tuple[Mistake, ...] = (
+    *brackets.ROWS,
+    *rust.ROWS,
+    *names.ROWS,
+    *fields.ROWS,
+    *blocks.ROWS,
+    *schedule.ROWS,
+    *statements.ROWS,
+    *expressions.ROWS,
 )
 
 
@@ -44,5 +40,10 @@ def explain(trouble: Trouble) -> None:
         # The lexer skipped something right here; this is a consequence, not a second mistake.
         trouble.panic()
         return
-    if not any(recognise(trouble) for recognise in _RECOGNISERS):
-        say_expected(trouble)
+    for row in TABLE:
+        names_ = row.names_at(trouble)
+        if names_ is not None:
+            row.report(trouble, names_)
+            row.mend(trouble, names_)
+            return
+    say_expected(trouble)

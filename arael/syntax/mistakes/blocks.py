@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from arael.diagnostics.suggest import closest
-from arael.syntax.tokens import NEWLINE, Token
-from arael.syntax.trouble import ITEM_WORDS, MEMBER_WORDS, Trouble
+from functools import partial
+
+from arael.syntax.mistakes.table import Mistake, Names, is_kind, span
+from arael.syntax.trouble import Trouble
 
 _ITEM_WORDS = ("import", "const", "fn", "extern", "struct", "root", "component")
 _OTHER_ITEMS = {
@@ -13,221 +14,70 @@ _OTHER_ITEMS = {
     "function": "fn", "include": "import", "from": "import", "using": "import", "let": "const",
     "define": "const", "constant": "const", "param": "root",
 }  # fmt: skip
-_MEMBER_ONLY = frozenset(
-    ["PARAM", "CONSTRAINT", "FIT", "SOLVE", "KEY", "MARGINALIZE", "UPDATE", "SYMBOLIC", "COMPUTE"]
+_CLAUSES = "CONSTRAINT FIT WHEN LOSS INTO"
+_OTHERS = (
+    "STRUCT ROOT COMPONENT SOLVE PASS UPDATE FN CONST IMPORT LET KEY PARAM SKIP MARGINALIZE FREEZE "
+    "FREE SYMBOLIC COMPUTE DERIVS REF BLOCK IF"
 )
 
 
-def outside(t: Trouble) -> bool:
-    """Recognise a member, a field or an unknown word at the top of the file."""
-    if t.opener() is not None or t.construct() is not None or not t.automaton.accepts("STRUCT"):
-        return False
-    token, after = t.token, t.ahead()
-    if token.type in _MEMBER_ONLY and (t.is_word(after) or after.type == "LBRACE"):
-        t.log.error(
-            "E0140",
-            f"`{token.text}` outside of a struct",
-            token.start,
-            token.end,
-            "belongs in the braces of a struct or root",
-            help="a `}` before it may have closed the struct too early",
-        )
-        _skip_statement(t)
-        return True
-    if t.is_name(token) and after.type == "COLON":
-        t.log.error(
-            "E0140",
-            "a field outside of a struct",
-            token.start,
-            token.end,
-            "belongs in the braces of a struct or root",
-            help="a `}` before it may have closed the struct too early",
-        )
-        _skip_statement(t)
-        return True
-    if token.type == "LET":
-        t.log.error(
-            "E0140",
-            "`let` outside of a constraint",
-            token.start,
-            token.end,
-            help="a value for the whole file is written `const name = ...`",
-        )
-        t.swap("CONST")
-        return True
-    if not t.is_name(token):
-        return False
-    meant = _OTHER_ITEMS.get(token.text) or next(iter(closest(token.text, _ITEM_WORDS)), None)
-    if meant and (t.is_word(after) or after.type == "STRING"):
-        t.log.error(
-            "E0128",
-            f"unknown word `{token.text}`",
-            token.start,
-            token.end,
-            f"did you mean `{meant}`?",
-        )
-        t.swap(meant.upper())
-        return True
-    t.log.error(
-        "E0128",
-        f"`{token.text}` does not begin an item",
-        token.start,
-        token.end,
-        "expected `struct`, `root`, `fn`, `const` or `import`",
-    )
-    _skip_statement(t)
-    return True
+def _at_item(t: Trouble) -> bool:
+    return t.construct() is None
 
 
-def _skip_statement(t: Trouble) -> None:
-    t.skip()
-    t.panic()
+def _brace_follows(t: Trouble) -> bool:
+    return any(x.type == "LBRACE" for x in t.line_tokens()[1:])
 
 
-def header(t: Trouble) -> bool:
-    """Recognise text between a name and its ``{``."""
-    construct = t.construct()
-    if construct is None or "LBRACE" not in t.expected or t.wants_operand:
-        return False
-    token = t.token
-    if construct.type in ("CONSTRAINT", "FIT", "WHEN", "LOSS", "INTO"):
-        return _clause(t, token)
-    if construct.type == "ROOT" and token.text in ("f32", "f64"):
-        t.log.error(
-            "E0143",
-            "`:` is missing before the precision",
-            token.start,
-            token.end,
-            help=f"write `: {token.text}`",
-        )
-        t.insert("COLON")
-        return True
-    if token.type == "COLON" and construct.type in ("STRUCT", "COMPONENT"):
-        base = t.ahead()
-        t.log.error(
-            "E0129",
-            f"a {construct.text} takes nothing between its name and `{{`",
-            token.start,
-            base.end if t.is_word(base) else token.end,
-            "not in the language",
-            help="the precision belongs to the root, `root NAME : f32`"
-            if base.text in ("f32", "f64")
-            else "there is no inheritance; declare the other struct as a field",
-        )
-        t.skip_to("LBRACE")
-        return True
-    braces_follow = any(x.type == "LBRACE" for x in t.line_tokens()[1:])
-    if (braces_follow and not t.begins_line) or token.type == "LPAR":
-        t.log.error(
-            "E0129",
-            f"expected `{{` after the header of this {construct.text}",
-            token.start,
-            token.end,
-            "does not belong here",
-        )
-        t.skip_to("LBRACE")
-        return True
-    return _missing_brace(t, construct)
+def _head(t: Trouble) -> Names:
+    head = t.within("CONSTRAINT", "FIT")
+    assert head is not None
+    return {"head": head.text}
 
 
-def _missing_brace(t: Trouble, construct: Token) -> bool:
-    before = t.before or construct
-    t.log.error(
-        "E0129",
-        f"this {construct.text} has no braces",
-        before.start,
-        before.end,
-        "expected `{` after this",
-    )
-    elsewhere = t.token.type in ITEM_WORDS | MEMBER_WORDS | {"RBRACE"}
-    elsewhere = elsewhere or (t.is_name(t.token) and t.ahead().type == "COLON")
-    elsewhere = elsewhere or (t.token.type == "ROOT" and t.is_name(t.ahead()))
+def _no_comparison(t: Trouble) -> bool:
+    return not is_kind(t, t.token, "comparison newline RBRACE")
+
+
+def _base(t: Trouble) -> Names:
+    """``struct A : B``: the colon and the name."""
+    base = t.ahead()
+    precision = base.text in ("f32", "f64")
+    return {
+        "advice": "the precision belongs to the root, `root NAME : f32`"
+        if precision
+        else "there is no inheritance; declare the other struct as a field",
+        **span(t.token.start, base.end if t.is_word(base) else t.token.end),
+    }
+
+
+def _insert_braces(t: Trouble) -> None:
+    field = t.is_name(t.token) and t.ahead().type == "COLON"
+    root = t.token.type == "ROOT" and t.is_name(t.ahead())
+    elsewhere = is_kind(t, t.token, "item member RBRACE") or field or root
     if t.begins_line and elsewhere:
         t.insert("LBRACE", "RBRACE", "_NEWLINE")
     elif t.begins_line:
         t.insert("LBRACE")
     else:
         t.panic()
-    return True
 
 
-def _clause(t: Trouble, token: Token) -> bool:
-    conditions = {"IF": "if", "NAME": token.text}
-    word = conditions.get(token.type)
-    if word in ("if", "where", "unless", "for", "guard", "given"):
-        t.log.error(
-            "E0141",
-            f"a guard begins with `when`, not `{word}`",
-            token.start,
-            token.end,
-            "did you mean `when`?",
-        )
-        t.swap("WHEN")
-        return True
-    if word in ("robust", "kernel", "huber", "cauchy", "tukey", "robustify"):
-        t.log.error(
-            "E0141",
-            "a robust kernel is named after `loss`",
-            token.start,
-            token.end,
-            help="write for example `loss huber(1.0)`",
-        )
-        if t.ahead().type == "LPAR":
-            t.insert("LOSS")
-        else:
-            t.swap("LOSS")
-        return True
-    if token.type == "NAME":
-        meant = closest(token.text, ("when", "loss", "into"))
-        if meant:
-            t.log.error(
-                "E0128",
-                f"unknown word `{token.text}`",
-                token.start,
-                token.end,
-                f"did you mean `{meant[0]}`?",
-            )
-            t.swap(meant[0].upper())
-            return True
-    if token.type in (NEWLINE, "RBRACE") or t.begins_line:
-        construct = t.within("CONSTRAINT", "FIT")
-        return construct is not None and _missing_brace(t, construct)
-    if token.type == "EQUAL":
-        guard = t.within("WHEN")
-        if guard is not None:
-            t.log.error(
-                "E0135",
-                "a comparison is written `==`",
-                token.start,
-                token.end,
-                "`=` gives a value to a name",
-            )
-            t.swap("EQ")
-            return True
-    if token.type in ("EQ", "NE", "LT", "LE", "GT", "GE"):
-        return False
-    if token.type == "COMMA" and t.within("INTO") is not None:
-        t.log.error(
-            "E0129",
-            "several blocks are written in brackets",
-            token.start,
-            token.end,
-            "not in a list",
-            help="write `into [a, b]`",
-        )
-        if any(x.type == "LBRACE" for x in t.line_tokens()):
-            t.skip_to("LBRACE")
-        else:
-            t.panic()
-        return True
-    label = "expected `{` or one of `when`, `loss`, `into`"
-    t.log.error(
-        "E0129",
-        f"`{token.text}` does not belong in the header of a constraint",
-        token.start,
-        token.end,
-        label,
-    )
+def _insert_loss(t: Trouble) -> None:
+    if t.ahead().type == "LPAR":
+        t.insert("LOSS")
+    else:
+        t.swap("LOSS")
+
+
+def _to_brace(t: Trouble) -> None:
+    if any(x.type == "LBRACE" for x in t.line_tokens()):
+        t.skip_to("LBRACE")
+    else:
+        t.panic()
+
+
+def _to_brace_if_it_fits(t: Trouble) -> None:
     if any(x.type == "LBRACE" for x in t.line_tokens()):
         t.skip_to("LBRACE")
         if not t.automaton.accepts("LBRACE"):
@@ -235,55 +85,131 @@ def _clause(t: Trouble, token: Token) -> bool:
     else:
         t.skip()
         t.panic()
-    return True
 
 
-def function(t: Trouble) -> bool:
-    """Typed arguments, arrows and braces of functions."""
-    head = t.within("FN")
-    if head is None:
-        return False
-    token = t.token
-    if token.type == "COLON" and t.within("LPAR"):
-        t.log.error(
-            "E0142",
-            "arguments of a function take no type",
-            token.start,
-            token.end,
-            help="omit it: shapes follow from the call",
-        )
-        t.skip_to("COMMA", "RPAR")
-        return True
-    if token.type == "LBRACE":
-        t.log.error(
-            "E0142",
-            "a function is one expression, without braces",
-            token.start,
-            token.end,
-            help="write `fn name(x) = expression`; parts of it can be functions too",
-        )
-        t.skip()
-        _skip_braces(t)
-        t.insert("EQUAL", "NUMBER")
-        return True
-    if token.type == "NAME" and t.before is not None and t.before.type == "RPAR":
-        t.log.error(
-            "E0142",
-            "a function declares no type",
-            token.start,
-            token.end,
-            help="write `fn name(x) = expression`",
-        )
-        t.skip()
-        return True
-    return False
-
-
-def _skip_braces(t: Trouble) -> None:
+def _skip_body(t: Trouble) -> None:
+    t.skip()
     depth = 1
     while depth and t.token is not t.tokens[-1]:
         depth += {"LBRACE": 1, "RBRACE": -1}.get(t.token.type, 0)
         t.skip()
+    t.insert("EQUAL", "NUMBER")
 
 
-RECOGNISERS = (outside, function, header)
+_TOO_EARLY = "a `}}` before it may have closed the struct too early"
+_BELONGS = "belongs in the braces of a struct or root"
+
+
+# At the top of the file; between a name and its `{`; in the clauses of a constraint.
+_item = partial(Mistake, opener="none", accepted="STRUCT", when=_at_item)
+_header = partial(Mistake, expected="LBRACE", operand=False)
+_clause = partial(_header, construct=_CLAUSES)
+
+_OUTSIDE = (
+    *(
+        _item(
+            "E0140", "`{token}` outside of a struct", _BELONGS, help=_TOO_EARLY, ahead=ahead,
+            token="PARAM CONSTRAINT FIT SOLVE KEY MARGINALIZE UPDATE SYMBOLIC COMPUTE",
+            repair="skip; panic",
+        )
+        for ahead in ("word", "LBRACE")
+    ),
+    _item(
+        "E0140", "a field outside of a struct", _BELONGS, help=_TOO_EARLY,
+        token="name", ahead="COLON", repair="skip; panic",
+    ),
+    _item(
+        "E0140", "`let` outside of a constraint",
+        help="a value for the whole file is written `const name = ...`",
+        token="LET", repair="swap CONST",
+    ),
+    _item(
+        "E0128", "unknown word `{token}`", "did you mean `{meant}`?",
+        token="name", ahead="word STRING", meant=_OTHER_ITEMS, near=_ITEM_WORDS,
+        repair="swap {meant}",
+    ),
+    _item(
+        "E0128", "`{token}` does not begin an item",
+        "expected `struct`, `root`, `fn`, `const` or `import`",
+        token="name", repair="skip; panic",
+    ),
+)  # fmt: skip
+
+_FUNCTIONS = (
+    Mistake(
+        "E0142", "arguments of a function take no type",
+        help="omit it: shapes follow from the call",
+        token="COLON", within="FN", when=lambda t: t.within("LPAR") is not None,
+        repair="skip_to COMMA RPAR",
+    ),
+    Mistake(
+        "E0142", "a function is one expression, without braces",
+        help="write `fn name(x) = expression`; parts of it can be functions too",
+        token="LBRACE", within="FN", repair=_skip_body,
+    ),
+    Mistake(
+        "E0142", "a function declares no type", help="write `fn name(x) = expression`",
+        token="NAME", before="RPAR", within="FN", repair="skip",
+    ),
+)  # fmt: skip
+
+_CLAUSE_ROWS = (
+    _clause(
+        "E0141", "a guard begins with `when`, not `{token}`", "did you mean `when`?",
+        token="IF NAME", text="if where unless for guard given", repair="swap WHEN",
+    ),
+    _clause(
+        "E0141", "a robust kernel is named after `loss`",
+        help="write for example `loss huber(1.0)`",
+        token="NAME", text="robust kernel huber cauchy tukey robustify", repair=_insert_loss,
+    ),
+    _clause(
+        "E0128", "unknown word `{token}`", "did you mean `{meant}`?",
+        token="NAME", near=("when", "loss", "into"), repair="swap {meant}",
+    ),
+    *(
+        _clause(
+            "E0129", "this {head} has no braces", "expected `{{` after this", place="before",
+            token=token, begins=begins, within="CONSTRAINT FIT", when=_head, repair=_insert_braces,
+        )
+        for token, begins in (("newline RBRACE", None), ("", True))
+    ),
+    _clause(
+        "E0135", "a comparison is written `==`", "`=` gives a value to a name",
+        token="EQUAL", within="WHEN", begins=False, repair="swap EQ",
+    ),
+    _clause(
+        "E0129", "several blocks are written in brackets", "not in a list",
+        help="write `into [a, b]`", token="COMMA", within="INTO", begins=False, repair=_to_brace,
+    ),
+    _clause(
+        "E0129", "`{token}` does not belong in the header of a constraint",
+        "expected `{{` or one of `when`, `loss`, `into`",
+        begins=False, when=_no_comparison, repair=_to_brace_if_it_fits,
+    ),
+)  # fmt: skip
+
+_HEADERS = (
+    _header(
+        "E0143", "`:` is missing before the precision", help="write `: {token}`",
+        text="f32 f64", construct="ROOT", repair="insert COLON",
+    ),
+    _header(
+        "E0129", "a {construct} takes nothing between its name and `{{`", "not in the language",
+        help="{advice}", place="span",
+        token="COLON", construct="STRUCT COMPONENT", when=_base, repair="skip_to LBRACE",
+    ),
+    *(
+        _header(
+            "E0129", "expected `{{` after the header of this {construct}", "does not belong here",
+            token=token, begins=begins, construct=_OTHERS, when=when, repair="skip_to LBRACE",
+        )
+        for token, begins, when in (("", False, _brace_follows), ("LPAR", None, None))
+    ),
+    _header(
+        "E0129", "this {construct} has no braces", "expected `{{` after this", place="before",
+        construct=_OTHERS, repair=_insert_braces,
+    ),
+)  # fmt: skip
+
+ROWS = (*_OUTSIDE, *_FUNCTIONS, *_CLAUSE_ROWS, *_HEADERS)

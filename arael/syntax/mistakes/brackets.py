@@ -2,131 +2,91 @@
 
 from __future__ import annotations
 
-from arael.syntax.tables import END
-from arael.syntax.tokens import CLOSERS, OPENERS, Token
+from arael.syntax.mistakes.table import Mistake, Names, span
+from arael.syntax.tokens import OPENERS, Token
 from arael.syntax.trouble import ITEM_WORDS, MEMBER_WORDS, STARTERS, Trouble
 
-
-def unopened(t: Trouble) -> bool:
-    """``}`` where nothing is open."""
-    if t.token.type not in CLOSERS or t.opener() is not None:
-        return False
-    token = t.token
-    t.log.error(
-        "E0121",
-        f"unmatched `{token.text}`",
-        token.start,
-        token.end,
-        "closes nothing",
-        help="delete it, or open its partner before",
-    )
-    t.skip()
-    return True
+_CLOSER = {"(": ")", "[": "]", "{": "}"}
 
 
-def wrong_kind(t: Trouble) -> bool:
-    """Recognise ``(a, b]``: closed by another bracket than the one that is open."""
+def _can_close(t: Trouble) -> bool:
     opener = t.opener()
-    if t.token.type not in CLOSERS or opener is None or OPENERS[opener.type] == t.token.type:
-        return False
-    token, wanted = t.token, OPENERS[opener.type]
-    if opener.type == "LBRACE":
-        t.log.error(
-            "E0121",
-            f"unmatched `{token.text}`",
-            token.start,
-            token.end,
-            "closes nothing",
-            help="delete it, or open its partner before",
-        )
-        t.skip()
-        return True
-    if not t.automaton.accepts(wanted):
-        return False
-    if token.type == "RBRACE":
-        return _unclosed(t, opener)
-    t.log.error(
-        "E0121",
-        f"`{opener.text}` is closed by `{token.text}`",
-        token.start,
-        token.end,
-        f"expected `{_closer(opener)}`",
-        labels=[_opened(opener)],
-    )
-    t.swap(wanted)
-    return True
+    return opener is not None and t.automaton.accepts(OPENERS[opener.type])
 
 
-def unclosed_round(t: Trouble) -> bool:
-    """Recognise a statement begins while ``(`` or ``[`` is open."""
+def _other_closer(t: Trouble) -> Names | bool:
+    """``(a, b]``: another bracket than the one that is open."""
     opener = t.opener()
-    if opener is None or opener.type == "LBRACE" or not t.begins_line:
+    if opener is None or OPENERS[opener.type] == t.token.type or not _can_close(t):
         return False
-    field = t.is_name(t.token) and t.ahead().type == "COLON"
-    if t.token.type not in STARTERS and not field:
-        return False
-    if t.automaton.accepts(OPENERS[opener.type]):
-        return _unclosed(t, opener)
-    _say_unclosed(t, opener)
-    t.panic()
-    return True
+    return {"closer": _CLOSER[opener.text]}
 
 
-def unclosed_body(t: Trouble) -> bool:
-    """Recognise a member begins in the braces of a constraint, or an item inside any braces."""
-    if not t.begins_line or t.opener() is None or t.opener().type != "LBRACE":  # type: ignore[union-attr]
-        return False
-    kind, after = t.token.type, t.ahead().type
-    item = kind in ITEM_WORDS or (kind == "ROOT" and t.is_name(t.ahead()))
-    member = kind in MEMBER_WORDS or (t.is_name(t.token) and after == "COLON")
-    inner = t.block() is not None and not t.in_members
-    if not (item or (member and inner)):
-        return False
-    if not t.automaton.accepts("RBRACE"):
-        return False
+def _close(t: Trouble) -> None:
     opener = t.opener()
     assert opener is not None
-    suspect = _suspect(t) or opener
-    _say_unclosed(t, suspect)
-    braces = sum(1 for _, token in t.held() if token.type == "LBRACE") if item else 1
-    for _, token in t.held():
-        if token.type == "LBRACE":
-            token.damaged = True
-    t.insert(*["RBRACE"] * braces, "_NEWLINE")
-    return True
+    t.swap(OPENERS[opener.type])
 
 
-def unclosed_at_end(t: Trouble) -> bool:
-    """Recognise the text ends while a bracket is open."""
-    opener = t.opener()
-    if t.token.type != END or opener is None:
+def _unclosed(t: Trouble, opener: Token | None) -> Names | bool:
+    """Names for an open bracket, which should be closed before this token."""
+    return opener is not None and {
+        "open": opener.text,
+        "closer": _CLOSER[opener.text],
+        **span(opener.start, opener.end),
+    }
+
+
+def _closed_too_late(t: Trouble) -> Names | bool:
+    """A ``}`` while a round bracket is open that can be closed."""
+    return _can_close(t) and _unclosed(t, t.opener())
+
+
+def _statement_begins(t: Trouble) -> Names | bool:
+    """A statement on a new line, while a round bracket is open."""
+    field = t.is_name(t.token) and t.ahead().type == "COLON"
+    return (t.token.type in STARTERS or field) and _unclosed(t, t.opener())
+
+
+def _member_begins(t: Trouble) -> Names | bool:
+    """A member in the braces of a constraint, or an item inside any braces."""
+    member = t.token.type in MEMBER_WORDS or (t.is_name(t.token) and t.ahead().type == "COLON")
+    inner = t.block() is not None and not t.in_members
+    if not (_is_item(t) or (member and inner)):
         return False
-    _say_unclosed(t, _suspect(t) or opener)
-    return True
+    return t.automaton.accepts("RBRACE") and _unclosed(t, _suspect(t) or t.opener())
 
 
-def _unclosed(t: Trouble, opener: Token) -> bool:
-    _say_unclosed(t, opener)
-    if t.token.type == "RBRACE":
-        t.insert(OPENERS[opener.type])
+def _is_item(t: Trouble) -> bool:
+    return t.token.type in ITEM_WORDS or (t.token.type == "ROOT" and t.is_name(t.ahead()))
+
+
+def _text_ends(t: Trouble) -> Names | bool:
+    return t.opener() is not None and _unclosed(t, _suspect(t) or t.opener())
+
+
+def _insert_closer(t: Trouble) -> None:
+    opener = t.opener()
+    assert opener is not None
+    t.insert(OPENERS[opener.type], *([] if t.token.type == "RBRACE" else ["_NEWLINE"]))
+
+
+def _insert_or_give_up(t: Trouble) -> None:
+    if _can_close(t):
+        _insert_closer(t)
     else:
-        t.insert(OPENERS[opener.type], "_NEWLINE")
-    return True
+        t.panic()
 
 
-def _say_unclosed(t: Trouble, opener: Token) -> None:
-    before = t.before or opener
-    here = t.token
-    label = "the file ends here" if here.type == END else "expected before this"
-    start, end = (before.end, before.end) if here.type == END else (here.start, here.end)
-    t.log.error(
-        "E0120",
-        f"unclosed `{opener.text}`",
-        opener.start,
-        opener.end,
-        "never closed",
-        labels=[(start, end, f"`{_closer(opener)}` {label}" if here.type != END else label)],
-    )
+def _insert_braces(t: Trouble) -> None:
+    open_ = [token for _, token in t.held() if token.type == "LBRACE"]
+    for token in open_:
+        token.damaged = True
+    t.insert(*["RBRACE"] * (len(open_) if _is_item(t) else 1), "_NEWLINE")
+
+
+def _nothing(t: Trouble) -> None:
+    """Leave the tokens: at the end of the text there is nothing to read."""
 
 
 def _suspect(t: Trouble) -> Token | None:
@@ -158,12 +118,33 @@ def _suspect(t: Trouble) -> Token | None:
     return None
 
 
-def _opened(opener: Token) -> tuple[int, int, str]:
-    return opener.start, opener.end, "opened here"
+_UNCLOSED = ("E0120", "unclosed `{open}`", "never closed")
+_BEFORE_THIS = ("token", "`{closer}` expected before this")
+_UNMATCHED = ("E0121", "unmatched `{token}`", "closes nothing")
+_NO_PARTNER = "delete it, or open its partner before"
 
-
-def _closer(opener: Token) -> str:
-    return {"(": ")", "[": "]", "{": "}"}[opener.text]
-
-
-RECOGNISERS = (unopened, wrong_kind, unclosed_round, unclosed_body, unclosed_at_end)
+ROWS = (
+    Mistake(*_UNMATCHED, help=_NO_PARTNER, token="closer", opener="none", repair="skip"),
+    Mistake(*_UNMATCHED, help=_NO_PARTNER, token="RPAR RSQB", opener="LBRACE", repair="skip"),
+    Mistake(
+        *_UNCLOSED, place="span", related=_BEFORE_THIS,
+        token="RBRACE", opener="LPAR LSQB", when=_closed_too_late, repair=_insert_closer,
+    ),
+    Mistake(
+        "E0121", "`{opener}` is closed by `{token}`", "expected `{closer}`",
+        related=("opener", "opened here"),
+        token="RPAR RSQB", opener="LPAR LSQB", when=_other_closer, repair=_close,
+    ),
+    Mistake(
+        *_UNCLOSED, place="span", related=_BEFORE_THIS,
+        opener="LPAR LSQB", begins=True, when=_statement_begins, repair=_insert_or_give_up,
+    ),
+    Mistake(
+        *_UNCLOSED, place="span", related=_BEFORE_THIS,
+        opener="LBRACE", begins=True, when=_member_begins, repair=_insert_braces,
+    ),
+    Mistake(
+        *_UNCLOSED, place="span", related=("after", "the file ends here"),
+        token="eof", when=_text_ends, repair=_nothing,
+    ),
+)  # fmt: skip

@@ -2,208 +2,118 @@
 
 from __future__ import annotations
 
-from arael.syntax.tables import END
-from arael.syntax.tokens import CLOSERS, NEWLINE, OPENERS
-from arael.syntax.trouble import STARTERS, Trouble
+from functools import partial
 
-_COMPARISONS = frozenset(["EQ", "NE", "LT", "LE", "GT", "GE"])
-_OPERATORS = (
-    frozenset(
-        [
-            "PLUS",
-            "MINUS",
-            "STAR",
-            "SLASH",
-            "DOTSTAR",
-            "DOTSLASH",
-            "CARET",
-            "AND",
-            "OR",
-            "NOT",
-            "EQUAL",
-            "COMMA",
-        ]
-    )
-    | _COMPARISONS
-)
-_OPERANDS = frozenset(
-    ["NAME", "NUMBER", "STRING", "TRUE", "FALSE", "SELF", "PARENT", "ROOT", "LPAR", "IF", "NOT"]
-)
+from arael.syntax.mistakes.table import Mistake, Names, is_kind, span
+from arael.syntax.tokens import NEWLINE
+from arael.syntax.trouble import Trouble
+
+_WRITE_IF = "write `if COND then A else B`"
+_operator = partial(Mistake, label="expected a value before this", token="operator", operand=True)
+_NOTHING_ENDS = "newline eof closer SEMICOLON LBRACE COMMA THEN ELSE"
 
 
-def chained_comparison(t: Trouble) -> bool:
-    """Recognise ``a < b < c``."""
-    if t.token.type not in _COMPARISONS or t.wants_operand:
+def _quoted(t: Trouble) -> Names | bool:
+    """``'text'``: two transpose signs on one line."""
+    line = t.line_tokens()
+    closing = _closing(t)
+    if closing == 0 or not _text_fits(t):
         return False
-    t.log.error(
-        "E0134",
-        "comparisons do not chain",
-        t.token.start,
-        t.token.end,
-        "second comparison",
-        help="write `a < b and b < c`",
-    )
-    t.swap("AND")
-    return True
+    text = t.log.source.text[line[1].start : line[closing - 1].end] if closing > 1 else ""
+    return {"quoted": text, **span(t.token.start, line[closing].end)}
 
 
-def ternary(t: Trouble) -> bool:
-    """``cond ? a : b``."""
-    if t.token.type != "QUESTION" or not t.automaton.accepts("PLUS"):
-        return False
-    t.log.error(
-        "E0137",
-        "arael has no `? :`",
-        t.token.start,
-        t.token.end,
-        help="write `if COND then A else B`",
-    )
-    t.panic()
-    return True
+def _text_fits(t: Trouble) -> bool:
+    return t.wants_operand or "STRING" in t.expected
 
 
-def condition(t: Trouble) -> bool:
-    """``if`` without ``then`` or ``else``, or with braces."""
-    if t.wants_operand:
-        return False
-    head = t.within("IF")
-    if head is None:
-        return False
+def _closing(t: Trouble) -> int:
+    """Number of the second ``'`` on this line; 0 if there is none."""
+    line = t.line_tokens()
+    return next((n for n, x in enumerate(line[1:], 1) if x.type == "QUOTE"), 0)
+
+
+def _read_as_text(t: Trouble) -> None:
+    t.skip(_closing(t))
+    t.swap("STRING")
+    t.token.text = '""'
+
+
+def _missing_word(t: Trouble) -> Names | bool:
+    """An ``if`` without ``then`` or ``else``."""
     missing = next((w for w in ("THEN", "ELSE") if t.automaton.accepts(w)), None)
-    if missing is None:
-        return False
-    word = missing.lower()
-    t.log.error(
-        "E0137",
-        f"`if` without `{word}`",
-        t.token.start,
-        t.token.end,
-        f"expected `{word}` here",
-        labels=[(head.start, head.end, "the `if`")],
-        help="write `if COND then A else B`",
-    )
-    if t.token.type in ("LBRACE", "COLON"):
+    return missing is not None and {"missing": missing.lower()}
+
+
+def _insert_word(t: Trouble) -> None:
+    missing = "THEN" if t.automaton.accepts("THEN") else "ELSE"
+    if is_kind(t, t.token, "LBRACE COLON"):
         t.panic()
-    elif t.begins_line or t.token.type in {NEWLINE, END, *CLOSERS, "SEMICOLON", "COMMA", "ELSE"}:
-        t.insert(*(["THEN", "NUMBER"] if missing == "THEN" else ["ELSE", "NUMBER"]))
+    elif t.begins_line or is_kind(t, t.token, "newline eof closer SEMICOLON COMMA ELSE"):
+        t.insert(missing, "NUMBER")
     else:
         t.insert(missing)
-    return True
 
 
-def quoted(t: Trouble) -> bool:
-    """``'text'``: a transpose sign in place of an operand."""
-    if t.token.type != "QUOTE" or not (t.wants_operand or "STRING" in t.expected):
-        return False
-    line = t.line_tokens()
-    closing = next((n for n, x in enumerate(line[1:], 1) if x.type == "QUOTE"), None)
-    if closing is None:
-        t.log.error(
-            "E0138",
-            "`'` has nothing before it to transpose",
-            t.token.start,
-            t.token.end,
-            "a transpose follows its matrix: `M'`",
-        )
-        t.skip()
-        t.panic()
-        return True
-    text = t.log.source.text[line[1].start : line[closing - 1].end] if closing > 1 else ""
-    t.log.error(
-        "E0112",
-        'text is quoted with `"`',
-        t.token.start,
-        line[closing].end,
-        "`'` is the transpose",
-        help=f'write `"{text}"`',
-    )
-    t.skip(closing)
-    t.swap("STRING")
-    token = t.token
-    token.text = '""'
-    return True
+def _value_missing(t: Trouble) -> bool:
+    ends = is_kind(t, t.token, _NOTHING_ENDS) or t.begins_line or is_kind(t, t.token, "starter")
+    return ends and not _misplaced_let(t)
 
 
-def missing_operand(t: Trouble) -> bool:
-    """Recognise an operator, a comma or an ``=`` with nothing after it."""
-    if not t.wants_operand or t.before is None:
-        return False
-    before, token = t.before, t.token
-    if token.type == "LET" and not t.begins_line:
-        return False
-    ends = token.type in {NEWLINE, END, *CLOSERS, "SEMICOLON", "LBRACE", "COMMA", "THEN", "ELSE"}
-    if token.type in _OPERATORS and before.type in _OPERATORS:
-        t.log.error(
-            "E0138",
-            f"`{before.text}` is followed by `{token.text}`",
-            token.start,
-            token.end,
-            "expected a value before this",
-            labels=[(before.start, before.end, "after this")],
-        )
-        t.skip()
-        return True
-    if token.type in _OPERATORS and before.type in OPENERS:
-        t.log.error(
-            "E0138",
-            f"`{token.text}` has nothing before it",
-            token.start,
-            token.end,
-            "expected a value before this",
-        )
-        t.skip()
-        return True
-    if not (ends or t.begins_line or token.type in STARTERS):
-        return False
-    if before.type in OPENERS and token.type in ("RPAR", "RSQB"):
-        t.log.error(
-            "E0138",
-            f"nothing between `{before.text}` and `{token.text}`",
-            before.start,
-            token.end,
-            "expected a value",
-        )
-    else:
-        t.log.error(
-            "E0138",
-            f"nothing follows `{before.text}`",
-            before.start,
-            before.end,
-            "expected a value after this",
-        )
+def _not_let(t: Trouble) -> bool:
+    return not _misplaced_let(t)
+
+
+def _misplaced_let(t: Trouble) -> bool:
+    return t.before is None or (t.token.type == "LET" and not t.begins_line)
+
+
+def _insert_number(t: Trouble) -> None:
     opener = t.opener()
-    if t.begins_line and (opener is None or opener.type == "LBRACE"):
-        t.insert("NUMBER", NEWLINE)
-    else:
-        t.insert("NUMBER")
-    return True
+    statement = t.begins_line and (opener is None or opener.type == "LBRACE")
+    t.insert("NUMBER", *([NEWLINE] if statement else []))
 
 
-def missing_operator(t: Trouble) -> bool:
-    """``2 x``, ``a b``: two values side by side."""
-    before, token = t.before, t.token
-    if before is None or t.wants_operand or token.type not in _OPERANDS:
-        return False
-    if not (t.automaton.accepts("PLUS") and t.automaton.accepts("STAR")) or t.begins_line:
-        return False
-    t.log.error(
-        "E0136",
-        f"no operator between `{before.text}` and `{token.text}`",
-        token.start,
-        token.end,
-        "unexpected second value",
-        labels=[(before.start, before.end, "after this value")],
+ROWS = (
+    Mistake(
+        "E0112", 'text is quoted with `"`', "`'` is the transpose", help='write `"{quoted}"`',
+        place="span", token="QUOTE", when=_quoted, repair=_read_as_text,
+    ),
+    Mistake(
+        "E0138", "`'` has nothing before it to transpose", "a transpose follows its matrix: `M'`",
+        token="QUOTE", when=_text_fits, repair="skip; panic",
+    ),
+    Mistake(
+        "E0134", "comparisons do not chain", "second comparison", help="write `a < b and b < c`",
+        token="comparison", operand=False, repair="swap AND",
+    ),
+    Mistake(
+        "E0137", "arael has no `? :`", help=_WRITE_IF, token="QUESTION", accepted="PLUS",
+    ),
+    Mistake(
+        "E0137", "`if` without `{missing}`", "expected `{missing}` here", help=_WRITE_IF,
+        related=("IF", "the `if`"),
+        within="IF", operand=False, when=_missing_word, repair=_insert_word,
+    ),
+    _operator(
+        "E0138", "`{before}` is followed by `{token}`", related=("before", "after this"),
+        before="operator", repair="skip",
+    ),
+    _operator("E0138", "`{token}` has nothing before it", before="opener", repair="skip"),
+    Mistake(
+        "E0138", "nothing between `{before}` and `{token}`", "expected a value",
+        place="before..token", before="opener", token="RPAR RSQB", operand=True,
+        when=_not_let, repair=_insert_number,
+    ),
+    Mistake(
+        "E0138", "nothing follows `{before}`", "expected a value after this", place="before",
+        operand=True, when=_value_missing, repair=_insert_number,
+    ),
+    Mistake(
+        "E0136", "no operator between `{before}` and `{token}`", "unexpected second value",
         help="write `*` for a product, or begin a new line for a new statement",
-    )
-    t.insert("STAR")
-    return True
-
-
-RECOGNISERS = (
-    quoted,
-    chained_comparison,
-    ternary,
-    condition,
-    missing_operand,
-    missing_operator,
-)
+        related=("before", "after this value"),
+        token="operand", accepted="PLUS STAR", operand=False, begins=False,
+        when=lambda t: t.before is not None, repair="insert STAR",
+    ),
+)  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from arael.syntax.mistakes.table import Mistake, Names
 from arael.syntax.trouble import NAMES, Trouble
 
 # Kind of a name, by the word before it.
@@ -10,6 +11,7 @@ _NAMED = {
     "param": "parameter", "let": "value", "const": "constant", "fn": "function", "pass": "pass",
     "symbolic": "value", "compute": "value", "as": "element", "key": "field",
 }  # fmt: skip
+_EXAMPLES = {"constraint": "constraint drift { ... }", "struct": "struct Pose { ... }"}
 _MEANINGS = {
     "root": "the root of the model in expressions",
     "self": "the entity itself in expressions",
@@ -17,10 +19,10 @@ _MEANINGS = {
 }
 
 
-def reserved(t: Trouble) -> bool:
-    """Recognise a reserved word in place of a name, ``param in: real``."""
+def _reserved(t: Trouble) -> Names | bool:
+    """A reserved word in place of a name, ``param in: real``."""
     word = t.token
-    if "NAME" not in t.expected or not word.text.isidentifier() or word.type in NAMES:
+    if not word.text.isidentifier() or word.type in NAMES:
         return False
     if t.before is not None and t.before.type in ("COLON", "OF"):
         return False
@@ -29,50 +31,31 @@ def reserved(t: Trouble) -> bool:
     if t.automaton.accepts("_NEWLINE") and t.ahead().type != "COLON":
         return False
     meaning = _MEANINGS.get(word.text)
-    t.log.error(
-        "E0125",
-        f"`{word.text}` is a reserved word",
-        word.start,
-        word.end,
-        "cannot be a name",
-        notes=[f"`{word.text}` is {meaning}"] if meaning else (),
-        help=f"choose another name, for example `{word.text}_`",
-    )
-    t.swap("NAME")
-    return True
+    return {"meaning": f"`{word.text}` is {meaning}" if meaning else ""}
 
 
-def missing(t: Trouble) -> bool:
+def _named(t: Trouble) -> Names | bool:
     """``constraint { ... }``: the word before needs a name."""
-    before = t.before
-    if before is None or "NAME" not in t.expected or t.wants_operand or before.text not in _NAMED:
-        return False
-    if t.top is not before:
-        return False
-    what = _NAMED[before.text]
-    token = t.token
-    if token.type == "NUMBER" or token.type == "STRING":
-        t.log.error(
-            "E0124",
-            f"the {what} needs a name",
-            token.start,
-            token.end,
-            "this is not a name",
-            help="a name starts with a letter",
-        )
-        t.swap("NAME")
-        return True
-    examples = {"constraint": "constraint drift { ... }", "struct": "struct Pose { ... }"}
-    t.log.error(
-        "E0124",
-        f"`{before.text}` without a name",
-        before.start,
-        before.end,
-        f"the {what} needs a name after this",
-        help=f"write for example `{examples[before.text]}`" if before.text in examples else (),
-    )
-    t.insert("NAME")
-    return True
+    word = t.before.text if t.before is not None else ""
+    example = f"write for example `{_EXAMPLES[word]}`" if word in _EXAMPLES else ""
+    return word in _NAMED and {"what": _NAMED[word], "example": example}
 
 
-RECOGNISERS = (reserved, missing)
+ROWS = (
+    Mistake(
+        "E0125", "`{token}` is a reserved word", "cannot be a name",
+        help="choose another name, for example `{token}_`", note="{meaning}",
+        expected="NAME", when=_reserved, repair="swap NAME",
+    ),
+    Mistake(
+        "E0124", "the {what} needs a name", "this is not a name",
+        help="a name starts with a letter",
+        token="NUMBER STRING", last=True, expected="NAME", operand=False, when=_named,
+        repair="swap NAME",
+    ),
+    Mistake(
+        "E0124", "`{before}` without a name", "the {what} needs a name after this",
+        help="{example}", place="before",
+        last=True, expected="NAME", operand=False, when=_named, repair="insert NAME",
+    ),
+)  # fmt: skip

@@ -2,65 +2,34 @@
 
 from __future__ import annotations
 
+from arael.syntax.mistakes.table import Mistake, Names
 from arael.syntax.trouble import Trouble
 
 
-def unquoted_import(t: Trouble) -> bool:
-    """Recognise ``import geometry``."""
-    before = t.before
-    if before is None or before is not t.top or before.type != "IMPORT":
-        return False
-    name = t.token.text if t.is_word(t.token) else "file"
-    t.log.error(
-        "E0112",
-        "`import` takes the name of a file in quotes",
-        before.start,
-        before.end,
-        "expected a text after this",
-        help=f'write `import "{name}.arael"`',
-    )
-    t.panic()
-    return True
+def _file_name(t: Trouble) -> Names:
+    return {"name": t.token.text if t.is_word(t.token) else "file"}
 
 
-def setting_with_colon(t: Trouble) -> bool:
-    """Recognise ``x: 1`` in a pass."""
-    block, token = t.block(), t.token
-    if block is None or block.type not in ("PASS", "UPDATE") or t.before is None:
-        return False
-    if token.type != "COLON" or "EQUAL" not in t.expected:
-        return False
-    t.log.error(
-        "E0135",
-        "`:` where `=` belongs",
-        token.start,
-        token.end,
-        f"a setting is written `{t.before.text} = value`",
-    )
-    t.swap("EQUAL")
-    return True
-
-
-def pass_without_word(t: Trouble) -> bool:
-    """Recognise ``coarse { ... }`` in a solve schedule."""
-    block, token = t.block(), t.token
-    if block is None or block.type != "SOLVE" or not t.is_name(token):
-        return False
-    if not t.automaton.accepts("PASS"):
-        return False
-    t.log.error(
-        "E0128",
-        f"`{token.text}` without `pass`",
-        token.start,
-        token.end,
-        "a solve schedule holds passes",
-        help=f"write `pass {token.text} {{ ... }}`",
-    )
+def _insert_pass(t: Trouble) -> None:
     if t.ahead().type == "LBRACE":
         t.insert("PASS")
     else:
         t.panic()
-    return True
 
 
-RECOGNISERS = (unquoted_import, setting_with_colon, pass_without_word)
+ROWS = (
+    Mistake(
+        "E0112", "`import` takes the name of a file in quotes", "expected a text after this",
+        help='write `import "{name}.arael"`', place="before",
+        before="IMPORT", last=True, when=_file_name,
+    ),
+    Mistake(
+        "E0135", "`:` where `=` belongs", "a setting is written `{before} = value`",
+        token="COLON", block="PASS UPDATE", expected="EQUAL", repair="swap EQUAL",
+    ),
+    Mistake(
+        "E0128", "`{token}` without `pass`", "a solve schedule holds passes",
+        help="write `pass {token} {{ ... }}`",
+        token="name", block="SOLVE", accepted="PASS", repair=_insert_pass,
+    ),
+)  # fmt: skip

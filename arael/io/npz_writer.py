@@ -1,0 +1,86 @@
+"""Writes NumPy archives; their names of arrays are those of `arael.io.npz`."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.io.columns import full_path, offsets_name, presence_name
+from arael.io.json_writer import refuse_not_finite
+from arael.runtime.layout import Column
+from arael.runtime.store import Store, Table
+from arael.runtime.store.slots import Ints
+
+Array = NDArray[Any]
+
+
+def dump(store: Store) -> bytes:
+    """Return the data of a store as an archive; the same bytes for the same data.
+
+    Raises
+    ------
+    AraelError
+        E0705 where a number is NaN or infinite, E0709 for a stale ref, E0702 where the root lacks a
+        value.
+    """
+    store.check_complete()
+    memory = io.BytesIO()
+    orders: dict[str, Ints] = {}
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for table in store.tables.values():
+            for name, array in _arrays(table, orders):
+                entry = zipfile.ZipInfo(f"{name}.npy")
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                with archive.open(entry, "w") as file:
+                    np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+    return memory.getvalue()
+
+
+def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]]:
+    """Arrays of one table, its rows grouped by parent in the order of the parent's rows."""
+    root = not table.layout.path
+    order, offsets = table.grouped()
+    if table.layout.parent:
+        parents = orders[table.layout.parent]
+        counts = np.diff(offsets)[parents]
+        order = np.concatenate(
+            [order[offsets[p] : offsets[p + 1]] for p in parents.tolist()] or [order]
+        )
+        yield offsets_name(table), np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    orders[table.layout.path] = order
+    if table.layout.path and not table.layout.parent and not table.data and not table.optionals:
+        yield f"{table.layout.path}.count", np.array(table.size)
+    for leaf in table.fields.leaves():
+        column, name = leaf.column, full_path(table, leaf.path)
+        if column.role == "constraint_index":
+            continue
+        if column.role == "ref":
+            yield name, _ref_indices(table, column)[order]
+            continue
+        array = table.column(leaf.path)
+        if column.kind == "real":
+            refuse_not_finite(table, leaf, array, table.present(leaf.path))
+        if column.kind == "string":
+            array = array.astype(np.str_)
+        yield name, array[0] if root else array[order]
+        if column.role == "param" and table.fixed(leaf.path).any():
+            yield f"{name}.fixed", table.fixed(leaf.path)[order]
+    for path in table.optionals:
+        if path not in table.data or table.data[path].role != "ref":
+            name = full_path(table, presence_name(table, path))
+            yield name, table.column(f"{path}?")[order]
+
+
+def _ref_indices(table: Table, column: Column) -> Ints:
+    """Return indices of refs within their target collections; -1 where absent."""
+    assert column.target is not None
+    target = table.store.tables[column.target.table]
+    rows = table.target_rows(column.path)
+    if not target.size:
+        return rows
+    return np.where(rows >= 0, target.index_in_parent()[np.maximum(rows, 0)], -1)
