@@ -88,7 +88,7 @@ def test_a_function_is_added_in_one_place(tmp_path: object) -> None:
     assert found["latex"].startswith("\\exp_{2}")
     assert found["slope"] == pytest.approx(8 * math.log(2), rel=1e-14)
     assert found["calculator"] == ["32"]
-    assert "`exp2` takes x < 1024" in found["domain"]
+    assert "`exp2(x)` takes x < 1024" in found["domain"]
 
 
 POINTS_OF_DOMAINS = (-2.5, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 2.5)
@@ -108,8 +108,8 @@ def test_an_operation_is_finite_exactly_in_its_domain(name: str) -> None:
 
 
 def test_operands_outside_of_the_domain_are_named_with_the_condition() -> None:
-    assert outside_domain("log", -1.0) == "`log` takes x > 0"
-    assert outside_domain("div", 1.0, 0.0) == "`div` takes y != 0"
+    assert outside_domain("log", -1.0) == "`log(x)` takes x > 0"
+    assert outside_domain("div", 1.0, 0.0) == "`x / y` takes y != 0"
     assert outside_domain("log", 2.0) == outside_domain("extern:own", 2.0) == ""
 
 
