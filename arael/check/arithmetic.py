@@ -13,6 +13,7 @@ from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
 from arael.check.walk import postorder
+from arael.operations.numbers import outside_domain
 from arael.operations.numbers import value as number
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
@@ -61,8 +62,18 @@ def evaluate(expression: Typed, data: Callable[[Typed], Values | None] = lambda 
         known[node] = _value(node, known) if given is None else given
     values = known[expression]
     if not all(map(math.isfinite, values)):
-        raise NotConstant(expression, "has no finite value")
+        raise NotConstant(expression, f"has no finite value{_domain(expression, known)}")
     return values
+
+
+def _domain(expression: Typed, known: dict[Typed, Values]) -> str:
+    """The domain of the first operation whose operands are outside of it."""
+    for node in postorder([expression]):
+        if isinstance(node, Apply) and all(len(known[a]) == 1 for a in node.args):
+            text = outside_domain(node.name, *(known[a][0] for a in node.args))
+            if text:
+                return f": {text}"
+    return ""
 
 
 def _value(node: Typed, known: dict[Typed, Values]) -> Values:

@@ -26,4 +26,6 @@ def outside_domain(name: str, *operands: float) -> str:
     one = OPERATIONS.get(name)
     if one is None or one.domain is None or not one.outside(*operands):
         return ""
-    return f"`{name}` takes {one.domain.text}"
+    names = ("x", "y", "z")[: one.arity]
+    shown = one.text.format(*names) if one.text else f"{name}({', '.join(names)})"
+    return f"`{shown}` takes {one.domain.text}"

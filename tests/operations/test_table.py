@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
+from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +16,10 @@ from scipy import special
 
 from arael import runtime_model
 from arael.operations import OPERATIONS
+from arael.operations.instructions import header
+from arael.operations.numbers import outside_domain, value
+from arael.runtime.machine import program
+from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.symbolic.programs import inputs, jacobian, run
@@ -47,15 +54,15 @@ model = arael.load(sys.argv[1], interpret=True)()
 model.solve()
 found["model"] = float(model.a.value)
 runtime = arael.runtime_model()
-runtime.residuals.add("exp2(b) - 2", label="machine", parameters={"b": 0.0})
+added = runtime.residuals.add("exp2(b) - 2", label="machine", parameters={"b": 0.0})
 runtime.solve()
 found["machine"] = float(runtime.residuals.parameters["b"])
 f = sym.parse("exp2(x)")
 found["latex"] = f.latex()
 found["slope"] = f.diff("x").eval(x=3.0)
 from arael.sym.calculator import Calculator
-found["calculator"] = str(Calculator(17).run("exp2(5)"))
-runtime.residuals.parameters["b"] = 2000.0
+found["calculator"] = [answer.text for answer in Calculator(17).run("exp2(5)")]
+added.parameters["b"] = 2000.0
 try:
     runtime.solve()
 except arael.AraelError as error:
@@ -80,6 +87,57 @@ def test_a_function_is_added_in_one_place(tmp_path: object) -> None:
     assert found["machine"] == pytest.approx(1.0, rel=1e-9)
     assert found["latex"].startswith("\\exp_{2}")
     assert found["slope"] == pytest.approx(8 * math.log(2), rel=1e-14)
+    assert found["calculator"] == ["32"]
+    assert "`exp2(x)` takes x < 1024" in found["domain"]
+
+
+POINTS_OF_DOMAINS = (-2.5, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 2.5)
+LIMITED = [one.name for one in OPERATIONS.values() if one.domain is not None and one.primitive]
+
+
+@pytest.mark.parametrize("name", [one.name for one in OPERATIONS.values() if one.primitive])
+def test_an_operation_is_finite_exactly_in_its_domain(name: str) -> None:
+    one = OPERATIONS[name]
+    seen = set()
+    for operands in product(POINTS_OF_DOMAINS, repeat=one.arity):
+        outside = one.outside(*operands)
+        assert math.isfinite(value(name, *operands)) == (not outside), operands
+        assert (fold(name, *operands) is None) == outside
+        seen.add(outside)
+    assert seen == ({False, True} if name in LIMITED else {False})
+
+
+def test_operands_outside_of_the_domain_are_named_with_the_condition() -> None:
+    assert outside_domain("log", -1.0) == "`log(x)` takes x > 0"
+    assert outside_domain("div", 1.0, 0.0) == "`x / y` takes y != 0"
+    assert outside_domain("log", 2.0) == outside_domain("extern:own", 2.0) == ""
+
+
+# Where formulas are built of operations, or one has a meaning beyond that for scalars.
+USES = {
+    "arael/check": {"exp", "log", "min", "max", "pow", "sqrt", "starship"},
+    "arael/compiler": {"pow", "sqrt", "log", "sin", "cos", "abs", "max", "min", "identity"},
+    "arael/runtime": set(),
+}
+
+
+@pytest.mark.parametrize("folder", USES)
+def test_no_function_is_listed_elsewhere(folder: str) -> None:
+    root = Path(__file__).parents[2] / folder
+    text = "\n".join(
+        path.read_text(encoding="utf-8")
+        for pattern in ("*.py", "*.pyx", "*.h")
+        for path in root.rglob(pattern)
+        if path.name != "instructions.h"
+    )
+    functions = [one.name for one in OPERATIONS.values() if one.function]
+    found = {name for name in functions if re.search(rf"[\"']{name}[\"']", text)}
+    assert found - {"floor", "e"} <= USES[folder]
+
+
+def test_the_instructions_of_the_machine_are_those_of_the_table() -> None:
+    written = Path(program.__file__).with_name("instructions.h").read_text(encoding="utf-8")
+    assert written == header(), "build the extensions again"
 
 
 ORACLES = {

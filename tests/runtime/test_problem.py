@@ -361,6 +361,7 @@ def test_non_finite_start_names_instance_expression_and_operands():
         "it acts on `data[2]`",
         "in `sqrt(x + root.a)` at toy.arael:7:9",
         "`sqrt` of (-9) is nan",
+        "`sqrt(x)` takes x >= 0",
     )
 
 
