@@ -17,6 +17,9 @@ RUNTIME = Path("arael", "runtime")
 SHARED = "arael.runtime._cyutility"
 SHARED_C = RUNTIME / "_cyutility.c"
 
+# What is written from the table of operations.
+INSTRUCTIONS = RUNTIME / "machine" / "instructions.h"
+
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
 LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
 
@@ -24,8 +27,8 @@ LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
 # (first solves differ by no more than their spread); and what is small or only hands calls on.
 PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
 PLAIN = (
-    "_cyutility", "blas", "cholmod", "front_time", "heap", "lapack_band", "raised", "siblings",
-    "trees",
+    "_cyutility", "blas", "cholmod", "front_time", "heap", "kept", "lapack_band", "raised",
+    "siblings", "trees",
 )  # fmt: skip
 
 
@@ -70,6 +73,15 @@ def generate_shared():
             check=True,
             env=environment(),
         )
+
+
+def generate_instructions():
+    """Write the header with the instructions of the expression machine, if it has changed."""
+    subprocess.run(
+        [sys.executable, "-m", "arael.operations.instructions", str(ROOT / INSTRUCTIONS)],
+        check=True,
+        env=environment(),
+    )
 
 
 def environment():
@@ -117,6 +129,7 @@ class BuildExt(build_ext):
         from Cython.Build import cythonize
 
         generate_shared()
+        generate_instructions()
         made = cythonize(
             [e for e in self.extensions if e.name != SHARED],
             compiler_directives={"language_level": 3, "auto_pickle": False},

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from arael.io import read as read
     from arael.io import write as write
     from arael.loading import load as load
+    from arael.loading import loads as loads
     from arael.log import log_to as log_to
     from arael.model import Model as Model
     from arael.model import Ref as Ref
@@ -52,6 +53,7 @@ _HOMES = {
     "Start": "arael.starts",
     "initialise": "arael.starts",
     "load": "arael.loading",
+    "loads": "arael.loading",
     "log_to": "arael.log",
     "read": "arael.io",
     "runtime_model": "arael.runtime_residuals",

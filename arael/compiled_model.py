@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from arael.diagnostics.model_warnings import InterpretedWarning
 from arael.runtime.evaluation.native_binding import Binding
@@ -13,6 +14,27 @@ from arael.runtime.layout import Layout
 
 if TYPE_CHECKING:
     from arael.compiler.meanwhile import Meanwhile
+
+
+Precision = Literal["f32", "f64"]
+Interpret = bool | Literal["meanwhile"] | None
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a model was loaded from: enough to load it again, in another process too.
+
+    Attributes
+    ----------
+    text, name : text of the model, and its name in messages: the path of its file, if it has one
+    precision, root, interpret : as given to `arael.load`
+    """
+
+    text: str
+    name: str
+    precision: Precision | None = None
+    root: str | None = None
+    interpret: Interpret = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +51,8 @@ class CompiledModel:
         the kernels of a changed text were found
     bindings : implementations of native functions that the caller bound, by name
     meanwhile : the compilation that runs in the background, if there is one
+    recipe : what it was loaded from; None if that was no text
+    functions : what was given to `load` for native functions, by name
     """
 
     layout: Layout
@@ -38,6 +62,8 @@ class CompiledModel:
     seconds: dict[str, float]
     bindings: dict[str, Binding] = field(default_factory=dict)
     meanwhile: Meanwhile | None = None
+    recipe: Recipe | None = None
+    functions: Mapping[str, Any] = field(default_factory=dict)
 
     def current(self, level: int) -> CompiledModel:
         """Return the model with the kernels that were compiled meanwhile, if they are there.
@@ -58,14 +84,15 @@ class CompiledModel:
             return replace(self, kernels=task.kernels, origin="compiled", meanwhile=None)
         if not task.failure:
             return self
-        warn_of_interpreter(task.failure, level + 1)
+        warn_of_machine(task.failure, level + 1)
         return replace(self, meanwhile=None)
 
 
-def warn_of_interpreter(why: str, level: int) -> None:
-    """Warn that a model runs on the interpreter, at the place `level` calls up."""
+def warn_of_machine(why: str, level: int) -> None:
+    """Warn that a model runs on the expression machine, at the place `level` calls up."""
     warnings.warn(
-        f"running on the NumPy interpreter, which is slow: {why}; `arael doctor` tells more",
+        f"running on the expression machine, slower than compiled kernels: {why}; "
+        "`arael doctor` reports details",
         InterpretedWarning,
         stacklevel=level,
     )

@@ -15,7 +15,8 @@ from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.evaluation.unbound import unbound
 from arael.runtime.layout import Layout
-from arael.runtime.machine.tape import Array, Tape, evaluate
+from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.tape import Array, Tape
 
 if TYPE_CHECKING:
     from arael.sym.user_functions import FunctionBag
@@ -115,9 +116,8 @@ class Function:
         if missing:
             raise AraelError(self._family.unbound(sorted(missing)[0]))
         inputs = [np.asarray(a, dtype=np.float64) for a in args]
-        nodes = evaluate(tape, inputs, natives=self._family.table)
+        flat = evaluate(tape, inputs, natives=self._family.table)
         around = np.broadcast_shapes(*(i.shape for i in inputs))
-        flat = [np.broadcast_to(nodes[o], around) for o in tape.outputs]
         found = []
         for k, shape in enumerate(shapes):
             parts: list[Array] = flat[k::stride]

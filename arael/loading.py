@@ -11,9 +11,15 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from arael.compiled_model import CompiledModel, warn_of_interpreter
+from arael.compiled_model import (
+    CompiledModel,
+    Interpret,
+    Precision,
+    Recipe,
+    warn_of_machine,
+)
 from arael.compiler import processor
 from arael.compiler.cache import code_digest, models
 from arael.compiler.cache import kernels as kept
@@ -21,6 +27,7 @@ from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
 from arael.compiler.no_compiler import NoCompiler
+from arael.copying import State, restore, state_of
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.diagnostics.suggest import closest
@@ -28,16 +35,13 @@ from arael.functions import Functions
 from arael.log import log
 from arael.model import Model
 from arael.runtime.layout import Layout
-from arael.syntax.files import read_source
+from arael.syntax.files import read_source, source_of
 
 if TYPE_CHECKING:
     from arael.compiler.compilation import Compilation
     from arael.model import Model
 
-Precision = Literal["f32", "f64"]
-Interpret = bool | Literal["meanwhile"] | None
-
-__all__ = ["CompiledModel", "InterpretedWarning", "load", "load_compiled"]
+__all__ = ["CompiledModel", "InterpretedWarning", "Recipe", "load", "load_compiled", "loads"]
 
 
 def load(
@@ -55,9 +59,9 @@ def load(
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     precision : ``"f64"`` or ``"f32"`` instead of what the root declares
     root : which root, where the file has several
-    interpret : run on the NumPy interpreter (True), on compiled kernels or not at all (False), or
-        on the interpreter only where there is no C compiler (None); ``"meanwhile"``: on the
-        interpreter until another process has compiled the kernels. An instance changes over to them
+    interpret : run on the expression machine (True), on compiled kernels or not at all (False), or
+        on the machine only where there is no C compiler (None); ``"meanwhile"``: on the
+        machine until another process has compiled the kernels. An instance changes over to them
         when its next solve begins, never within one; results agree to rounding.
     functions : what to call for each ``extern fn`` of the model, by name: a function pointer of
         ctypes or cffi, a numba ``cfunc``, a capsule of Cython's, a `scipy.LowLevelCallable`, or a
@@ -78,19 +82,62 @@ def load(
     ModelWarning
         Something in the model is probably a mistake (``W....``), with the text of `arael check`.
     InterpretedWarning
-        No C compiler was found, so the NumPy interpreter is used. With ``"meanwhile"``: when
+        No C compiler was found, so the expression machine is used. With ``"meanwhile"``: when
         the next solve begins after the compilation has failed, with the reason.
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
     """
     compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
+    return class_of(compiled, functions)
+
+
+def loads(
+    text: str,
+    *,
+    name: str = "model.arael",
+    precision: Precision | None = None,
+    root: str | None = None,
+    interpret: Interpret = None,
+    functions: Mapping[str, Any] | None = None,
+) -> type[Model]:
+    """Load a model from its text, otherwise as `load` does.
+
+    Parameters
+    ----------
+    text : a model as in a ``.arael`` file
+    name : its name in messages; files that it imports are looked for beside a file of that name
+    precision, root, interpret, functions : see `load`
+
+    Returns
+    -------
+    A subclass of `arael.model.Model`.
+
+    Raises
+    ------
+    AraelError
+        As `load`.
+
+    Examples
+    --------
+    >>> import arael
+    >>> Mean = arael.loads("root R { param m: real = 0; c: vec3; constraint at { c - [m, m, m] } }")
+    >>> mean = Mean(c=[1, 2, 6])
+    >>> mean.solve().converged, round(float(mean.m), 6)
+    (True, 3.0)
+    """
+    return class_of(_compiled_text(text, name, precision, root, interpret), functions)
+
+
+def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None) -> type[Model]:
+    """The class of a compiled model, with native functions bound."""
     layout = compiled.layout
-    warn_of_model(layout.warnings)
+    warn_of_model(layout.warnings, stacklevel=4)  # at the caller of `load` or `loads`
     if functions:
         # imported here: start-up time
         from arael.face.native import bind_all
 
-        compiled = replace(compiled, bindings=bind_all(layout, functions))
+        bindings = bind_all(layout, functions, stacklevel=4)
+        compiled = replace(compiled, bindings=bindings, functions=dict(functions))
 
     def construct(self: Model, /, **values: Any) -> None:
         Model.__init__(self, compiled.current(level=3), **values)
@@ -98,6 +145,7 @@ def load(
     name = layout.name.encode("utf-8", "replace").decode()  # names of files need not be UTF-8
     members = {
         "__init__": construct,
+        "__reduce__": _reduced,
         "__doc__": layout.doc or f"The model {name}.",
         "__module__": f"arael.models.{name}",
         "compiled": compiled,
@@ -105,6 +153,27 @@ def load(
         "functions": Functions(layout, compiled.bindings),
     }
     return type(layout.root, (Model,), members)
+
+
+def _reduced(model: Model) -> tuple[Any, ...]:
+    """What pickle stores of a loaded model: its text, bound functions and data, no machine code."""
+    compiled = model._compiled
+    return _unpickled, (compiled.recipe, dict(compiled.functions), state_of(model))
+
+
+def _unpickled(recipe: Recipe, functions: Mapping[str, Any], state: State) -> Model:
+    kind: Any = loads(
+        recipe.text,
+        name=recipe.name,
+        precision=recipe.precision,
+        root=recipe.root,
+        interpret=recipe.interpret,
+        functions=functions,
+    )
+    model: Model = kind.__new__(kind)
+    model._begin(kind.compiled)
+    restore(model, state)
+    return model
 
 
 def load_compiled(
@@ -115,6 +184,30 @@ def load_compiled(
     interpret: Interpret = None,
 ) -> CompiledModel:
     """`load`, without the class."""
+    _check_choices(precision, interpret)
+    source = read_source(find_model(model))  # read once: what is looked up would be compiled
+    return _load_source(source, precision, root, interpret)
+
+
+def _compiled_text(
+    text: str, name: str, precision: Precision | None, root: str | None, interpret: Interpret
+) -> CompiledModel:
+    """`loads`, without the class; called by it directly, as `load_compiled` is by `load`."""
+    if not isinstance(text, str):
+        raise AraelError(
+            Diagnostic(
+                "E0103",
+                f"the text of a model is a string, found {type(text).__name__}",
+                origin="loads",
+                help=("`arael.load(path)` reads a file",),
+            )
+        )
+    _check_choices(precision, interpret)
+    source = source_of(text.encode("utf-8", "surrogatepass"), name)
+    return _load_source(source, precision, root, interpret)
+
+
+def _check_choices(precision: Any, interpret: Any) -> None:
     if precision not in (None, "f32", "f64"):
         raise AraelError(
             Diagnostic(
@@ -133,8 +226,19 @@ def load_compiled(
                 help=('write `True`, `False`, `None` or `"meanwhile"`',),
             )
         )
-    path = find_model(model)
-    source = read_source(path)  # read once: what is looked up is what would be compiled
+
+
+def _load_source(
+    source: Source, precision: Precision | None, root: str | None, interpret: Interpret
+) -> CompiledModel:
+    """Take a model from the installation or the cache, or compile it."""
+    recipe = Recipe(source.text, source.name, precision, root, interpret)
+    return replace(_found_or_compiled(source, recipe), recipe=recipe)
+
+
+def _found_or_compiled(source: Source, recipe: Recipe) -> CompiledModel:
+    path, interpret = Path(source.name), recipe.interpret
+    precision, root = recipe.precision, recipe.root
     only = interpret is True
     if not only and root is None:
         shipped = _shipped(path, source, precision)
@@ -236,7 +340,7 @@ def _compile(
         if interpret is False:
             raise
         models.store(key, compilation.known(code_digest(code)))
-        return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=5)
+        return _interpreted(layout, error.diagnostics[0].message, compilation.seconds, level=7)
     models.store(key, compilation.known(code_digest(code)))
     return _with_kernels(layout, loaded, compilation.seconds)
 
@@ -270,7 +374,7 @@ def _with_kernels(
 
 
 def _interpreted(
-    layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 4
+    layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 6
 ) -> CompiledModel:
-    warn_of_interpreter(why, level + 1)
+    warn_of_machine(why, level + 1)
     return CompiledModel(layout, None, None, "interpreted", seconds or {})

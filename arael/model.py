@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
 from arael.compiled_model import CompiledModel
+from arael.copying import copied
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.face.blocks import block_at, block_between
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
+from arael.face.sheets import model_sheet
 from arael.runtime.layout import LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
@@ -21,6 +25,7 @@ __all__ = ["Model", "Ref", "Refs"]
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from arael.analysis.cost_table import CostTable
@@ -34,9 +39,10 @@ if TYPE_CHECKING:
     from arael.result import Result
     from arael.runtime.problem import Problem
     from arael.schedule import Pass
+    from arael.tangent_problem import TangentProblem
 
 
-class Model(Fields):
+class Model(Displayed, Fields):
     """An instance of a compiled model: the root's fields are attributes.
 
     Parameters
@@ -61,6 +67,16 @@ class Model(Fields):
     _session: Session
 
     def __init__(self, compiled: CompiledModel, /, **values: Any) -> None:
+        self._begin(compiled)
+        for name, value in values.items():
+            member = self._member(name)
+            if isinstance(member, Nested):
+                fill(Collection(self._store.tables[member.table.path]), value, name)
+            else:
+                self._set(member, value)
+
+    def _begin(self, compiled: CompiledModel) -> None:
+        """Set up an instance without data but defaults."""
         store = Store(compiled.layout)
         store.kernels, store.bindings = compiled.kernels, compiled.bindings
         object.__setattr__(self, "_compiled", compiled)
@@ -69,12 +85,6 @@ class Model(Fields):
         object.__setattr__(self, "_session", Session())
         object.__setattr__(self, "_table", store.root)
         object.__setattr__(self, "_group", store.root.fields)
-        for name, value in values.items():
-            member = self._member(name)
-            if isinstance(member, Nested):
-                fill(Collection(store.tables[member.table.path]), value, name)
-            else:
-                self._set(member, value)
 
     def _rows(self) -> int:
         return 0
@@ -83,6 +93,29 @@ class Model(Fields):
         if isinstance(member, Nested):
             return Collection(self._store.tables[member.table.path])
         return super()._get(member)
+
+    # --- copies ------------------------------------------------------------------------------
+
+    def copy(self) -> Self:
+        """An independent copy of data, flags and runtime residuals.
+
+        Refs of one are not valid in the other: take ``copy.poses[ref.row]``. `copy.copy`,
+        `copy.deepcopy` and `pickle` make such copies too; pickle stores the text of the model,
+        which is compiled again where the cache does not have it.
+        """
+        return copied(self)
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError(
+            f"cannot pickle `{self._compiled.layout.name}`, a model that was not loaded from a "
+            "text; load it with `arael.load` or `arael.loads`"
+        )
 
     def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""
@@ -122,6 +155,16 @@ class Model(Fields):
         """Minimise the cost and store the solution; see `arael.solving.solve`."""
         return solving.solve(self, config, solver, passes, **settings)
 
+    def plot(self) -> Figure:
+        """Draw the points of the model and their links from above; else the pattern of its Hessian.
+
+        Points are the plain parameters of two or three components of all rows. Needs matplotlib
+        (E0860); ``result.plot()`` draws the history of a solve.
+        """
+        from arael.plot.problem import model_figure
+
+        return model_figure(self, self._compiled.layout)
+
     def serialize(self) -> NDArray[np.float64]:
         """Values of all free parameters, as one vector of stored scalars.
 
@@ -139,6 +182,16 @@ class Model(Fields):
             E0704 wrong length; E0705 not finite; E0721 not a rotation. The model is then unchanged.
         """
         self._problem().put(x)
+
+    def problem(self) -> TangentProblem:
+        """Cost, residuals and derivatives for minimisers and samplers of one's own.
+
+        Independent of later changes of this model until `TangentProblem.write_back`.
+        """
+        from arael.tangent_problem import TangentProblem
+
+        self._store.check_complete()
+        return TangentProblem(solving.problem_of(self))
 
     @property
     def session(self) -> Session:
@@ -246,6 +299,10 @@ class Model(Fields):
     def _problem(self) -> Problem:
         self._store.check_complete()
         return solving.problem_of(self)
+
+    def _sheet(self) -> Sheet:
+        layout = self._compiled.layout
+        return model_sheet(self, f"{layout.root} ({layout.source})")
 
     def __repr__(self) -> str:
         layout = self._compiled.layout

@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.statuses import CONVERGED
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from arael.runtime.levenberg.outcomes import Components
 
 
@@ -35,7 +39,7 @@ class Plan(dict[str, Any]):
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Displayed):
     """Outcome of a solve, or of one of its passes.
 
     Attributes
@@ -114,6 +118,12 @@ class Result:
         """Wall time of everything, preparation and analysis included."""
         return self.timing["total"]
 
+    def plot(self) -> Figure:
+        """Draw cost and trust region or damping over the attempts; needs matplotlib (E0860)."""
+        from arael.plot.history import history_figure
+
+        return history_figure([(one.name, one.history) for one in self.passes or (self,)])
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON: no arrays."""
         found: dict[str, Any] = {
@@ -151,6 +161,23 @@ class Result:
             left += f" ({100 * self.predicted_decrease / self.end_cost:.3g} % of the cost)"
         return f"; {left}"
 
+    def _sheet(self) -> Sheet:
+        first, *rest = str(self).splitlines()
+        passes = self.passes if len(self.passes) > 1 else ()
+        rows = [
+            (
+                one.name,
+                one.status,
+                f"{one.start_cost:.6g}",
+                f"{one.end_cost:.6g}",
+                str(one.iterations),
+                seconds_text(one.seconds),
+            )
+            for one in passes
+        ]
+        head = ("pass", "status", "start cost", "end cost", "iterations", "time")
+        return Sheet(first, head, rows, [line.strip() for line in rest[len(rows) :]])
+
     def __repr__(self) -> str:
         return (
             f"<Result {self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g}, "
@@ -161,7 +188,7 @@ class Result:
         lines = [
             f"{self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g} "
             f"in {self.iterations} iterations ({self.accepted_iterations} accepted), "
-            f"{_seconds(self.seconds)}{self._left()}"
+            f"{seconds_text(self.seconds)}{self._left()}"
         ]
         if len(self.passes) > 1:
             width = max(len(one.name) for one in self.passes)
@@ -170,7 +197,7 @@ class Result:
             lines.append(f"  {self.components.summary()}")
         lines.append(f"  solver {self.plan}")
         phases = [
-            f"{name} {_seconds(self.timing[name])}"
+            f"{name} {seconds_text(self.timing[name])}"
             for name in (
                 "prepare",
                 "analyse",
@@ -231,7 +258,8 @@ def _short(value: Any) -> str:
     return f"{float(value):.2e}".replace("e+0", "e").replace("e+", "e")
 
 
-def _seconds(value: float) -> str:
+def seconds_text(value: float) -> str:
+    """A duration with its unit."""
     if value >= 1:
         return f"{value:.2f} s"
     return f"{value * 1e3:.3g} ms" if value >= 1e-3 else f"{value * 1e6:.0f} us"

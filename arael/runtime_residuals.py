@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 from arael.compiled_model import CompiledModel
+from arael.copying import State, restore, state_of
 from arael.model import Model
 from arael.residuals.expression import RuntimeResidual
 from arael.runtime.layout import LAYOUT_VERSION, Layout, Table
@@ -75,7 +76,20 @@ def runtime_model(
     """
     root = Table("", "Runtime", "root", "", "", name, ())
     layout = Layout(LAYOUT_VERSION, name, "Runtime", precision, name, (root,), (), (), ())
-    model = Model(CompiledModel(layout, None, None, "runtime", {}))
+    model = RuntimeModel(CompiledModel(layout, None, None, "runtime", {}))
     for residual in residuals:
         model.residuals.add(residual)
+    return model
+
+
+class RuntimeModel(Model):
+    """A model of runtime residuals only."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (self._compiled.layout, state_of(self))
+
+
+def _unpickled(layout: Layout, state: State) -> RuntimeModel:
+    model = RuntimeModel(CompiledModel(layout, None, None, "runtime", {}))
+    restore(model, state)
     return model

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from arael.config import LmConfig, Observer
+from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
 from arael.result import Plan, Result, joined
 from arael.runtime.failures import SolveError
@@ -45,6 +46,7 @@ def solve(
     observer: Observer | None = None,
     trace: Trace | None = None,
     solver_options: Mapping[str, Any] | None = None,
+    progress: bool | None = None,
     **settings: Any,
 ) -> Result:
     """Minimise the sum of squared residuals; the solved parameters are written into the model.
@@ -65,6 +67,8 @@ def solve(
     observer : called with the record of each attempt; returning False ends the solve
     trace : called with each line of the trace; default stderr if ``verbose``
     solver_options : options of the linear solver by name
+    progress : whether to show the progress of a solve of more than a second, in the cell of a
+        notebook or on a terminal; None: in notebooks and at an interactive prompt
     **settings : single settings of `LmConfig` by name
 
     Returns
@@ -95,7 +99,11 @@ def solve(
     began = time.perf_counter()
     results: list[Result] = []
     use = model._store.use
-    with use.solving(), session_of(model).held() as session:
+    with (
+        use.solving(),
+        session_of(model).held() as session,
+        shown(False if trace is not None else progress) as watch,
+    ):
         if session is session_of(model):  # not a solve within a solve
             _change_over(model, session)
         for one, pass_config in zip(schedule, configs, strict=True):
@@ -108,6 +116,8 @@ def solve(
             if pass_config.time_limit is not None:
                 left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
                 pass_config = replace(pass_config, time_limit=left)
+            if watch is not None and not pass_config.verbose:
+                pass_config = replace(pass_config, observer=watch.with_(pass_config.observer))
             with use.lock:
                 problem = session.refreshed(_posed(model)[1], frozen)
                 if problem is None:
@@ -131,7 +141,7 @@ def solve(
 
 
 def _change_over(model: Solvable, session: Session) -> None:
-    """Take kernels that were compiled meanwhile in place of the interpreter."""
+    """Take kernels that were compiled meanwhile in place of the expression machine."""
     known = model._compiled
     if getattr(known, "meanwhile", None) is None:
         return
@@ -141,7 +151,7 @@ def _change_over(model: Solvable, session: Session) -> None:
             return
         object.__setattr__(model, "_compiled", current)
         model._store.kernels = current.kernels
-        session.release()  # its data lies as the interpreter reads it
+        session.release()  # its data lies as the expression machine reads it
 
 
 def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool = False) -> Problem:

@@ -1,4 +1,4 @@
-"""Models from texts on the interpreter, for tests in which kernels are not the point."""
+"""Models from texts on the expression machine, for tests in which kernels are not the point."""
 
 from __future__ import annotations
 

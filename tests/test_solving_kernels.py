@@ -1,4 +1,4 @@
-"""Compiled kernels and the NumPy interpreter pose the same problem, and solve it alike."""
+"""Compiled kernels and the expression machine pose the same problem, and solve it alike."""
 
 from __future__ import annotations
 

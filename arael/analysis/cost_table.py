@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.runtime.problem import Problem
 
 
-class CostTable(dict[str, float]):
+class CostTable(Displayed, dict[str, float]):
     """Sum of squared residuals by label (``PointFrine.bearing``), in the order of the model.
 
     Attributes
@@ -31,13 +33,17 @@ class CostTable(dict[str, float]):
         """The total cost."""
         return sum(self.values())
 
-    def __str__(self) -> str:
+    def _sheet(self) -> Sheet:
         rows = [
             (label, f"{cost:.6g}", str(self.instances[label]), f"{self.rms(label):.3g}")
             for label, cost in self.items()
         ]
         rows.append(("total", f"{self.total:.6g}", str(sum(self.instances.values())), ""))
-        head = ("constraint", "cost", "instances", "rms")
+        return Sheet("cost by constraint", ("constraint", "cost", "instances", "rms"), rows)
+
+    def __str__(self) -> str:
+        sheet = self._sheet()
+        head, rows = sheet.head, sheet.rows
         widths = [max(len(row[k]) for row in [head, *rows]) for k in range(4)]
         return "\n".join(
             "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()

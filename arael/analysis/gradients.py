@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Entity
-from arael.runtime.machine.interpreter import GroupInterpreter, refresh
+from arael.runtime.machine.programs import evaluate
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -130,7 +131,9 @@ def _moved(problem: Problem, steps: list[Floats], length: float) -> list[Floats]
     for entity, state, step in zip(problem.layout.entities, problem.states, steps, strict=True):
         moved = np.array(state, dtype=np.float64)
         if len(step):
-            refresh(entity, moved[: len(step)].copy(), length * step, moved[: len(step)])
+            inputs = [*moved[: len(step), : entity.stored].T, *(length * step).T]
+            for k, column in enumerate(evaluate(entity.refresh, inputs)):
+                moved[: len(step), k] = column
         states.append(moved)
     return states
 
@@ -141,16 +144,8 @@ class _Group:
     def __init__(self, problem: Problem, number: int) -> None:
         self.problem, self.number = problem, number
         self.group = problem.layout.groups[number]
-        own = problem.evaluation.interpreters[number]
-        # The active instances are those of the state in between.
-        own.guard(problem.states)
-        self.interpreter = GroupInterpreter(
-            self.group,
-            problem.layout.entities,
-            problem.instances[number],
-            problem.structure.placements[number],
-            np.dtype(np.float64),
-            problem.natives,
+        self.tape = msgspec.structs.replace(
+            self.group.tape, outputs=self.group.tape.outputs[: self.group.residuals]
         )
         self.residuals, self.entries = (
             np.asarray(part, dtype=np.float64) for part in problem.evaluation.group_rows(number)
@@ -222,5 +217,8 @@ class _Group:
 
     def _values(self, states: list[Floats]) -> Floats:
         """What is differentiated: (n, residuals), or (n, 1) half their squares."""
-        residuals = np.asarray(self.interpreter.residuals(states), dtype=np.float64)
+        # The active instances are those of the state in between.
+        inputs = self.problem.group_inputs(self.number, states)
+        columns = evaluate(self.tape, inputs, natives=self.problem.natives)
+        residuals = np.stack([np.broadcast_to(c, len(self.rows)) for c in columns], axis=1)
         return 0.5 * np.square(residuals).sum(axis=1, keepdims=True) if self.squared else residuals

@@ -220,7 +220,8 @@ def jacobian(problem: Problem) -> Jacobian:
     # Deferred: most solves never build one, and importing scipy.sparse takes a tenth of a second.
 
     free = problem.free
-    column_of = np.full(problem.size + problem.structure.trash, -1, dtype=np.int64)
+    plan = problem.structure.plan
+    column_of = np.full(problem.size + plan.trash, -1, dtype=np.int64)
     column_of[free] = np.arange(len(free))
     labels = list(dict.fromkeys(group.label for group in problem.layout.groups))
     residuals, constraint, label_of = [], [], []
@@ -234,13 +235,13 @@ def jacobian(problem: Problem) -> Jacobian:
         residuals.append(np.asarray(found, dtype=np.float64).ravel())
         constraint.append(np.repeat(first_instance + acting, m))
         label_of.append(np.full(n * m, labels.index(group.label)))
-        placement = problem.structure.placements[number]
+        placement = plan.placements[number]
         for k, (residual, use, tangent) in enumerate(group.jacobian):
             rows.append(first_row + m * np.arange(n) + residual)
             columns.append(column_of[placement.gradient_at[acting, use] + tangent])
             values.append(np.asarray(entries[:, k], dtype=np.float64))
         first_row += n * m
-        first_instance += len(problem.structure.active[number])
+        first_instance += len(plan.active[number])
     row, column, value = _joined(rows), _joined(columns), _joined(values)
     kept = column >= 0
     matrix = coo_array(

@@ -1,7 +1,7 @@
 """Numbers of constant expressions: defaults, bounds, settings of passes.
 
 Scalars, and vectors and matrices element by element, by the functions of `arael.symbolic`,
-evaluated as the NumPy interpreter does; products and norms are in constant_vectors.py.
+evaluated on numbers; products and norms are in constant_vectors.py.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
 from arael.check.walk import postorder
-from arael.runtime.machine.tape import evaluate as run
+from arael.operations.numbers import value as number
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 
@@ -107,6 +105,12 @@ def _scalar(build: Build, args: tuple[float, ...]) -> float:
     g = Graph(simplify=False)
     keys = range(len(args))
     tape = g.tape([build(g, *(g.input(k) for k in keys))], inputs=keys)
-    with np.errstate(all="ignore"):
-        values = run(tape, [np.array([x]) for x in args])
-    return float(np.asarray(values[tape.outputs[0]]).ravel()[0])
+    values: list[float] = []
+    for op, operands in zip(tape.ops, tape.args, strict=True):
+        if op == "input":
+            values.append(args[operands[0]])
+        elif op == "const":
+            values.append(tape.constants[operands[0]])
+        else:
+            values.append(number(op, *(values[k] for k in operands)))
+    return values[tape.outputs[0]]

@@ -22,7 +22,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
-from arael.runtime.machine.library import FUNCTIONS as LIBRARY
+from arael.operations import OPERATIONS, Operation
 from arael.symbolic.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 
 Types = Sequence[ValueType]
@@ -32,21 +32,6 @@ MAT3 = MatrixType(3, 3)
 MAT4 = MatrixType(4, 4)
 VEC3 = VectorType(3)
 TWISTS: dict[ValueType, ValueType] = {VectorType(6): TRANSFORM, VectorType(7): SIMILARITY}
-
-# Functions of one scalar; elementwise on vectors.
-ELEMENTWISE = frozenset(
-    {
-        *(f.name for f in LIBRARY if f.arity == 1),
-        "sinc", "digamma", "abs", "sign", "floor", "ceil", "round", "heaviside", "identity",
-        "safe_sqrt", "safe_asin", "safe_acos", "deg2rad", "rad2deg", "fast_atan", "starship_gamma",
-    }
-)  # fmt: skip
-
-# Functions of two scalars.
-BINARY = (
-    *(f.name for f in LIBRARY if f.arity == 2),
-    *("safe_atan2", "rad_diff", "rad_sum", "fast_atan2"),
-)
 
 # Constants by name, and the functions without arguments that read like constants.
 CONSTANTS = ("pi", "e", "epsilon")
@@ -200,13 +185,18 @@ def _one(
     return Signature(1, 1, takes, result, method=True)
 
 
+def _scalar_function(one: Operation) -> Signature:
+    if one.arity == 1:
+        return Signature(1, 1, "a scalar or a vector", _elementwise)
+    if one.units == "starship":
+        return Signature(2, 2, one.takes, _starship)
+    if one.several:
+        return Signature(2, None, "scalars", _scalars)
+    return Signature(one.arity, one.arity, one.takes or "two scalars", _scalars)
+
+
 FUNCTIONS: dict[str, Signature] = {
-    **{name: Signature(1, 1, "a scalar or a vector", _elementwise) for name in sorted(ELEMENTWISE)},
-    **{name: Signature(2, 2, "two scalars", _scalars) for name in BINARY},
-    "min": Signature(2, None, "scalars", _scalars),
-    "max": Signature(2, None, "scalars", _scalars),
-    "clamp": Signature(3, 3, "three scalars: value, low, high", _scalars),
-    "starship": Signature(2, 2, "a scalar or a vector, and a scalar gamma", _starship),
+    **{one.name: _scalar_function(one) for one in OPERATIONS.values() if one.function},
     "exp": _one(
         "a scalar, a rotation vector (vec3) for a quaternion, or a twist (vec<6>, vec<7>) for a "
         "transform",

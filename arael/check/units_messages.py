@@ -15,17 +15,21 @@ from arael.check.units_quantities import Clash, Open, Quantity
 from arael.check.units_rules import Misfit
 from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
+from arael.operations import OPERATIONS
 
 MAX_SOURCES = 2
 MAX_WALK = 2000
 
 # Functions whose result has a fixed unit.
+_RESULTS = {
+    **dict.fromkeys(("angle of", "angle of two", "radians", "to radians"), RAD),
+    "to degrees": DEG,
+    **dict.fromkeys(("angle", "pure"), ONE),
+}
 _GIVES = {
-    **dict.fromkeys(("asin", "acos", "atan", "atan2", "safe_asin", "safe_acos", "safe_atan2"), RAD),
-    **dict.fromkeys(("fast_atan", "fast_atan2", "deg2rad", "rad_diff", "rad_sum"), RAD),
+    **{one.name: _RESULTS[one.units] for one in OPERATIONS.values() if one.units in _RESULTS},
     **dict.fromkeys(("euler_angles", "rotation_vector", "quat_log"), RAD),
-    "rad2deg": DEG,
-    **dict.fromkeys(("sin", "cos", "tan", "exp", "unit", "rotation_matrix"), ONE),
+    **dict.fromkeys(("unit", "rotation_matrix"), ONE),
 }
 
 _SUMS = {"add": "add", "sub": "subtract", "lt": "compare", "le": "compare", "gt": "compare"}

@@ -30,7 +30,7 @@ from arael.check.units_quantities import (
     spread,
     times,
 )
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 
 Rule = Callable[[Apply, Sequence[Quantity]], Quantity]
 MAX_EXPONENT = 100
@@ -231,37 +231,33 @@ def _starship(node: Apply, args: Sequence[Quantity]) -> Quantity:
 _ANGLE = ("an angle", (RAD, ONE))
 _PURE = ("a pure number", (ONE,))
 
-# Rules that functions of the C library name (`arael.runtime.machine.library`).
-LIBRARY: dict[str, Rule] = {
+# Rules that operations name (`arael.operations`).
+OF_OPERATIONS: dict[str, Rule] = {
+    "same": _same,
+    "sum": _sum,
+    "product": _product,
+    "quotient": _quotient,
+    "comparison": _compare,
+    "joined": _joined,
+    "count": _any(ONE),
     "angle": _from(*_ANGLE, ONE),
     "angle of": _from(*_PURE, RAD),
     "angle of two": _angle_of,
+    "radians": _from(*_ANGLE, RAD, True),
+    "to radians": _from("an angle in degrees", (DEG, ONE), RAD, True),
+    "to degrees": _from("an angle in radians", (RAD, ONE), DEG, True),
     "pure": _from(*_PURE, ONE),
-    "joined": _joined,
     "square root": _to(Fraction(1, 2)),
     "cube root": _to(Fraction(1, 3)),
     "power": _power,
+    "starship": _starship,
 }
 
 RULES: dict[str, Rule] = {
-    **dict.fromkeys(("neg", "abs", "floor", "ceil", "round", "identity"), _same),
+    **{one.name: OF_OPERATIONS[one.units] for one in OPERATIONS.values() if one.units},
     **dict.fromkeys(("transpose", "row", "column", "conj", "vee", "trace"), _same),
-    **dict.fromkeys(("add", "sub"), _sum),
-    **dict.fromkeys(("lt", "le", "gt", "ge", "eq", "ne"), _compare),
-    **dict.fromkeys(("min", "max", "clamp"), _joined),
-    **{f.name: LIBRARY[f.units] for f in FUNCTIONS},
-    **dict.fromkeys(("safe_asin", "safe_acos", "fast_atan"), LIBRARY["angle of"]),
-    **dict.fromkeys(("safe_atan2", "fast_atan2"), LIBRARY["angle of two"]),
-    **dict.fromkeys(("starship_gamma", "digamma"), LIBRARY["pure"]),
-    "sinc": LIBRARY["angle"],
-    "safe_sqrt": LIBRARY["square root"],
-    **dict.fromkeys(("sign", "heaviside"), _any(ONE)),
-    **dict.fromkeys(("rad_diff", "rad_sum"), _from(*_ANGLE, RAD, True)),
+    **dict.fromkeys(("gt", "ge"), _compare),
     **dict.fromkeys(("identity2", "identity3"), lambda node, args: NUMBER),
-    "deg2rad": _from("an angle in degrees", (DEG, ONE), RAD, True),
-    "rad2deg": _from("an angle in radians", (RAD, ONE), DEG, True),
-    "mul": _product,
-    "div": _quotient,
     "emul": _by_element(1),
     "ediv": _by_element(-1),
     "inverse": _inverse,
@@ -283,7 +279,6 @@ RULES: dict[str, Rule] = {
     "euler_angles": _from(*_PURE, RAD, True),
     "rotation_vector": _from(*_PURE, RAD, True),
     "rotate": _rotated,
-    "starship": _starship,
-}  # fmt: skip
+}
 
 __all__ = ["RULES", "Clash", "Misfit", "result_of"]

@@ -89,7 +89,7 @@ def _compiler() -> Finding:
         wanted = os.environ.get("CC", "").strip()
         found = f"CC={wanted} not found" if wanted else "none found"
         advice = (
-            "models run on the slow NumPy interpreter; install one: apt install gcc, "
+            "models run on the slower expression machine; install one: apt install gcc, "
             "xcode-select --install, or Visual Studio Build Tools"
         )
         return Finding("C compiler", "missing", found, advice)

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 @click.option(
     "--interpret/--compiled",
     default=None,
-    help="Run on the NumPy interpreter, or fail if kernels cannot be compiled.",
+    help="Run on the expression machine, or fail if kernels cannot be compiled.",
 )
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
 @click.option(

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 from arael.check.typed import ConstraintSite
 from arael.compiler.scalarise import RawInput
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 from arael.symbolic.graph import Graph
 
 # Hoisting may need more lane inputs than the data has scalars; beyond this many more it is not
 # worth the memory traffic and only costly operations are hoisted.
 EXTRA_LANES = 6
-COSTLY = frozenset(("div", *(f.name for f in FUNCTIONS)))
+COSTLY = frozenset(one.name for one in OPERATIONS.values() if one.costly)
 
 
 def hoist(

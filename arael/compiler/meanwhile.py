@@ -1,4 +1,4 @@
-"""Kernels compiled by another process while this one uses the interpreter.
+"""Kernels compiled by another process while this one uses the expression machine.
 
 The other process stores them in the cache, where this one finds them. It continues if this one
 ends, so that the next session finds the kernels.

@@ -112,7 +112,7 @@ def no_compiler() -> NoCompiler:
             help=(
                 "install one: `apt install gcc` (Debian, Ubuntu), `xcode-select --install` "
                 "(macOS), Visual Studio Build Tools (Windows)",
-                "without one, models run on the NumPy interpreter, which is slow",
+                "without one, models run on the expression machine, which is slower",
             ),
         )
     )

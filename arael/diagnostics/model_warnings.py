@@ -11,7 +11,7 @@ class ModelWarning(UserWarning):
 
 
 class InterpretedWarning(UserWarning):
-    """A model runs on the NumPy interpreter, which is correct and slow."""
+    """A model runs on the expression machine, which is correct and slower than kernels."""
 
 
 def warn_of_model(texts: Iterable[str], stacklevel: int = 3) -> None:

@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.face import given
 from arael.face.fields import Fields
 from arael.face.ref import Ref, Refs
+from arael.face.sheets import collection_sheet
+from arael.io.frames import columns_of, is_frame
 from arael.runtime.layout import Column
 from arael.runtime.store import Handles, Table
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import Name, error
 from arael.runtime.store.schema import Nested
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
 Ints = NDArray[np.int64]
 
 
-class Collection(Fields):
+class Collection(Displayed, Fields):
     """All rows of a table, those nested in one row, or a selection of them.
 
     ``poses.pos.value`` is the column of all rows, ``poses[3]`` a row (`Ref`), ``poses[2:5]`` a
@@ -107,12 +115,14 @@ class Collection(Fields):
             return f"{self._table.label}[{self._table.size}]"
         return f"{self._table.parent.name_of(owner, self._table.layout.field)}[{len(self)}]"
 
-    def extend(self, n: int | None = None, /, *, parent: Any = None, **values: Any) -> Refs:
-        """Add many rows from arrays, without Python per row.
+    def extend(self, n: Any = None, /, *, parent: Any = None, **values: Any) -> Refs:
+        """Add many rows from arrays or a data frame, without Python per row.
 
         Parameters
         ----------
-        n : number of rows, if there is no array
+        n : number of rows, if there is no array; or a data frame of pandas or polars: columns are
+            named as in CSV files (``pos.x``, ``att.w``; refs are indices), missing values are
+            absent optionals, and a column ``parent`` has the rows of the owners
         parent : for a nested collection the owners of the new rows: `Refs` or dense rows (n,)
         **values : arrays (n, ...) or one value for all, by field name or dotted path; structs also
             as dicts of arrays; the presence of an optional struct as an array or list of bools
@@ -124,6 +134,11 @@ class Collection(Fields):
             As `append`; the collection is then unchanged.
         """
         table = self._table
+        if is_frame(n):
+            frame = n
+            n, columns, owners = columns_of(frame, table, self._group)
+            parent = owners if parent is None else parent
+            values = {**columns, **values}
         flat, children = given.flatten(self._group, values, table.label)
         if children:
             raise error(
@@ -172,6 +187,33 @@ class Collection(Fields):
             self._table.label,
             help="pass the number first",
         )
+
+    # --- data frames -------------------------------------------------------------------------
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The rows as a pandas DataFrame: a copy.
+
+        One column for each scalar, named as in CSV files: ``pos.x``, ``att.w``, ``m[0][1]``; refs
+        are row numbers; of a nested collection ``parent`` is the row of the owner; ``pos.fixed`` if
+        a row is fixed. What is absent is missing. ``extend`` takes such a frame.
+
+        Raises AraelError: E0868 pandas is not installed.
+        """
+        from arael.io.frames import to_pandas
+
+        return to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The rows as an xarray Dataset: a variable (row, ...) for each field, a copy.
+
+        Components have coordinates (``x``, ``y``, ``z``; ``w`` first of quaternions), units are
+        attributes, and refs row numbers with -1 for null.
+
+        Raises AraelError: E0868 xarray is not installed.
+        """
+        from arael.io.frames import to_xarray
+
+        return to_xarray(self)
 
     # --- removing ----------------------------------------------------------------------------
 
@@ -262,6 +304,9 @@ class Collection(Fields):
             return False
         return bool(np.isin(self._table.row_of(ref._handle), self._every()))
 
+    def _sheet(self) -> Sheet:
+        return collection_sheet(self)
+
     def __repr__(self) -> str:
         table = self._table
         kind = f"{table.layout.collection} of {table.layout.struct}"
@@ -274,9 +319,15 @@ class Collection(Fields):
 
 
 def fill(collection: Collection, items: Any, origin: str) -> None:
-    """Append a list of dicts."""
+    """Append a list of dicts, the rows of a data frame, or those of a dict of arrays."""
+    if is_frame(items):
+        collection.extend(items)
+        return
+    if isinstance(items, Mapping):
+        collection.extend(**items)
+        return
     if not isinstance(items, (list, tuple)):
-        raise error("E0703", "expected a list of dicts", origin)
+        raise error("E0703", "expected a list of dicts, a dict of arrays or a data frame", origin)
     for item in items:
         if not isinstance(item, Mapping):
             raise error("E0703", "expected a list of dicts", origin)

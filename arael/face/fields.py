@@ -245,7 +245,7 @@ def summary(fields: Fields, limit: int = 6) -> str:
         if len(texts) == limit:
             texts.append("...")
             break
-        texts.append(f"{name}={_short(fields, member)}")
+        texts.append(f"{name}={short_text(fields, member)}")
     return ", ".join(texts)
 
 
@@ -257,7 +257,8 @@ def _target(value: Any) -> str:
     return table.row_name(table.row_of(value._handle)) if value._is_there() else "stale"
 
 
-def _short(fields: Fields, member: Group | Leaf | Nested) -> str:
+def short_text(fields: Fields, member: Group | Leaf | Nested) -> str:
+    """The value of a member in few words, for a repr."""
     value = fields._get(member)
     if value is None:
         return "None"

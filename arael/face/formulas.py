@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from arael.runtime.layout import Entity, Formula
-from arael.runtime.machine.tape import evaluate
+from arael.runtime.machine.programs import evaluate
 
 if TYPE_CHECKING:
     from arael.face.fields import Fields
@@ -46,8 +46,7 @@ def read_formula(fields: Fields, entity: Entity, formula: Formula) -> Any:
     stored = np.concatenate(
         [np.reshape(table.column(u.column)[rows], (-1, u.stored)) for u in entity.params], axis=1
     )
-    nodes = evaluate(entity.values, list(stored.astype(np.float64).T))
-    outputs = [nodes[output] for output in entity.values.outputs[formula.first :]]
+    outputs = evaluate(entity.values, list(stored.astype(np.float64).T))[formula.first :]
     scalars = [np.broadcast_to(o, len(stored)) for o in outputs[: prod(formula.shape)]]
     found = np.stack(scalars, axis=-1).astype(np.bool_ if formula.kind == "bool" else table.real)
     found = found.reshape(len(stored), *formula.shape)

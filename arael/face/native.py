@@ -37,7 +37,9 @@ class SlowFunctionWarning(UserWarning):
     """A Python function is bound in place of native code: each call takes the GIL."""
 
 
-def bind_all(layout: Layout, functions: Mapping[str, Any]) -> dict[str, Binding]:
+def bind_all(
+    layout: Layout, functions: Mapping[str, Any], stacklevel: int = 3
+) -> dict[str, Binding]:
     """Bindings for the native functions of a model.
 
     Parameters
@@ -70,7 +72,7 @@ def bind_all(layout: Layout, functions: Mapping[str, Any]) -> dict[str, Binding]
                 "with the GIL held, which is slow; numba.cfunc, ctypes, cffi and Cython make "
                 "functions that are called directly",
                 SlowFunctionWarning,
-                stacklevel=3,
+                stacklevel=stacklevel,
             )
     return found
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
 from arael.face.forms import Forms
@@ -25,8 +26,12 @@ def taken(array: Array, rows: Rows) -> Any:
     return part
 
 
-class Parameter(Forms):
-    """Value and flags of a parameter: of one row (``poses[3].pos``) or of many (``poses.pos``)."""
+class Parameter(NDArrayOperatorsMixin, Forms):
+    """Value and flags of a parameter: of one row (``poses[3].pos``) or of many (``poses.pos``).
+
+    In arithmetic, NumPy functions, comparisons, indexing and formatting it stands for its value:
+    ``2 * m.a``, ``np.exp(m.a)``, ``float(m.a)``, ``poses.pos[:, 0]``, ``f"{m.a:.3f}"``.
+    """
 
     __slots__ = ("_path", "_rows", "_table", "_whole")
 
@@ -139,6 +144,23 @@ class Parameter(Forms):
         """Conversion to a NumPy array: its value."""
         value = np.asarray(self.value, dtype=dtype)
         return value.copy() if copy else value
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        values = [np.asarray(x.value) if isinstance(x, Parameter) else x for x in inputs]
+        if any(isinstance(x, Parameter) for x in kwargs.get("out", ())):
+            return NotImplemented
+        return getattr(ufunc, method)(*values, **kwargs)
+
+    __hash__ = None  # type: ignore[assignment]  # compared by value
+
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __getitem__(self, index: Any) -> Any:
+        return np.asarray(self.value)[index]
+
+    def __format__(self, how: str) -> str:
+        return format(self.value, how) if how else repr(self)
 
     def __repr__(self) -> str:
         flags = "".join(

@@ -93,6 +93,17 @@ class Refs:
         return self._table.rows_of(self._handles)
 
     @property
+    def index(self) -> Ints:
+        """Indices within their collections (n,), those of a nested one within their owner's.
+
+        -1 where null or stale.
+        """
+        rows = self.rows
+        found = np.full(len(rows), -1, np.int64)
+        found[rows >= 0] = self._table.index_in_parent()[rows[rows >= 0]]
+        return found
+
+    @property
     def is_valid(self) -> NDArray[np.bool_]:
         """Whether each row still exists (n,)."""
         return self.rows >= 0

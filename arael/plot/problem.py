@@ -40,6 +40,15 @@ def plot_solution(instance: Any, layout: Layout, result: Result, path: Path) -> 
     return written
 
 
+def model_figure(instance: Any, layout: Layout) -> Figure:
+    """The points of a model and their links from above; if it has none, the pattern of J'J."""
+    points = point_columns(instance, layout)
+    if points:
+        return map_figure(points, links(instance, layout))
+    jacobian = instance.jacobian()
+    return sparsity_figure(*hessian_pattern(jacobian), len(jacobian.names))
+
+
 def point_columns(instance: Any, layout: Layout) -> dict[str, Array]:
     """Positions (n, 2 or 3) of every table with a plain parameter of that shape."""
     found: dict[str, Array] = {}

@@ -97,6 +97,19 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return residual
 
     @_alone
+    def _add_all(self, definitions: list[Definition], residuals: list[RuntimeResidual]) -> None:
+        """Add what was valid together; texts may use names of others that follow."""
+        for definition in definitions:
+            definition._owner = self
+            self._definitions[definition.label] = definition
+        for residual in residuals:
+            residual._owner = self
+            self._named.update(dict.fromkeys(residual.parameters, residual))
+        for residual in residuals:
+            self._derived[residual.label] = self._derive(residual)
+        self._posed = None
+
+    @_alone
     def remove(self, which: Expression | str) -> None:
         """Remove a residual or a named expression.
 

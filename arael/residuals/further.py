@@ -27,12 +27,14 @@ class Further:
     declared : all functions and constants
     layout : of the model, with the native functions of the caller
     bindings : of these functions, by name
+    calls : arguments of each call that declared some
     """
 
     schema: Schema
     declared: Declared
     layout: Layout
     bindings: dict[str, Binding] = field(default_factory=dict)
+    calls: tuple[tuple[str, dict[str, Any]], ...] = ()
 
     @classmethod
     def of(cls, schema: Schema) -> Further:
@@ -56,7 +58,7 @@ class Further:
         own = [f for f in found.functions.layouts() if f.name not in model.functions]
         natives = {f.name: f for f in own if f.native}
         layout = msgspec.structs.replace(self.schema.layout, functions=tuple(natives.values()))
-        bindings = {**self.bindings, **bind_all(layout, bind)}
+        bindings = {**self.bindings, **bind_all(layout, bind, stacklevel=4)}
         for name, function in natives.items():
             if name not in bindings:
                 raise AraelError(
@@ -66,4 +68,5 @@ class Further:
         # Existing functions keep their numbers, which programs refer to.
         functions = tuple({**before, **natives}.values())
         layout = msgspec.structs.replace(self.schema.layout, functions=functions)
-        return Further(self.schema, found, layout, bindings)
+        calls = (*self.calls, (text, dict(bind)))
+        return Further(self.schema, found, layout, bindings, calls)

@@ -96,6 +96,17 @@ class Parameters(Mapping[str, Any]):
         """The parameters as columns of a table with one row."""
         return tuple(self._columns.values())
 
+    def given(self) -> dict[str, dict[str, Any]]:
+        """Current values, bounds and flags, in the form of the argument `given`."""
+        found = {}
+        for name, column in self._columns.items():
+            param = column.param
+            low = param.low[0] if param is not None and param.low else None
+            high = param.high[0] if param is not None and param.high else None
+            value = self._values[name][0].tolist()
+            found[name] = {"value": value, "low": low, "high": high, "fixed": self._fixed[name]}
+        return found
+
     def fix(self, *names: str) -> None:
         """Fix parameters in all later solves."""
         self._flag(names, True)

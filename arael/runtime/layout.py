@@ -242,7 +242,7 @@ class Place(msgspec.Struct, frozen=True):
     text: str
 
 
-class Group(msgspec.Struct, frozen=True):
+class Group(msgspec.Struct, frozen=True, dict=True):
     """One constraint at one table: what is evaluated for each of its instances.
 
     `prepare` runs once per solve on whole columns: inputs are `raw`, outputs first the `data_count`

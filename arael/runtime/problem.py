@@ -10,11 +10,7 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.assembly.positions import (
-    dense_matrix,
-    diagonal_positions,
-    row_and_column_positions,
-)
+from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
@@ -39,7 +35,8 @@ class Problem:
     ----------
     layout : the compiled model
     store : its data
-    kernels : capsule ``arael.kernels`` of the generated module; None: the NumPy interpreter
+    kernels : capsule ``arael.kernels`` of the generated module; None: the expression
+        machine
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
     programs : per group its `arael.runtime.machine.program.Program`, or None where kernels have it
@@ -92,13 +89,13 @@ class Problem:
         self.gathered = 0
         self._watch = Watch(layout)
         self.instances: list[Instances] = self._instances(earlier)
-        self.diagonal_at = diagonal_positions(self.structure.pattern)
+        self.diagonal_at = self.structure.plan.diagonal_at
         self.evaluation = Evaluation(
             layout,
             self.structure,
             self.instances,
             [stored_scalars(store, entity, self.dtype) for entity in layout.entities],
-            self._held_values(),
+            self.structure.plan.values_of(self.structure.system.held),
             self.diagonal_at,
             kernels,
             self.natives,
@@ -145,10 +142,17 @@ class Problem:
 
     def _own_data(self, earlier: Problem) -> dict[int, Instances]:
         """Data that `earlier` has of groups that read their own rows only, which are the same."""
-        there = {id(group.prepare): number for number, group in enumerate(earlier.layout.groups)}
+        there: dict[str, list[int]] = {}
+        for number, group in enumerate(earlier.layout.groups):
+            there.setdefault(group.label, []).append(number)
         found = {}
         for number, group in enumerate(self.layout.groups):
-            before = there.get(id(group.prepare))
+            same = (
+                k
+                for k in there.get(group.label, ())
+                if earlier.layout.groups[k].prepare is group.prepare
+            )
+            before = next(same, None)
             if (
                 before is not None
                 and all(not group.slots[raw.slot].steps for raw in group.raw)
@@ -225,7 +229,7 @@ class Problem:
         small = small_solver(name, self.structure.pattern, single, options)
         if small is not None:
             return small
-        # Imported here, so that a solve of a small problem does not load the analysis.
+        # Imported here for start-up time: a solve of a small problem does not load the analysis.
         from arael.runtime.linear.auto import make_solver
 
         if self.layout.marginalize and name in ("auto", "schur", "schur_pcg"):
@@ -268,6 +272,23 @@ class Problem:
         path = self.layout.groups[group].table
         row = int(self.structure.active[group][instance])
         return row_name(self.store, path, row) or self.layout.root
+
+    def group_inputs(self, number: int, states: Sequence[Array]) -> list[Array]:
+        """Inputs of the tape of a group, each (n,) or a scalar.
+
+        Parameters
+        ----------
+        number : of the group
+        states : one array (rows, state) per entity, in any precision; instances are active as at
+            the accepted state
+        """
+        group, one = self.layout.groups[number], self.instances[number]
+        at = self.structure.placements[number].rows
+        moving = [states[group.uses[u].entity][at[:, u], offset] for u, offset in group.states]
+        data = list(one.data.T)
+        if group.moving_guard is not None:
+            data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
+        return [*moving, *data, *one.uniform]
 
     # --- dense views of the linearisation ----------------------------------------------------
 
@@ -349,7 +370,3 @@ class Problem:
                 column[...] = -1
                 column[active] = first + np.arange(len(active))
             first += len(active)
-
-    def _held_values(self) -> Ints:
-        held = self.structure.system.held
-        return row_and_column_positions(self.structure.pattern, held)[1]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.check.typed import BOOL
 from arael.diagnostics.suggest import closest
-from arael.runtime.machine.tape import evaluate as run
+from arael.runtime.machine.programs import evaluate as run
 from arael.sym.errors import fail
 from arael.sym.expr import Expr
 from arael.sym.lowering import lower
@@ -48,8 +48,7 @@ class Program:
         arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
         for call, inner in zip(self._calls, self._inner, strict=True):
             arrays.append(_native(call, inner(*arrays[: len(self.names)])))
-        values = run(self._tape, arrays)
-        return [values[node] for node in self._tape.outputs]
+        return run(self._tape, arrays)
 
 
 def _native(call: Expr, args: Sequence[Array]) -> Array:

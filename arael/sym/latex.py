@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 from arael.symbolic.printers.infix import ATOM, Form, Notation
 from arael.symbolic.scalars import SCALARS
 
@@ -17,11 +17,7 @@ _GREEK = frozenset(
         *("Psi", "Omega"),
     }
 )
-_NAMED = {
-    **{f.name: f.latex for f in FUNCTIONS if f.latex},
-    "min": "\\min",
-    "max": "\\max",
-}
+_NAMED = {one.name: one.latex for one in OPERATIONS.values() if one.latex}
 
 
 _TIMES = "\x00"  # stands for a product until `finished` sees what follows

@@ -18,7 +18,8 @@ from typing import Any
 import sympy as sp
 from sympy import Expr, S, Symbol
 
-from arael.runtime.machine.library import FUNCTIONS, LibraryFunction
+from arael.operations import OPERATIONS
+from arael.operations import Operation as Record
 from arael.symbolic.scalars.function import REGULARISATION
 
 FORMAL = tuple(Symbol(name, real=True) for name in ("a", "b", "c"))
@@ -232,46 +233,26 @@ class lgamma(Operation):
 Maker = Callable[..., Expr]
 
 
-def sympy_function(function: LibraryFunction) -> Maker:
+def sympy_function(operation: Record) -> Maker:
     """Return the SymPy function of a record."""
-    module, _, name = function.sympy.partition(":")
+    module, _, name = operation.sympy.partition(":")
     found = globals() if module == __name__ else vars(import_module(module))
     return found[name]  # type: ignore[no-any-return]
 
 
 MAKERS: dict[str, Maker] = {
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "neg": lambda a: -a,
+    **{one.name: sympy_function(one) for one in OPERATIONS.values() if one.sympy},
     "identity": lambda a: a,
-    **{f.name: sympy_function(f) for f in FUNCTIONS},
-    "abs": sp.Abs,
-    "clamp": clamp,
-    "safe_sqrt": safe_sqrt,
-    "safe_asin": safe_asin,
-    "safe_acos": safe_acos,
-    "safe_atan2": safe_atan2,
-    "fast_atan": fast_atan,
-    "fast_atan2": fast_atan2,
-    "starship": starship,
 }
 """Operation of a graph -> SymPy's expression of its operands."""
 
 OPERATION_OF: Mapping[Any, str] = {
-    **{MAKERS[f.name]: f.name for f in FUNCTIONS},
-    sp.sign: "sign",
-    sp.Abs: "abs",
+    **{
+        MAKERS[one.name]: one.name
+        for one in OPERATIONS.values()
+        if one.sympy and one.primitive and not one.sympy.startswith("operator:")
+    },
     quotient: "div",
-    minimum: "min",
-    maximum: "max",
-    select: "select",
-    lt: "lt",
-    le: "le",
-    eq: "eq",
-    either: "or",
-    both: "and",
     digamma: "digamma",
 }
 """Functions that occur in derivatives -> operation of a graph."""

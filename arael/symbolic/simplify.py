@@ -17,15 +17,15 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph
 
 Rule = Callable[..., int]
 
-_ODD = (*(f.name for f in FUNCTIONS if f.parity == "odd"), "sign", "round")
-_EVEN = (*(f.name for f in FUNCTIONS if f.parity == "even"), "abs")
+_ODD = [one.name for one in OPERATIONS.values() if one.parity == "odd"]
+_EVEN = [one.name for one in OPERATIONS.values() if one.parity == "even"]
 _BOOLEAN = frozenset({"lt", "le", "eq", "ne", "and", "or", "not"})
 _LARGEST_POWER = 8
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
+from arael.operations import OPERATIONS
 from arael.symbolic.graph import Graph
 
 Seed = TypeVar("Seed")
 
 # Constant wherever they have a derivative: it is zero, also where they jump.
-FLAT = frozenset(
-    {"sign", "heaviside", "floor", "ceil", "round", "lt", "le", "eq", "ne", "and", "or", "not"}
-)
+FLAT = frozenset(one.name for one in OPERATIONS.values() if one.flat)
 
 
 def arguments(g: Graph, node: int) -> tuple[int, ...]:

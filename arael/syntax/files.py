@@ -31,9 +31,16 @@ def source_of(data: bytes, name: str) -> Source:
     Raises
     ------
     AraelError
-        E0103 if it is not text, with the place of the first byte that is not UTF-8; E0107 if it is
-        empty.
+        E0103 if it is not text, with the place of the first byte that is not UTF-8; E0104 if it is
+        too large; E0107 if it is empty.
     """
+    if len(data) > MAX_BYTES:
+        raise _error(
+            "E0104",
+            f"this file is larger than {MAX_BYTES >> 10} KiB",
+            name,
+            "a model contains no data; split a long model with `import`",
+        )
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise _error("E0103", "this file is UTF-16, not UTF-8", name, "save it as UTF-8")
     zero = data.find(b"\0")
@@ -90,13 +97,6 @@ def _read_bytes(name: str) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _error("E0102", f"this file cannot be read: {reason.lower()}", name, "") from None
-    if len(data) > MAX_BYTES:
-        raise _error(
-            "E0104",
-            f"this file is larger than {MAX_BYTES >> 10} KiB",
-            name,
-            "a model contains no data; split a long model with `import`",
-        )
     return data
 
 

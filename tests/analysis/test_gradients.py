@@ -11,6 +11,7 @@ from arael.analysis.gradients import check_gradients
 from arael.loading import load
 from arael.runtime.problem import Problem
 from arael.solving import problem_of
+from tests.oracle import Oracle
 
 GUARDED = """
 struct Pose { param p: vec3 }
@@ -36,7 +37,7 @@ def test_guards_are_asked_at_the_state_that_is_checked(tmp_path: Path) -> None:
         assert all(check.agrees for check in check_gradients(problem))
         acting = problem.evaluation.acting(0)
         assert 0 < acting.sum() < 40
-        np.testing.assert_array_equal(problem.evaluation.interpreters[0].acting, acting)
+        np.testing.assert_array_equal(Oracle(problem).acting(0), acting)
         problem.evaluation.moved_by(rng.normal(size=problem.size))
 
 
@@ -100,7 +101,6 @@ def test_a_derivative_that_is_off_by_a_percent_is_found_at_any_magnitude(
     class Wrong:
         """The evaluation, with one wrong Jacobian entry."""
 
-        interpreters = problem.evaluation.interpreters
         state_arrays = problem.evaluation.state_arrays
 
         def group_rows(self, number: int) -> tuple[np.ndarray, np.ndarray]:

@@ -201,7 +201,7 @@ def test_without_a_compiler_the_interpreter_is_told_of(
     monkeypatch.setenv("CC", "/no/such/compiler")
     done = arael("solve", "line.arael", "line.json")
     assert done.code == 0
-    assert done.err.startswith("warning: running on the NumPy interpreter")
+    assert done.err.startswith("warning: running on the expression machine")
     assert len(done.err.splitlines()) == 1
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from arael.loading import load
 from arael.model import Model
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 Array = np.ndarray[Any, Any]
 SLOW = pytest.mark.slow(reason="compiles for half a minute")
@@ -234,14 +234,14 @@ def nested(tmp_path: Path, text: str = NESTED, **options: Any) -> Model:
 
 def test_nested_components_against_interpreter_and_differences(tmp_path: Path) -> None:
     model = nested(tmp_path)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     assert model.check_gradients()
 
 
 @SLOW
 def test_single_precision(tmp_path: Path) -> None:
-    check_against_interpreter(nested(tmp_path, precision="f32"), 2e-5)
+    check_against_oracle(nested(tmp_path, precision="f32"), 2e-5)
 
 
 def test_solve_leaves_deltas_at_zero_and_charts_moved(tmp_path: Path) -> None:

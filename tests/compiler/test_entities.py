@@ -6,8 +6,8 @@ import pytest
 from arael.compiler import compiler
 from arael.compiler.entities import StateModel, model_state
 from arael.diagnostics.records import Findings, Source
-from arael.runtime.machine.tape import evaluate
 from arael.syntax.parser import parse
+from tests.oracle import evaluate
 
 TEXT = """
 root Everything {

@@ -1,4 +1,4 @@
-"""Generated kernels against the NumPy interpreter and against central differences."""
+"""Generated kernels and the expression machine against NumPy and against central differences."""
 
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from arael.model import Model
 from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.problem import Problem
 from tests.compiler.random_models import RandomModel, fill, models
+from tests.oracle import Oracle
 
 # Relative to the largest entry of the array at hand.
 KERNEL_TOLERANCE = 1e-12
@@ -19,7 +20,7 @@ DIFFERENCE_TOLERANCE = 1e-6
 
 
 def problems(model: Model) -> tuple[Problem, Problem]:
-    """The same instance compiled and interpreted."""
+    """The same instance on kernels and on the expression machine."""
     compiled = type(model).compiled  # type: ignore[attr-defined]
     assert compiled.kernels is not None
     store = model._store
@@ -31,42 +32,42 @@ def assert_close(found: Any, expected: Any, tolerance: float) -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * scale)
 
 
-def check_against_interpreter(model: Model, tolerance: float = KERNEL_TOLERANCE) -> None:
-    """States, residuals, Jacobians, gradient, Hessian, cost, at the start and after a step."""
-    compiled, interpreted = problems(model)
-    rng = np.random.default_rng(5)
-    step = 0.1 * rng.normal(size=compiled.size)
-    for moves in range(2):
-        if moves:
-            compiled.evaluation.moved_by(step)
-            interpreted.evaluation.moved_by(step)
-        for found, expected in zip(compiled.states, interpreted.states, strict=True):
-            assert_close(found, expected, tolerance)
-        for number in range(len(compiled.layout.groups)):
-            for found, expected in zip(
-                compiled.evaluation.group_rows(number),
-                interpreted.evaluation.group_rows(number),
-                strict=True,
-            ):
-                assert_close(found, expected, tolerance)
-        assert compiled.cost() == pytest.approx(interpreted.cost(), rel=10 * tolerance)
-        cost = compiled.evaluation.linearised()[0]
-        assert cost == pytest.approx(compiled.cost(), rel=10 * tolerance)
-        assert_close(compiled.gradient(), interpreted.gradient(), tolerance)
-        assert_close(compiled.hessian(), interpreted.hessian(), tolerance)
-        check_in_used_room(compiled, interpreted, tolerance)
+def check_against_oracle(model: Model, tolerance: float = KERNEL_TOLERANCE) -> None:
+    """Kernels and machine: states, residuals, J, J'r, J'J, cost, at the start and after a step."""
+    for problem in problems(model):
+        oracle = Oracle(problem)
+        step = 0.1 * np.random.default_rng(5).normal(size=problem.size)
+        for moves in range(2):
+            if moves:
+                problem.evaluation.moved_by(step)
+                oracle.moved_by(step)
+            for found, expected in zip(problem.states, oracle.states, strict=True):
+                assert_close(found[: len(expected)], expected, tolerance)
+            for number in range(len(problem.layout.groups)):
+                np.testing.assert_array_equal(
+                    problem.evaluation.acting(number), oracle.acting(number)
+                )
+                rows = problem.evaluation.group_rows(number)
+                for found, expected in zip(rows, oracle.rows(number), strict=True):
+                    assert_close(found, expected, tolerance)
+            assert problem.cost() == pytest.approx(oracle.cost(), rel=10 * tolerance)
+            cost = problem.evaluation.linearised()[0]
+            assert cost == pytest.approx(problem.cost(), rel=10 * tolerance)
+            assert_close(problem.gradient(), oracle.gradient(), tolerance)
+            assert_close(problem.hessian(), oracle.hessian(), tolerance)
+            check_in_used_workspace(problem, oracle, tolerance)
 
 
-def check_in_used_room(compiled: Problem, interpreted: Problem, tolerance: float) -> None:
+def check_in_used_workspace(problem: Problem, oracle: Oracle, tolerance: float) -> None:
     """Nothing is left of what the arrays held, though some of it is stored over, not emptied."""
-    room = compiled.evaluation.room()
-    for array in room:
+    workspace = problem.evaluation.room()
+    for array in workspace:
         array[:] = np.nan
-    _, gradient, values = compiled.evaluation.linearised(room)
-    _, expected, expected_values = interpreted.evaluation.linearised()
-    assert_close(gradient, expected, tolerance)
-    pattern = compiled.structure.pattern
-    assert_close(dense_matrix(pattern, values), dense_matrix(pattern, expected_values), tolerance)
+    _, gradient, values = problem.evaluation.linearised(workspace)
+    free = problem.free
+    assert_close(2 * np.asarray(gradient)[free], oracle.gradient(), tolerance)
+    found = 2 * dense_matrix(problem.structure.pattern, values)[np.ix_(free, free)]
+    assert_close(found, oracle.hessian(), tolerance)
 
 
 def check_against_differences(model: Model) -> None:
@@ -131,7 +132,7 @@ def check_random_model(drawn: RandomModel, tmp_path_factory: pytest.TempPathFact
     path.write_text(drawn.text)
     model = load(path)()
     fill(model, drawn.seed)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
 
 
@@ -146,7 +147,7 @@ def test_random_model_in_single_precision(tmp_path: Path) -> None:
     model = load(path)()
     model.data.extend(x=np.linspace(-1, 1, 37))
     model.a.value[...] = [0.3, -0.2, 0.9]
-    check_against_interpreter(model, 2e-6)
+    check_against_oracle(model, 2e-6)
 
 
 HEAD_OF_ONE = "struct D { x: real }"
@@ -171,7 +172,7 @@ def test_products_by_loops_agree_with_products_spelled_out(
         model.n.extend(p=rng.normal(size=(4, 9)))
         for i in range(11):
             model.e.append(a=model.n[i % 4], b=model.n[(i * i) % 4], k=rng.normal(size=9))
-        check_against_interpreter(model)
+        check_against_oracle(model)
         found.append(problems(model)[0].hessian())
         source = next((tmp_path / f"cache{limit}").rglob("*.pyx")).read_text()
         assert ("add_products(" in source) == (limit == 0)

@@ -14,16 +14,17 @@ from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
 from arael.runtime.assembly.ordering import runs
-from arael.runtime.machine.tape import PRIMITIVES, Tape, evaluate
+from arael.runtime.machine.tape import PRIMITIVES, Tape
 from arael.runtime.parallel.frames import frame_of
 from arael.runtime.problem import Problem
 from arael.syntax.parser import parse
 from tests.compiler.test_emit import emitted
 from tests.compiler.test_kernels import (
     check_against_differences,
-    check_against_interpreter,
+    check_against_oracle,
     problems,
 )
+from tests.oracle import evaluate
 
 # Two rows of one entity, rows that many instances share, scalars of the root, a loss, a guard over
 # parameters, residuals that are data, parameters and constants.
@@ -99,7 +100,7 @@ def test_kernels_in_parts_against_interpreter_and_differences(
     blocks = node[: len(node) // lanes * lanes].reshape(-1, 1, lanes)
     shared = runs(blocks, len(node))
     assert 0 < shared.sum() < len(shared), "blocks of lanes that share the node, and others"
-    check_against_interpreter(model, 1e-12 if precision == "f64" else 5e-6)
+    check_against_oracle(model, 1e-12 if precision == "f64" else 5e-6)
     if precision == "f64":
         check_against_differences(model)
 

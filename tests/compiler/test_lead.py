@@ -10,7 +10,7 @@ from arael.loading import load
 from arael.model import Model
 from arael.runtime.layout import Slot, Step, Use
 from arael.runtime.problem import Problem
-from tests.compiler.test_kernels import check_against_interpreter, problems
+from tests.compiler.test_kernels import check_against_oracle, problems
 
 TEXT = """
 struct Pose { param p: vec3; param ea: euler }
@@ -73,7 +73,7 @@ def group(problem: Problem, label: str) -> int:
 def test_sorted_kernels_agree_with_the_interpreter(
     tmp_path: Path, precision: str, tolerance: float, observations: int
 ) -> None:
-    check_against_interpreter(world(tmp_path, precision, observations), tolerance)
+    check_against_oracle(world(tmp_path, precision, observations), tolerance)
 
 
 def test_instances_are_sorted_by_the_pose_and_found_under_their_own_numbers(
@@ -83,7 +83,7 @@ def test_instances_are_sorted_by_the_pose_and_found_under_their_own_numbers(
     number = group(compiled, "Seen.seen")
     placement = compiled.structure.placements[number]
     rows, blocks = placement.rows, placement.block_at[:, 1]
-    (plan,) = (s for s in compiled.structure.shares.values() if s.orders[number] is not None)
+    (plan,) = (s for s in compiled.structure.plan.shares if s.orders[number] is not None)
     order = plan.orders[number]
     assert compiled.layout.groups[number].lead == (0, 2)
     assert (np.diff(rows[order, 0]) >= 0).all()

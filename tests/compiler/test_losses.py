@@ -13,7 +13,7 @@ from arael.analysis.gradients import check_gradients
 from arael.loading import load
 from arael.model import Model
 from arael.runtime.problem import Problem
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 Rho = Callable[[Any], Any]
 
@@ -109,7 +109,7 @@ def plain(model: Model, x: Any) -> tuple[Any, Any]:
 @pytest.mark.parametrize("name", LOSSES)
 def test_kernels_interpreter_and_differences_agree(name: str, tmp_path: Path) -> None:
     model = model_of(tmp_path, LOSSES[name][0])
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     assert all(check.agrees for check in check_gradients(model._problem()))
 
@@ -151,7 +151,7 @@ def test_cost_gradient_and_hessian_are_those_of_the_robust_cost(name: str, tmp_p
 def test_single_precision(name: str, tmp_path: Path) -> None:
     clause, rho, slope = LOSSES[name]
     model = model_of(tmp_path, clause, "f32")
-    check_against_interpreter(model, 1e-5)
+    check_against_oracle(model, 1e-5)
     r, j = plain(model, np.array([0.2, -0.1, 0.3]))
     s = (r**2).sum(axis=1)
     assert model.cost() == pytest.approx(rho(s).sum(), rel=1e-4)

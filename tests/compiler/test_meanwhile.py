@@ -1,4 +1,4 @@
-"""``interpret="meanwhile"``: a session works on the interpreter until the kernels are there."""
+"""``interpret="meanwhile"``: a session does without kernels until they are there."""
 
 from __future__ import annotations
 

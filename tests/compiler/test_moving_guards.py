@@ -16,7 +16,7 @@ from arael.diagnostics.records import Findings, Source
 from arael.loading import load
 from arael.model import Model
 from arael.runtime.problem import Problem
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 TRIMMED = """
 struct Reading { x: real
@@ -53,7 +53,7 @@ root R { limit: real; nodes: list of Node; edges: list of Edge }
         gps = rng.normal(size=3) if i % 3 else None
         a, b = model.nodes[i % 6], model.nodes[(i + 1 + i // 6) % 6]
         model.edges.append(a=a, b=b, k=rng.random(), gps=gps)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     p, k = model.nodes.p.value, model.edges.k
     a, b = np.array([i % 6 for i in range(23)]), np.array([(i + 1 + i // 6) % 6 for i in range(23)])
@@ -165,7 +165,7 @@ def test_only_the_taken_arm_counts(tmp_path: Path, start: float) -> None:
         "    constraint c { if a > 0 then [log(a), b.x * a] else [1 + a^2, sqrt(-a) * b.y] }\n"
         "    constraint d { b }\n}\n",
     )(a=start)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     row = model.jacobian().dense()[:2]
     expected = (

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from arael.loading import load
 from arael.model import Model
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 Array = np.ndarray[Any, Any]
 TIGHT = {"abs_precision": 1e-15, "rel_precision": 1e-15, "max_iters": 300}
@@ -83,7 +83,7 @@ def test_all_algebra_against_interpreter_and_differences(tmp_path: Path, spread:
         model.pairs.append(
             a=model.poses[i % n], b=model.poses[(i * i + 1) % n], p=rng.normal(size=3)
         )
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
 
 
@@ -241,6 +241,6 @@ def test_single_precision(tmp_path: Path) -> None:
     model.T = np.eye(4)
     a, b = clouds()
     model.matches.extend(a=a, b=b)
-    check_against_interpreter(model, 3e-6)
+    check_against_oracle(model, 3e-6)
     model.solve()
     assert model.T.scale == pytest.approx(umeyama(a, b, True)[2], rel=1e-4)

@@ -35,11 +35,11 @@ ABSENT = {
 
 @pytest.mark.parametrize("kind", ABSENT)
 def test_absent(place: Place, kind: str) -> None:
-    """The interpreter stands in and this is said; with `--compiled` it is an error."""
+    """The expression machine stands in and this is said; with `--compiled` it is an error."""
     env = ABSENT[kind]
     done = place.arael(*SOLVE, env=env).require(0, "converged")
     if kind != "blanks":  # which may be taken for no choice at all
-        assert "interpreter" in done.text
+        assert "expression machine" in done.text
         assert "compiler" in done.text
         place.arael(*SOLVE, "--compiled", env=env).require(2, "compiler")
     place.arael("doctor", env=env).require({0, 2}, "compiler")
@@ -66,12 +66,12 @@ def test_broken(place: Place, kind: str) -> None:
     env = {"CC": compiler(place, BROKEN[kind])}
     done = place.arael(*SOLVE, "--compiled", env=env).require(2, "compiler", "cc")
     assert len(done.text) < 10_000
-    place.arael(*SOLVE, env=env).require({0, 2}, "interpreter", "compiler")
+    place.arael(*SOLVE, env=env).require({0, 2}, "expression machine", "compiler")
     place.arael("doctor", env=env).require({0, 1, 2}, "compiler", "cc")
     assert place.half_built() == []
     (place.folder / "home" / "cc").write_text('#!/bin/sh\nexec gcc "$@"\n')
     done = place.arael(*SOLVE, env=env).require(0, "converged")
-    assert "interpreter" not in done.text
+    assert "expression machine" not in done.text
 
 
 def test_silent_about_its_version(place: Place) -> None:

@@ -83,7 +83,7 @@ def test_cache(place: Place, mounted: Mount, left: int) -> None:
 
 
 def test_temporary_files_of_the_compiler(place: Place, mounted: Mount) -> None:
-    """One failure does not pin the interpreter: with space again, the model is compiled."""
+    """One failure does not pin the expression machine: with space again, the model is compiled."""
     disk = mounted("size=64k")
     env = {"TMPDIR": str(disk)}
     with full(disk):
@@ -92,4 +92,4 @@ def test_temporary_files_of_the_compiler(place: Place, mounted: Mount) -> None:
         )
         assert listed(disk) == {"filler"}
     done = place.arael("solve", "line.arael", "line.json", env=env).require(0, "converged")
-    assert "interpreter" not in done.text
+    assert "expression machine" not in done.text

@@ -84,7 +84,7 @@ def test_few_files(warm: Place, files: int) -> None:
 
 
 def test_threads_with_small_stacks(warm: Place) -> None:
-    """A Python thread of 64 KB solves with kernels and on the interpreter."""
+    """A Python thread of 64 KB solves with kernels and on the expression machine."""
     text = """
 import sys, threading, arael
 threading.stack_size(64 * 1024 if sys.argv[1] == "small" else 256 * 1024)

@@ -1,4 +1,4 @@
-"""A model's text: check, format, load on the interpreter, three iterations, gradient, Jacobian."""
+"""A model's text: check, format, load without kernels, three iterations, gradient, Jacobian."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import arael
 
 
 def loaded(folder: Path, text: str, **more: str) -> Any:
-    """The model of a text on the interpreter; `more` are files beside it by their stem."""
+    """The model of a text on the expression machine; `more` are files beside it by their stem."""
     for name, other in more.items():
         (folder / f"{name}.arael").write_text(other)
     path = folder / "model.arael"

@@ -11,8 +11,6 @@ from arael.runtime.assembly.structure import structure_of
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Place
 from arael.runtime.linear.dense import DenseSolver
-from arael.runtime.machine.interpreter import restricted
-from arael.runtime.machine.tape import evaluate
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.runtime.store import Store
@@ -260,18 +258,6 @@ def test_prepared_data_is_refreshed_when_the_structure_is_taken_over():
     second = Problem(layout, store, known=first.structure)
     assert second.structure is first.structure
     assert second.cost() == pytest.approx(first.cost() / 4, rel=1e-13)
-
-
-def test_restricted_tape_gives_the_same_outputs():
-    layout = toys.chain()
-    tape = layout.groups[0].tape
-    part = restricted(tape, tape.outputs[:3])
-    assert len(part.ops) < len(tape.ops)
-    rng = np.random.Generator(np.random.PCG64(3))
-    inputs = list(rng.normal(size=(13, 4)))
-    whole, some = evaluate(tape, inputs), evaluate(part, inputs)
-    for k in range(3):
-        np.testing.assert_array_equal(whole[tape.outputs[k]], some[part.outputs[k]])
 
 
 # --- bounds ----------------------------------------------------------------------------------

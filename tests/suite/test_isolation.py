@@ -69,7 +69,7 @@ def test_a_run_leaves_the_users_home_as_it_is(
     for variable in FOLDERS:
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("HOME", str(home))
-    monkeypatch.setenv("CC", "no-such-compiler")  # the interpreter does
+    monkeypatch.setenv("CC", "no-such-compiler")  # the expression machine does
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     pytester.makeconftest('pytest_plugins = ["tests.isolation"]')
     pytester.makepyfile(SOLVES)

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.machine.tape import Tape, evaluate
+from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import Method
 from arael.symbolic.jacobian import jacobian as derive
 from arael.symbolic.parameters import parameter_type
+from tests.oracle import evaluate
 
 Array = NDArray[Any]
 

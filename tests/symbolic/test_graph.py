@@ -10,9 +10,10 @@ import sys
 import numpy as np
 import pytest
 
-from arael.runtime.machine.tape import PRIMITIVES, evaluate
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
+from tests.oracle import evaluate
 from tests.symbolic.programs import between_factor, inputs, run
 
 

@@ -10,16 +10,13 @@ from arael.compiler.emit.kernel import emit_constraint
 from arael.compiler.emit.refresh import emit_refresh
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
+from arael.operations import OPERATIONS
 from arael.runtime.layout import Entity
-from arael.runtime.machine.library import FUNCTIONS
 from arael.runtime.machine.tape import NATIVE
 from arael.version import __version__
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
-
-# Functions of the C library beside those of `arael.runtime.machine.library`.
-_ROUNDING = ("floor", "ceil")
 
 
 def emit_module(
@@ -121,8 +118,11 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
     if large:
         w.line("#define ARAEL_LARGE")
     w.line('#include "lanes.h"')
-    calls = [(f"m_{f.name}", f.c_name + suffix, f.arity, f.vector) for f in FUNCTIONS]
-    calls += [(f"m_{name}", name + suffix, 1, "") for name in _ROUNDING]
+    calls = [
+        (f"m_{one.name}", one.library + suffix, one.arity, one.vector)
+        for one in OPERATIONS.values()
+        if one.primitive and one.library and not one.cython
+    ]
     calls.append(("m_copysign", "copysign" + suffix, 2, ""))
     calls = [call for call in calls if call[0] in used]
     _vector_forms(w, scalar, [call[1:] for call in calls])
@@ -137,7 +137,6 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
             name: f'{scalar} {name} "{c}"({", ".join([scalar] * arity)}) noexcept nogil'
             for name, c, arity, _ in calls
         },
-        "m_abs": f'{scalar} m_abs "fabs{suffix}"({scalar}) noexcept nogil',
         "m_nan": f'{scalar} m_nan "NAN"',
         "m_inf": f'{scalar} m_inf "INFINITY"',
     }

@@ -6,6 +6,7 @@ import numpy as np
 
 from arael.runtime.layout import Group, pair_of
 from arael.runtime.store.access import Array, Ints
+from arael.runtime.store.rearranged import aligned_empty, spread_rows
 
 # Instances too few to fill two blocks of lanes need no order.
 _FEW = 16
@@ -67,3 +68,16 @@ def runs(rows: Array, n: int) -> Array:
     same: Array = (rows == rows[:, :, :1]).all(axis=(1, 2)).astype(np.uint8)
     same[n // lanes :] = 0
     return same
+
+
+def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
+    """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
+    n, k = values.shape
+    blocks = -(-n // lanes)
+    shape = blocks, k, lanes
+    # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
+    # of which there may be hundreds, does without.
+    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
+    if n:
+        spread_rows(np.ascontiguousarray(values), lanes, order, found)
+    return found

@@ -20,7 +20,7 @@ __all__ = ["Placement", "pattern_and_placements", "uncoupled_pairs"]
 
 @dataclass(frozen=True)
 class Placement:
-    """Where the contributions of a group's instances go.
+    """Where the contributions of a group's instances go; all arrays are read-only.
 
     Pairs of uses are numbered ``a (a + 1) / 2 + b`` for ``a >= b``. What is not solved for goes to
     the trash behind the gradient and the values.

@@ -9,10 +9,11 @@ import numpy as np
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.assembly.placement import Placement, pattern_and_placements
+from arael.runtime.assembly.placement import Placement
+from arael.runtime.assembly.scatter_plan import ScatterPlan, scatter_plan
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
-from arael.runtime.machine.tape import Natives
 from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.system import System, build_system, free_scalars, hold, row_name
 
@@ -23,28 +24,44 @@ _IDLE = 0.1
 
 @dataclass(frozen=True)
 class Structure:
-    """Active instances, system, block pattern and placements of one state of the store."""
+    """System and scatter plan of one state of the store."""
 
     version: Any  # of the store
     flags: tuple[int | None, ...]  # versions of the flags of each entity's table
     frozen: frozenset[str]
-    active: tuple[Ints, ...]
     slot_rows: tuple[list[Ints], ...]
     system: System
-    pattern: BlockPattern
-    placements: tuple[Placement, ...]
-    trash: int  # scalars behind the gradient; its square behind the values
+    plan: ScatterPlan
     idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
-    shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     # Of the components, once they were asked for; see `components.py`.
     partition: list[Any] = field(default_factory=list, compare=False, repr=False)
+
+    @property
+    def active(self) -> tuple[Ints, ...]:
+        """Per group, its active rows; see `ScatterPlan`."""
+        return self.plan.active
+
+    @property
+    def pattern(self) -> BlockPattern:
+        """The blocks of J'J; see `ScatterPlan`."""
+        return self.plan.pattern
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """Per group, offsets of its instances; see `ScatterPlan`."""
+        return self.plan.placements
+
+    @property
+    def trash(self) -> int:
+        """Scalars behind the gradient; see `ScatterPlan`."""
+        return self.plan.trash
 
 
 def structure_of(
     store: StoreLike,
     frozen: frozenset[str] = frozenset(),
     known: Structure | None = None,
-    natives: Natives | None = None,
+    natives: NativeTable | None = None,
     keep_idle: bool = False,
 ) -> Structure:
     """The structure of a store; `known` itself if nothing of it has changed.
@@ -66,20 +83,13 @@ def structure_of(
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     system = _same_system(store, free, known) or build_system(store, free)
-    pattern, placements = pattern_and_placements(
-        layout.groups, layout.coupled, slot_rows, active, system
-    )
-    trash = max((entity.tangent for entity in layout.entities), default=1)
     return Structure(
         store.structure_version,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
         frozen,
-        tuple(active),
         tuple(slot_rows),
         system,
-        pattern,
-        tuple(placements),
-        trash,
+        scatter_plan(layout, slot_rows, active, system),
     )
 
 
@@ -92,7 +102,7 @@ def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -
     return known.system if same else None
 
 
-def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:
+def _same_rows(store: StoreLike, known: Structure, natives: NativeTable | None) -> bool:
     """Whether rows, refs and guards are as they were when `known` was made."""
     if known.system.store is not store or known.version != store.structure_version:
         return False
@@ -146,7 +156,7 @@ def _with_other_flags(
     )
 
 
-def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
+def active_rows(store: StoreLike, group: Group, natives: NativeTable | None = None) -> Ints:
     """Rows of the group's table whose guard holds, ascending."""
     rows = np.arange(store.tables[group.table].size, dtype=np.int64)
     if group.guard is None or len(rows) == 0:

@@ -24,15 +24,13 @@ cdef class CompiledGroups:
         self, Compiled* one, void (*call)(void*) noexcept nogil, const Lanes* lanes, void* first,
         void* second) noexcept nogil
     # Kernels may ask for the GIL, so the functions below must be called without it.
-    # Whether a group has neither kernel nor program; it cannot be run here then.
-    cdef bint missing(self, Py_ssize_t g) noexcept nogil
     # Whether threads may run it side by side.
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil
     # The sum of squared residuals; with `costs`, those of each instance instead, see `Kernel.cost`.
     cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil
     cdef double linearise(
         self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values) noexcept nogil
-    # Whether its kernel asks a guard over parameters.
+    # Whether it has a guard over parameters.
     cdef bint guards(self, Py_ssize_t g) noexcept nogil
     cdef void guard(self, Py_ssize_t g, const Lanes* lanes) noexcept nogil
     cdef void rows(

@@ -80,7 +80,7 @@ cdef class CompiledGroups:
             raise MemoryError
         for g, program in enumerate(programs):
             one = &self._groups[<Py_ssize_t>g]
-            one.width = 1
+            one.frame = frame_of(layout.groups[g], layout.entities)
             if isinstance(program, Program):
                 rows = placements[g].rows
                 one.program, one.width = <void*>program, WIDTH
@@ -94,17 +94,15 @@ cdef class CompiledGroups:
                 one.width = own.lanes
             elif table != NULL:
                 one.kernel, one.width = &table.groups[<Py_ssize_t>g], table.lanes
-            one.frame = frame_of(layout.groups[g], layout.entities)
-            one.free = not self.missing(g) and not calls_natives(layout.groups[g])
+            else:
+                raise ValueError(f"`{layout.groups[g].label}` has neither kernel nor program")
+            one.free = not calls_natives(layout.groups[g])
         self.widths = [self._groups[g].width for g in range(len(programs))]
         self.free = [self.sharable(g) for g in range(len(programs))]
         self.stores = [self._groups[g].kernel != NULL for g in range(len(programs))]
 
     def __dealloc__(self):
         free(self._groups)
-
-    cdef bint missing(self, Py_ssize_t g) noexcept nogil:
-        return self._groups[g].program == NULL and self._groups[g].kernel == NULL
 
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].free
@@ -133,13 +131,18 @@ cdef class CompiledGroups:
         return one.kernel.linearise(lanes, gradient, values)
 
     cdef bint guards(self, Py_ssize_t g) noexcept nogil:
-        return self._groups[g].kernel != NULL and self._groups[g].kernel.guard != NULL
+        cdef Compiled* one = &self._groups[g]
+        if one.program != NULL:
+            return (<Program>one.program).guarded
+        return one.kernel.guard != NULL
 
     cdef void guard(self, Py_ssize_t g, const Lanes* lanes) noexcept nogil:
         cdef Compiled* one = &self._groups[g]
         if not (lanes.n and self.guards(g)):
             return
-        if not stack_suffices(one.frame):
+        if one.program != NULL:
+            (<Program>one.program).guard(lanes, &self.exhausted)
+        elif not stack_suffices(one.frame):
             self._elsewhere(one, call_guard, lanes, NULL, NULL)
         else:
             one.kernel.guard(lanes)

@@ -14,7 +14,6 @@ cdef struct GroupCosts:
     int64_t* runs               # [][2] first block and end of what is evaluated, share by share
     int64_t* ends               # [shares + 1] runs of each share
     int64_t* before             # place for the runs of before
-    bint whole                  # whether it is always evaluated as a whole
 
 
 cdef class ComponentLanes:

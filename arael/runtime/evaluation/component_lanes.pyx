@@ -33,9 +33,8 @@ cdef class ComponentLanes:
         self.costs, self._keep = [], [groups]
         for g in range(self._count):
             one = &self.groups[g]
-            one.whole = groups.compiled.missing(g)
             component = partition.of_instance[g]
-            order = None if one.whole else groups.orders[g]
+            order = groups.orders[g]
             component = np.ascontiguousarray(component if order is None else component[order])
             one.n, one.width = len(component), groups.compiled.widths[g]
             one.blocks = (one.n + one.width - 1) // one.width
@@ -77,8 +76,6 @@ cdef class ComponentLanes:
         cdef GroupCosts* one
         for g in range(self._count):
             one = &self.groups[g]
-            if one.whole:
-                continue
             one.runs, one.before = one.before, one.runs
             found = first = 0
             for share in range(self.shares):

@@ -19,7 +19,7 @@ cdef class Evaluation(Groups):
     cdef public int threads               # that share an evaluation
     cdef readonly bint guarded            # whether a guard of some instance reads parameters
 
-    # Cost at one of the two states; NaN if the interpreter failed.
+    # Cost at one of the two states; NaN if a native function failed.
     cdef double cost(self, int which) noexcept nogil
     # Costs of the instances at one of the two states, as far as they are chosen.
     cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil

@@ -81,13 +81,6 @@ cdef class Evaluation(Groups):
         for g in range(self.count):
             if not self._whole(g):
                 continue
-            if self.compiled.missing(g):
-                with gil:
-                    try:
-                        chosen.costs[g][:] = self.interpreters[g].costs(self.states.arrays[which])
-                    except BaseException as error:
-                        self.raised.keep(error)
-                continue
             for share in range(self.shares):
                 self._costs_of_chosen(g, share, which, chosen)
         self._checked(0)
@@ -125,7 +118,7 @@ cdef class Evaluation(Groups):
         for g in range(self.count):
             if not self._whole(g):
                 continue
-            if chosen is None or self.compiled.missing(g):
+            if chosen is None:
                 total += self.linearise_group(
                     g, self.lanes.whole(self.states.current, g), gradient, values)
                 continue
@@ -268,8 +261,6 @@ cdef class Evaluation(Groups):
         group = self.groups[g]
         with nogil:
             self.guard()
-        if lanes.n and self.compiled.missing(g):
-            return self.interpreters[g].rows(self.state_arrays)
         residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
         entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)
         if lanes.n:
@@ -294,8 +285,8 @@ cdef class Evaluation(Groups):
         with nogil:
             self.guard()
         self.raise_failure()
-        interpreter = self.interpreters[g]
-        if self.groups[g].moving_guard is None or not self.compiled.guards(g):
-            return interpreter.acting
+        cdef Py_ssize_t n = self.lanes.whole(self.states.current, g).n
+        if self.groups[g].moving_guard is None:
+            return np.ones(n, dtype=bool)
         flags = self.lanes.data[g][0][:, -1, :].ravel()
-        return self._as_they_came(g, flags[: len(interpreter.instances.rows)] != 0)
+        return self._as_they_came(g, flags[:n] != 0)

@@ -40,7 +40,7 @@ cdef class GroupLanes:
         cdef Lanes* lanes
         self.bounds, self._widths, self._shares = plan.bounds, widths, plan.count
         self._orders = plan.orders
-        most = max([placed[5].size for placed in plan.placed], default=0)
+        most = max([placed.first.size for placed in plan.placed], default=0)
         self._adds = np.zeros(most + 1, dtype=np.uint8)
         self._none_first = <const uint8_t*>address(self._adds, np.uint8)
         self._uses = [len(group.uses) for group in groups]
@@ -60,12 +60,12 @@ cdef class GroupLanes:
             for which in range(2):
                 lanes = self.whole(which, g)
                 lanes.natives = natives.items
-                lanes.row = <const int32_t*>address(placed[0], np.int32)
-                lanes.gradient_at = <const int32_t*>address(placed[1], np.int32)
-                lanes.block_at = <const int64_t*>address(placed[2], np.int64)
-                lanes.turn = <const uint8_t*>address(placed[3], np.uint8)
-                lanes.run = <const uint8_t*>address(placed[4], np.uint8)
-                lanes.first = <const uint8_t*>address(placed[5], np.uint8)
+                lanes.row = <const int32_t*>address(placed.row, np.int32)
+                lanes.gradient_at = <const int32_t*>address(placed.gradient_at, np.int32)
+                lanes.block_at = <const int64_t*>address(placed.block_at, np.int64)
+                lanes.turn = <const uint8_t*>address(placed.turn, np.uint8)
+                lanes.run = <const uint8_t*>address(placed.run, np.uint8)
+                lanes.first = <const uint8_t*>address(placed.first, np.uint8)
                 lanes.state = &self._pointers[use]
                 for one_use in group.uses:
                     self._pointers[use] = states.entities[<Py_ssize_t>one_use.entity].state[which]

@@ -16,14 +16,13 @@ cdef class Groups:
     cdef readonly StatePair states
     cdef readonly Totals totals           # the arrays of J'r and J'J
     cdef readonly Raised raised           # what Python raised meanwhile
-    cdef readonly object interpreters     # one GroupInterpreter per group, made when asked for
     cdef CompiledGroups compiled
     cdef GroupLanes lanes
     cdef object groups                    # of the layout
     cdef object orders                    # per group, that of its instances in lanes, or None
     cdef Py_ssize_t count                 # of them
 
-    # Of one group: cost at one of the two states; NaN if the interpreter failed.
+    # Of one group: cost at one of the two states; NaN if a native function failed.
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil
     cdef double _checked(self, double value) noexcept nogil
     # Its guard over parameters is asked at the accepted state.

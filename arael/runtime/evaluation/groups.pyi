@@ -14,7 +14,6 @@ from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.evaluation.raised import Raised
 from arael.runtime.evaluation.state_pair import StatePair
 from arael.runtime.layout import Layout
-from arael.runtime.machine.interpreter import Interpreters
 from arael.runtime.machine.program import Program
 
 class Groups:
@@ -27,7 +26,6 @@ class Groups:
     states: StatePair
     totals: Totals
     raised: Raised
-    interpreters: Interpreters
 
     def __init__(
         self,

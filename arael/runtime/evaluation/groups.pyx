@@ -11,8 +11,8 @@ from arael.runtime.evaluation.raised cimport Raised
 from arael.runtime.evaluation.state_pair cimport StatePair
 from arael.runtime.assembly.totals cimport Totals
 
-from arael.runtime.machine.interpreter import Interpreters
-from arael.runtime.assembly.shares import plan_shares
+from arael.runtime.assembly.scatter_plan import Execution
+from arael.runtime.machine.programs import group_program
 
 
 cdef class Groups:
@@ -26,7 +26,7 @@ cdef class Groups:
     stored : list of arrays (rows, stored), one per entity, in the precision of the problem
     held_values, diagonal_at : int64 arrays, offsets in the values
     kernels : capsule "arael.kernels" or None
-        None interprets what has no program.
+        None: the expression machine runs all groups.
     natives : NativeTable
         The native functions of the model.
     programs : list of machine.Program, GroupKernel or None, one per group
@@ -44,59 +44,29 @@ cdef class Groups:
         self.groups, self.count = groups, len(groups)
         self.raised = Raised(natives)
         programs = [None] * len(groups) if programs is None else list(programs)
+        if kernels is None:
+            programs = [p or group_program(layout, g) for p, g in zip(programs, groups, strict=True)]
         self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
         self.states = StatePair(
             layout.entities, system, stored, self.single, kernels, self.raised)
-        widths, free, stores = self.compiled.widths, self.compiled.free, self.compiled.stores
-        key = tuple(widths), tuple(free), tuple(stores)
-        if key not in structure.shares:
-            structure.shares[key] = plan_shares(structure, layout, widths, free, stores)
-        plan = structure.shares[key]
+        widths = self.compiled.widths
+        plan = structure.plan.shares_for(
+            Execution(tuple(widths), tuple(self.compiled.free), tuple(self.compiled.stores)))
         self.shares = plan.count
         self.orders = plan.orders
         self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
         self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
-        self.interpreters = Interpreters(
-            layout, instances, structure.placements, self.dtype, natives)
 
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil:
-        cdef Lanes* lanes = self.lanes.whole(which, g)
-        if lanes.n == 0:
-            return 0
-        if not self.compiled.missing(g):
-            return self._checked(self.compiled.cost(g, lanes, NULL))
-        with gil:
-            try:
-                return self.interpreters[g].cost(self.states.arrays[which])
-            except BaseException as error:
-                return self.raised.keep(error)
+        return self._checked(self.compiled.cost(g, self.lanes.whole(which, g), NULL))
 
     cdef void guard_group(self, Py_ssize_t g) noexcept nogil:
-        cdef Lanes* lanes = self.lanes.whole(self.states.current, g)
-        if lanes.n == 0:
-            return
-        if not self.compiled.missing(g):
-            self.compiled.guard(g, lanes)
-            return
-        with gil:
-            try:
-                self.interpreters[g].guard(self.state_arrays)
-            except BaseException as error:
-                self.raised.keep(error)
+        self.compiled.guard(g, self.lanes.whole(self.states.current, g))
 
     cdef double linearise_group(
         self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values
     ) noexcept nogil:
-        if lanes.n == 0:
-            return 0
-        if not self.compiled.missing(g):
-            return self._checked(self.compiled.linearise(g, lanes, gradient, values))
-        with gil:
-            try:
-                return self.interpreters[g].linearise(
-                    self.state_arrays, *self.totals.views(gradient, values))
-            except BaseException as error:
-                return self.raised.keep(error)
+        return self._checked(self.compiled.linearise(g, lanes, gradient, values))
 
     cdef double _checked(self, double value) noexcept nogil:
         """`value`; what went wrong in kernels and programs meanwhile is kept."""
@@ -104,7 +74,7 @@ cdef class Groups:
             self.compiled.exhausted = False
             with gil:
                 self.raised.keep(MemoryError(
-                    "no memory for the registers of runtime residuals or the stack of a kernel"))
+                    "no memory for the registers of a program or the stack of a kernel"))
         return self.raised.checked(value)
 
     @property
@@ -120,7 +90,6 @@ cdef class Groups:
     def replace(self, Py_ssize_t g, one):
         """Let the instances of a group have other data; there are as many as before."""
         self.lanes.replace(g, one)
-        self.interpreters.replace(g, one)
 
     def start_at(self, Py_ssize_t e, stored):
         """Let the rows of an entity stand at other stored scalars (rows, stored)."""
@@ -142,5 +111,5 @@ cdef class Groups:
         return self.totals.zeros()
 
     def raise_failure(self):
-        """Raise what the interpreter or a native function raised, if anything."""
+        """Raise what a native function raised, if anything."""
         self.raised.again()

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from arael.runtime.assembly.ordering import in_lanes
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
-from arael.runtime.machine.tape import Natives, evaluate
+from arael.runtime.machine.programs import evaluate
 from arael.runtime.store.access import Array, Ints, StoreLike, gather
-from arael.runtime.store.rearranged import aligned_empty, spread_rows
 
 
 class Instances:
@@ -60,7 +61,7 @@ def gather_instances(
     rows: Ints,
     slot_rows: list[Ints],
     dtype: np.dtype[Any],
-    natives: Natives | None = None,
+    natives: NativeTable | None = None,
 ) -> Instances:
     """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
     n = len(rows)
@@ -68,27 +69,13 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
         inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
-        values = evaluate(group.prepare, inputs, np.float64, natives)
-        found = [values[k] for k in group.prepare.outputs]
+        found = evaluate(group.prepare, inputs, np.float64, natives)
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):
                 data[:, k] = found[k]
             for k in range(group.uniform_count):
                 uniform[k] = found[group.data_count + k].flat[0]
     return Instances(rows, data, uniform)
-
-
-def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
-    """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
-    n, k = values.shape
-    blocks = -(-n // lanes)
-    shape = blocks, k, lanes
-    # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
-    # of which there may be hundreds, does without.
-    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
-    if n:
-        spread_rows(np.ascontiguousarray(values), lanes, order, found)
-    return found
 
 
 def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:

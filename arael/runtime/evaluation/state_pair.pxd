@@ -18,7 +18,8 @@ cdef struct EntityStates:
     Py_ssize_t use_count
     bint curved                  # whether some parameter is a point of a manifold
     size_t frame                 # bytes of stack that suffice for `refresh`
-    refresh_function refresh     # NULL: the interpreter does it
+    refresh_function refresh     # or NULL
+    void* program                # machine.TapeProgram that moves rows in its place, or NULL
 
 
 # What the threads of one move work on.
@@ -39,7 +40,7 @@ cdef class StatePair:
     cdef list _first             # the arrays of `delta_at`
     cdef object _still           # zeros: the step of who does not move
     cdef Raised _raised
-    cdef Py_ssize_t _pieces      # of what moves without the interpreter
+    cdef Py_ssize_t _pieces      # of what moves
     cdef const int64_t* _piece   # [pieces][2] their runs
     cdef const int64_t* _run     # [runs][3] entity, first row, end; what moves
     cdef Py_ssize_t _runs
@@ -69,10 +70,7 @@ cdef class StatePair:
         self, const void* values, const int64_t* diagonal_at, const int32_t* component,
         double* total) noexcept nogil
 
-    cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil
-    cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil
     cdef void _refresh_rows(
         self, Py_ssize_t e, Py_ssize_t begin, Py_ssize_t end, int source, int target,
         const void* step) noexcept nogil
     cdef void _move_piece(self, Py_ssize_t piece, const void* step) noexcept nogil
-    cdef _interpret(self, Py_ssize_t e, int source, int target, const void* step)

@@ -14,13 +14,13 @@ from cython cimport floating
 
 from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.kernel cimport KernelTable, table_of
+from arael.runtime.machine.tape_program cimport TapeProgram
 from arael.runtime.parallel.pool cimport distribute
 from arael.runtime.evaluation.raised cimport Raised
-from arael.runtime.raw cimport bytes_at
 
+from arael.runtime.machine.programs import entity_program
 from arael.runtime.parallel.frames import refresh_frame_of
-from arael.runtime.machine.interpreter import refresh
-from arael.runtime.levenberg.vectors import count_parts
+from arael.runtime.parallel.vector_parts import count_parts
 
 # Rows between others that are moved with them, although they stay: a call takes as long as these.
 cdef Py_ssize_t GAP = 4
@@ -131,9 +131,10 @@ cdef class StatePair:
     stored : list of arrays (rows, stored), one per entity, in the precision of the problem
     single : bool
     kernels : capsule "arael.kernels" or None
-        Kernels of the first entities; those beyond are plain.
+        Kernels of the first entities; those beyond are plain. Without, programs of the expression
+        machine move the entities that are not plain.
     raised : Raised
-        Where failures of the interpreter are kept.
+        Where failures are kept.
 
     Attributes
     ----------
@@ -180,6 +181,10 @@ cdef class StatePair:
             if table != NULL and e < table.entity_count:
                 one.frame = refresh_frame_of(entity)
                 one.refresh = table.refresh[<Py_ssize_t>e]
+            elif not entity.plain:
+                program = entity_program(entity)
+                self._keep.append(program)
+                one.program = <void*>program
         held = np.zeros(max(self._size, 1), dtype=np.uint8)
         held[system.held] = 1
         self._keep.append(held)
@@ -202,8 +207,7 @@ cdef class StatePair:
         self._large = False
         for e in range(self._count):
             rows, width = self.entities[e].moving, self.entities[e].stride
-            # The interpreter moves all.
-            if kept is None or self._interpreted(e):
+            if kept is None:
                 # Cut by the problem alone, as all that threads share.
                 parts = count_parts(rows * width)
                 ends = [rows * k // parts for k in range(parts + 1)]
@@ -216,7 +220,7 @@ cdef class StatePair:
                 self.arrays[1 - self.current][e][:rows][~moves] = kept_rows
                 mine = rows_of(moves, GAP)
                 parts = min(len(mine), count_parts(int(moves.sum()) * width))
-            if len(mine) and not self._interpreted(e):
+            if len(mine):
                 self._large |= parts > 1
                 ends = [len(runs) + len(mine) * k // parts for k in range(parts + 1)]
                 pieces += zip(ends, ends[1:])
@@ -248,17 +252,13 @@ cdef class StatePair:
         if self.entities[e].rows:
             still = address(self._still, self._still.dtype, self._size)
             with nogil:
-                self._refresh(e, 0, 0, still)
-                self._refresh(e, 0, 1, still)
+                self._refresh_rows(e, 0, self.entities[e].rows, 0, 0, still)
+                self._refresh_rows(e, 0, self.entities[e].rows, 0, 1, still)
 
     cdef void move(self, const void* step, int threads) noexcept nogil:
-        cdef Py_ssize_t e
         cdef Move job
         job.states, job.step = <void*>self, step
         distribute(threads if self._large else 1, self._pieces, move_piece, &job)
-        for e in range(self._count):
-            if self.entities[e].moving and self._interpreted(e):
-                self._refresh(e, self.current, 1 - self.current, step)
 
     cdef void _move_piece(self, Py_ssize_t piece, const void* step) noexcept nogil:
         cdef Py_ssize_t k
@@ -351,31 +351,23 @@ cdef class StatePair:
                 add_row_squares(
                     one, run[1], run[2], <const double*>self.at(run[0]), component, total)
 
-    cdef bint _interpreted(self, Py_ssize_t e) noexcept nogil:
-        return not self.entities[e].plain and self.entities[e].refresh == NULL
-
-    cdef void _refresh(self, Py_ssize_t e, int source, int target, const void* step) noexcept nogil:
-        if not self._interpreted(e):
-            self._refresh_rows(e, 0, self.entities[e].rows, source, target, step)
-            return
-        with gil:
-            try:
-                self._interpret(e, source, target, step)
-            except BaseException as error:
-                self._raised.keep(error)
-
     cdef void _refresh_rows(
         self, Py_ssize_t e, Py_ssize_t begin, Py_ssize_t end, int source, int target,
         const void* step
     ) noexcept nogil:
-        """New states of some rows, by addition or by the kernel."""
+        """New states of some rows, by addition, by the program or by the kernel."""
         cdef EntityStates* one = &self.entities[e]
         cdef Py_ssize_t offset = begin * one.stride * (4 if self.single else 8)
         cdef const int32_t* delta_at = one.delta_at + begin
         cdef const void* state = <char*>one.state[source] + offset
         cdef void* moved = <char*>one.state[target] + offset
         cdef Refresh job
-        if not one.plain:
+        if one.program != NULL:
+            if not (<TapeProgram>one.program).refresh(
+                    self.single, one.stored, end - begin, state, step, delta_at, moved):
+                with gil:
+                    self._raised.keep(MemoryError("no memory for the registers of a step"))
+        elif not one.plain:
             if stack_suffices(one.frame):
                 one.refresh(end - begin, state, step, delta_at, moved)
                 return
@@ -390,19 +382,6 @@ cdef class StatePair:
         else:
             add_step(end - begin, one.stride, <const double*>state, <const double*>step, delta_at,
                      <double*>moved)
-
-    cdef _interpret(self, Py_ssize_t e, int source, int target, const void* step):
-        cdef Py_ssize_t rows = self.entities[e].rows
-        entity = self._layout[e]
-        state, moved = self.arrays[source][e][:rows], self.arrays[target][e][:rows]
-        first = np.frombuffer(bytes_at(self.entities[e].delta_at, 4 * rows), np.int32)
-        steps = np.zeros((rows, entity.tangent), dtype=state.dtype)
-        moves = first >= 0
-        if moves.any():
-            item = state.dtype.itemsize
-            delta = np.frombuffer(bytes_at(step, self._size * item), state.dtype)
-            steps[moves] = delta[first[moves, None] + np.arange(entity.tangent)]
-        refresh(entity, state, steps, moved)
 
 
 cdef void move_piece(void* job, Py_ssize_t piece) noexcept nogil:

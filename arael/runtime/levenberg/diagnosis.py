@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import msgspec
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
+from arael.operations.numbers import outside_domain
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError, listed
 from arael.runtime.layout import Group, Place
-from arael.runtime.machine.tape import NATIVE, PRIMITIVES, Natives, Tape, evaluate
+from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.tape import NATIVE, Tape
 from arael.runtime.problem import Problem
 from arael.runtime.store.access import Array, gather
 from arael.runtime.system import row_name
@@ -167,9 +171,7 @@ def offenders(problem: Problem, gradient: Array, diagonal: Array, pivot: int) ->
 def _cause(problem: Problem, number: int, instance: int, output: int) -> list[str]:
     """The place in the model and the operands of a non-finite result."""
     group = problem.layout.groups[number]
-    interpreter = problem.evaluation.interpreters[number]
-    interpreter.guard(problem.states)
-    inputs = [_one(a, instance) for a in interpreter.inputs(problem.states)]
+    inputs = [_one(a, instance) for a in problem.group_inputs(number, problem.states)]
     found = _first_bad(
         group.tape, group.tape.outputs[output], inputs, group.places, problem.natives
     )
@@ -206,13 +208,14 @@ def _first_bad(
     output: int,
     inputs: Sequence[Array],
     places: tuple[Place, ...],
-    natives: Natives,
+    natives: NativeTable,
 ) -> tuple[list[str], int | None] | None:
     """The first node among the operands of `output` whose value is not finite for finite operands.
 
     Returns lines that describe it, and the number of the input if it is one.
     """
-    values = evaluate(tape, inputs, natives=natives)
+    every = tuple(range(len(tape.ops)))
+    values = evaluate(msgspec.structs.replace(tape, outputs=every), inputs, natives=natives)
     node = output
     if np.isfinite(values[node]):
         return None
@@ -228,16 +231,18 @@ def _first_bad(
     place = tape.places[node] if tape.places else -1
     if 0 <= place < len(places):
         lines.append(f"in `{places[place].text}` at {places[place].where}")
-    lines.append(
-        f"`{tape.ops[node].removeprefix(NATIVE)}` of ({operands}) is {_shown(values[node])}"
-    )
+    name = tape.ops[node].removeprefix(NATIVE)
+    lines.append(f"`{name}` of ({operands}) is {_shown(values[node])}")
+    taken = outside_domain(tape.ops[node], *(float(values[a]) for a in tape.args[node]))
+    if taken:
+        lines.append(taken)
     return lines, None
 
 
 def _read(tape: Tape, node: int, values: Sequence[Array]) -> tuple[int, ...]:
     """Relevant operands: of a select, the condition and the selected branch."""
     args = tape.args[node]
-    if tape.ops[node] == "select" and PRIMITIVES["select"][0] == 3:
+    if tape.ops[node] == "select":
         return (args[0], args[1] if values[args[0]] != 0 else args[2])
     return args
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from arael.config import LmConfig
@@ -14,8 +13,6 @@ from arael.runtime.levenberg.dogleg import Dogleg
 from arael.runtime.levenberg.settings import STATUSES as STATUSES
 from arael.runtime.levenberg.vectors import Vectors
 from arael.runtime.linear.base import LinearSolver
-
-COMPONENT: np.dtype[Any]
 
 class Minimiser:
     """One solve."""

@@ -2,61 +2,39 @@
 """The loop of a solve: linearise, propose steps, accept or reject them, decide whether to go on.
 
 The default strategy is a trust region with Powell's dogleg (dogleg.pyx), the other is
-Levenberg-Marquardt (levenberg/damping.pyx). A problem is one or more connected components, which
+Levenberg-Marquardt (damping.pyx). A problem is one or more connected components, which
 share linearisation and factorisation; each has its own trust region or damping, and is accepted,
-rejected and ended by itself (levenberg/). A component that has ended leaves the system: its rows
-become those of the identity, and blocks of lanes without others are not evaluated any more.
+rejected and ended by itself (partitioned.pyx). What one attempt consists of is in attempt.pyx.
 """
 
 import numpy as np
 
-from libc.math cimport NAN, isfinite, isnan, sqrt
+from libc.math cimport NAN, isnan, sqrt
 from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
-from arael.runtime.raw cimport bytes_at
+from arael.runtime.evaluation.component_lanes cimport ComponentLanes
+from arael.runtime.evaluation.evaluation cimport Evaluation
+from arael.runtime.levenberg.attempt cimport Attempt
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.clock cimport seconds
-from arael.runtime.evaluation.component_lanes cimport ComponentLanes
-from arael.runtime.levenberg.dogleg cimport dogleg_of
-from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.damping cimport next_damping
+from arael.runtime.levenberg.dogleg cimport dogleg_of
 from arael.runtime.levenberg.ends cimport after_attempt, at_linearisation, noise_of
 from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, COST_THRESHOLD, CUSTOM, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, RUNNING, Settings,
-    TIME_LIMIT, badness, settings_of,
+    ABORTED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
 )
-from arael.runtime.levenberg.supervised cimport (
-    COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE, Supervised,
-)
-from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.levenberg.supervised cimport COST, LINEARISE, SOLVE
 from arael.runtime.levenberg.vectors cimport Vectors
+from arael.runtime.linear.base cimport LinearSolver
 
-from arael.runtime.linear import narrowing
 from arael.runtime.levenberg.settings import STATUSES
-from arael.runtime.records import check_record, probe_of
-from arael.runtime.evaluation.state_pair import rows_of
-
-# What became of a component, as `outcomes.py` takes it.
-COMPONENT = np.dtype(
-    [
-        ("status", np.int64),
-        ("iterations", np.int64),
-        ("accepted", np.int64),
-        ("start_cost", np.float64),
-        ("end_cost", np.float64),
-        ("predicted_decrease", np.float64),
-    ]
-)
-
-ended_probe = probe_of(COMPONENT)
-check_record("Ended", COMPONENT, (<const Ended*>address(ended_probe, COMPONENT))[0], sizeof(Ended))
+from arael.runtime.linear import narrowing
 
 
-cdef class Minimiser(Supervised):
+cdef class Minimiser(Attempt):
     """One solve.
 
     Parameters
@@ -133,7 +111,7 @@ cdef class Minimiser(Supervised):
     def run(self):
         """Solve; return the status.
 
-        What watcher, driver, interpreter or linear solver raised passes through.
+        What watcher, driver, native function or linear solver raised passes through.
         """
         try:
             with nogil:
@@ -145,20 +123,6 @@ cdef class Minimiser(Supervised):
             failure, self._failure = self._failure, None
             raise failure
         return STATUSES[self._status]
-
-    @property
-    def components(self):
-        """What became of each component, as a structured array of `COMPONENT`."""
-        cdef Py_ssize_t k
-        cdef Component* c
-        found = np.zeros(self._count, dtype=COMPONENT)
-        cdef Ended* at = <Ended*>writable(found, COMPONENT)
-        for k in range(self._count):
-            c = &self._components[k]
-            at[k].status, at[k].iterations, at[k].accepted = c.status, c.attempts, c.steps
-            at[k].start_cost, at[k].end_cost = c.start_cost, c.cost
-            at[k].predicted_decrease = c.predicted_decrease
-        return found
 
     # --- the loop ----------------------------------------------------------------------------
 
@@ -265,26 +229,6 @@ cdef class Minimiser(Supervised):
                 self._end(c, c.verdict)
         self._retire()
 
-    cdef void _take_noise(self) noexcept nogil:
-        """Energies, as sums: the noise of the costs follows from them."""
-        if self._component == NULL:
-            self._sums[0] = self.evaluation.states.energy(
-                self.vectors.values, self.evaluation.totals.diagonal_at)
-        else:
-            self._empty_sums()
-            self.evaluation.states.add_energy(
-                self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
-                self._sums)
-
-    cdef void _empty_sums(self) noexcept nogil:
-        cdef Py_ssize_t j
-        for j in range(self.vectors.active_count):
-            self._sums[self.vectors.active[j]] = 0
-
-    cdef void _keep_noise(self, Component* c, double energy) noexcept nogil:
-        c.energy = energy
-        c.noise_floor = noise_of(c.cost, energy, self._settings.epsilon)
-
     cdef void _attempt(self) noexcept nogil:
         """Damp, factorise, solve, evaluate; accept or reject."""
         cdef double began = seconds()
@@ -320,145 +264,6 @@ cdef class Minimiser(Supervised):
         self._conclude()
         self._now.seconds = seconds() - began
         self._judge()
-
-    cdef bint _may_attempt(self) noexcept nogil:
-        """Whether limits of attempts and time leave something to do."""
-        cdef Py_ssize_t j, k
-        if self.attempts >= self._settings.max_iters:  # no component has made more than all have
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                if (self._components[k].status == RUNNING
-                        and self._components[k].attempts >= self._settings.max_iters):
-                    self._end(&self._components[k], MAX_ITERATIONS)
-        if self._running == 0:
-            self._status = self._worst()
-        elif seconds() - self._began >= self._settings.time_limit:
-            self._status = TIME_LIMIT
-        elif self._interrupted():
-            self._status = ABORTED
-        self._retire()
-        return self._status == RUNNING
-
-    cdef bint _factor(self) noexcept nogil:
-        cdef Py_ssize_t failed, j
-        self._mark = seconds()
-        self.vectors.prepare(self._settings.dogleg or self._settings.damping == GAIN)
-        failed = self.solver.factor_with(
-            self.vectors.values, self.vectors.damped, self.vectors.step)
-        self._now.pivot, self._now.factored = failed - 1, failed == 0
-        self._lap(FACTOR if self.attempts else FIRST_FACTOR)
-        if self.narrowings == 0:
-            self.factorisations += 1
-            self.factor_seconds = self._phases[FACTOR]
-        if failed:
-            for j in range(self.vectors.active_count):
-                self._components[self.vectors.active[j]].factored = False
-            self._blame(failed - 1)
-            return False
-        self.solver.finish(self.vectors.step)
-        self._lap(SOLVE)
-        return True
-
-    cdef void _blame(self, Py_ssize_t pivot) noexcept nogil:
-        """Let the attempt be that of the component alone whose matrix is not positive definite."""
-        cdef Py_ssize_t j, k, failed
-        if self._component == NULL or self.solver.raised.any:
-            return
-        failed = self._component[pivot]
-        if self._components[failed].status == RUNNING:
-            for j in range(self.vectors.active_count):
-                k = self.vectors.active[j]
-                self._components[k].tried = k == failed
-
-    cdef void _propose_damped(self) noexcept nogil:
-        """The damped step and what it promises."""
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        self.vectors.products()
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            c.promise, c.added = -self.vectors.sums[k].slope, self.vectors.sums[k].added
-            # Of the exact solution, step' H step = -slope - added.
-            c.predicted = -self.vectors.sums[k].slope + self.vectors.sums[k].added
-        self.dogleg.clamp()
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            self._components[k].step_length = self.vectors.sums[k].length
-
-    cdef void _look_ahead(self) noexcept nogil:
-        """Costs of the trial state; whether the steps are accepted."""
-        cdef Py_ssize_t j, k
-        cdef bint sound
-        cdef Component* c
-        self._mark = seconds()
-        self.evaluation.states.move(self.vectors.step, self.vectors.threads)
-        self._lap(REFRESH)
-        if self._settings.guarded and self._settings.by_promise:
-            # Guards over parameters are evaluated at the trial state, so that costs compare.
-            self.evaluation.states.accept()
-            self.evaluation.guard()
-            self._take_costs(self.evaluation.states.current)
-            self.evaluation.states.accept()
-        else:
-            self._take_costs(1 - self.evaluation.states.current)
-        sound = not (self.evaluation.raised.any or self.solver.raised.any)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.tried:
-                c.trial_cost = self._sums[k]
-                c.accepted = sound and c.trial_cost < c.cost
-                self._now.accepted |= c.accepted
-        self._lap(COST)
-
-    cdef void _take_costs(self, int which) noexcept nogil:
-        """Costs of the components at one of the two states, as sums."""
-        if self.lanes is None:
-            self._sums[0] = self.evaluation.cost(which)
-            return
-        self.evaluation.costs(which, self.lanes)
-        self._empty_sums()
-        self._sums[self._count] = 0
-        self.lanes.add(self._sums)
-
-    # --- damping -----------------------------------------------------------------------------
-
-    cdef void _next_damping(self, Component* c) noexcept nogil:
-        """Move damping or region of a component that was tried."""
-        cdef double gain = (c.before - c.trial_cost) / c.predicted
-        if not self._settings.dogleg:
-            c.verdict = next_damping(c, &self._settings, gain)
-            return
-        if c.known:
-            self.dogleg.adapt(c, gain)
-        else:
-            self.dogleg.regularise(c)
-        c.damping = c.region.regularisation
-
-    cdef void _ask_driver(self) noexcept nogil:
-        """Damping by the caller's function, which knows one component."""
-        cdef Component* c = &self._components[0]
-        if c.tried:
-            with gil:
-                self._drive()
-            c.damping = max(c.damping, self._settings.lambda_floor)
-        self.damping = c.damping
-
-    def _drive(self):
-        cdef double damping
-        try:
-            found = self._driver(self._record())
-            if found is None:
-                self._status = DRIVER_TERMINATED
-            else:
-                self._components[0].damping = damping = float(found)
-                if not isfinite(damping) or damping < 0:
-                    raise ValueError(f"the damping driver returned {found!r} for lambda")
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
 
     # --- after an attempt --------------------------------------------------------------------
 
@@ -551,14 +356,6 @@ cdef class Minimiser(Supervised):
         self.accepted += 1
         self.current_cost = self._reached
 
-    cdef void _measure(self) noexcept nogil:
-        """Cost of the whole."""
-        cdef Py_ssize_t j, k
-        self.current_cost = self._settled
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            self.current_cost += self._components[k].cost
-
     cdef void _measure_tried(self) noexcept nogil:
         """What only some ends ask for."""
         cdef Py_ssize_t j, k
@@ -574,86 +371,6 @@ cdef class Minimiser(Supervised):
         if not (self._settings.by_promise or self._now.accepted):
             self.vectors.scaled_gradient()
             self._components[0].gradient = self.vectors.sums[0].gradient
-
-    # --- ends --------------------------------------------------------------------------------
-
-    cdef void _end(self, Component* c, int status) noexcept nogil:
-        if status != RUNNING:
-            c.status = status
-            self._running -= 1
-            self._retiring = True
-
-    cdef void _retire(self) noexcept nogil:
-        """Components that have ended leave the system, if there are others."""
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        if not self._retiring:
-            return
-        self._retiring = False
-        self.vectors.scaled_gradient()
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.status != RUNNING:
-                c.gradient = self.vectors.sums[k].gradient
-                self._settled += c.cost
-                self._marks[k] = self._accepts[k] = False
-        if self._running > 0:
-            self.vectors.leave_out(self._marks)
-            self.lanes.choose(self._marks)
-            self._empty_retired()
-
-    cdef void _empty_retired(self) noexcept nogil:
-        """Couplings of components that have ended are zero, so that their rows are the identity."""
-        if self._running < self._count:
-            self.vectors.empty_values(self._value_runs, self._value_run_count, self._marks)
-
-    cdef void _count_in_vain(self) noexcept nogil:
-        """Narrow where that takes no longer than what was lost; see `narrowing.CONSTANT`."""
-        self._in_vain += self._scalars - self.vectors.active_scalars
-        if self._in_vain < self._constant + self._multiple * self.vectors.active_scalars:
-            return
-        if self._scalars == self.vectors.active_scalars:
-            return
-        with gil:
-            try:
-                self._narrow()
-            except KeyboardInterrupt:
-                self._status = ABORTED
-            except BaseException as error:
-                self._failure, self._status = error, ABORTED
-
-    def _narrow(self):
-        """Restrict solver, states, totals and bounds to the components that are left.
-
-        This is Python, and allocates: `_count_in_vain` keeps it rare.
-        """
-        partition = self._partition
-        kept = np.frombuffer(bytes_at(self._marks, self._count), np.bool_).copy()
-        runs = np.ascontiguousarray(partition.of_values[kept[partition.of_values[:, 2]]])
-        self.solver = narrowing.remaining_solver(self._whole, partition, kept)
-        self.narrowings += 1
-        self.evaluation.states.restrict(partition.of_scalar, kept)
-        self.evaluation.totals.restrict(rows_of(kept[partition.of_scalar], 0), runs[:, :2])
-        self._box.restrict(partition.of_scalar, kept)
-        self._narrowed = runs
-        self._value_runs, self._value_run_count = (
-            <const int64_t*>table_address(runs, 3), len(runs))
-        self._scalars, self._in_vain = self.vectors.active_scalars, 0
-
-    def _widen(self):
-        """Undo what `_narrow` did to the problem."""
-        self.evaluation.states.restrict()
-        self.evaluation.totals.restrict()
-        self._box.restrict()
-
-    cdef int _worst(self) noexcept nogil:
-        cdef Py_ssize_t k
-        cdef int found = self._components[0].status
-        for k in range(1, self._count):
-            if badness(self._components[k].status) > badness(found):
-                found = self._components[k].status
-        return found
 
     cdef void _finish(self) noexcept nogil:
         """What a result reports of the last linearisations; not computed on the way."""

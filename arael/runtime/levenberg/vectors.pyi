@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from arael.runtime.assembly.totals import Totals
 
-GRAIN: int
-
 class Vectors:
     """Gradient, diagonal and step of a system."""
 
@@ -32,7 +30,6 @@ class Vectors:
         components: int = 1,
     ) -> None: ...
 
-def count_parts(n: int) -> int: ...
 def runs_of(
     n: int, component: NDArray[np.int32] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]: ...

@@ -16,14 +16,10 @@ from arael.runtime.address cimport writable
 from arael.runtime.parallel.pool cimport Task, distribute
 from arael.runtime.assembly.totals cimport Totals
 
+from arael.runtime.parallel.vector_parts import count_parts
+
 # Doubles of `Sums`.
 cdef Py_ssize_t SUMS = sizeof(Sums) // sizeof(double)
-
-# Most parts of a vector.
-MOST_PARTS = 16
-
-#: Fewest scalars of a part; a vector of less than four of these is one part.
-GRAIN = 8192
 
 
 cdef class Vectors:
@@ -337,11 +333,6 @@ cdef void combine_part(void* of, Py_ssize_t part) noexcept nogil:
         (<Vectors>of)._combine_part(part, <float*>(<Vectors>of).step)
     else:
         (<Vectors>of)._combine_part(part, <double*>(<Vectors>of).step)
-
-
-def count_parts(n):
-    """Parts of a vector of n scalars."""
-    return min(MOST_PARTS, n // GRAIN) if n >= 4 * GRAIN else 1
 
 
 def runs_of(n, component=None):

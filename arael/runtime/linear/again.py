@@ -40,6 +40,7 @@ class Choice:
         plan = solver.plan
         if plan.get("asked") != "auto" or plan.get("solver") not in ("band", "sparse"):
             return None
+        # Imported here for start-up time: a solve of a small problem does not load the analysis.
         from arael.runtime.linear.analysis import ORDERINGS
 
         if plan["solver"] == "sparse" and plan.get("ordering") not in ORDERINGS:
@@ -50,6 +51,7 @@ class Choice:
         """A solver of this choice for another pattern; None if all are to be compared."""
         if not self.unknowns / _SIZE <= pattern.size <= self.unknowns * _SIZE:
             return None
+        # Imported here for start-up time: a program loads only the solver that it uses.
         from arael.runtime.linear.analysis import analyse
         from arael.runtime.linear.costs import band_cost, sparse_cost
 

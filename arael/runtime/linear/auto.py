@@ -160,6 +160,7 @@ def _part(single: bool) -> Callable[[BlockPattern], LinearSolver]:
 
 
 def _schur(pattern: BlockPattern, single: bool, reduced: Reduced, inner: str) -> LinearSolver:
+    # Imported here for start-up time: a program loads only the solver that it uses.
     from arael.runtime.linear.schur import SchurSolver
 
     below = _construct(inner, reduced.pattern, single, reduced.analysis, {})
@@ -178,7 +179,7 @@ def _construct(
     analysis: Analysis,
     options: dict[str, Any],
 ) -> LinearSolver:
-    # Imported here, so that a program loads only the solver it uses.
+    # Imported here for start-up time: a program loads only the solver that it uses.
     if name == "dense":
         from arael.runtime.linear.dense import DenseSolver
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.evaluation.raised import Kept
+from arael.runtime.parallel.kept import Kept
 
 class LinearSolver:
     single: bool

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from arael.runtime.evaluation.raised cimport Kept
+from arael.runtime.parallel.kept cimport Kept
 
 
 cdef class LinearSolver:

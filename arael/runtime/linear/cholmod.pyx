@@ -43,6 +43,7 @@ cdef class CholmodSolver(LinearSolver):
     cdef const int* _row            # row of each entry, for messages
 
     def __init__(self, pattern, bint single=False):
+        # Imported here for start-up time: scipy.sparse takes a tenth of a second.
         from scipy.sparse import csc_matrix
 
         super().__init__(pattern, single)

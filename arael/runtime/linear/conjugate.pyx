@@ -24,6 +24,7 @@ from arael.runtime.linear.elimination cimport Elimination, Sums
 from arael.runtime.linear.eliminate import BLOCK
 from arael.runtime.linear.elimination import Elimination, Sums
 from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.reduction import PADDING
 
 # Of Eisenstat and Walker: eta = GAMMA (norm of the gradient / norm of the one before)^2, with a
 # lower bound while eta was large.
@@ -272,8 +273,6 @@ cdef void complete(
 
 def _table(pattern):
     """Blocks of a pattern in the form of the kernel, with an end marker."""
-    from arael.runtime.linear.reduction import PADDING
-
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     room = -(-pattern.sizes // PADDING) * PADDING
     begin = np.cumsum(room) - room

@@ -97,6 +97,7 @@ def iterative_solver(
     options : dict
         ``formed``, ``preconditioner``, ``tolerance``, ``floor``, ``iterations``.
     """
+    # Imported here for start-up time: a program loads only the solver that it uses.
     from arael.runtime.linear.conjugate import ConjugateSolver
 
     kind = options.get("preconditioner", "cluster")

@@ -39,6 +39,7 @@ def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> 
     partition : Partition
     kept : (count,) bool, the components that are solved for
     """
+    # Imported here for start-up time: most solves are never narrowed.
     from arael.runtime.linear.remaining import RemainingSolver
 
     pattern = whole.pattern
@@ -67,7 +68,7 @@ def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> 
 
 
 def _same_kind(whole: LinearSolver, part: BlockPattern) -> LinearSolver:
-    # Imported here, so that other solves do not load them.
+    # Imported here for start-up time: most solves are never narrowed.
     from arael.runtime.linear.auto import make_solver
     from arael.runtime.linear.band import BandSolver
     from arael.runtime.linear.dense import DenseSolver

@@ -15,6 +15,7 @@ class OpenMP:
     """The OpenMP runtimes of this process at construction."""
 
     def __init__(self) -> None:
+        # Imported here for start-up time: only CHOLMOD needs it.
         from threadpoolctl import threadpool_info  # type: ignore[import-untyped, unused-ignore]
 
         found = [one["filepath"] for one in threadpool_info() if one["user_api"] == "openmp"]

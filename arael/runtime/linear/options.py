@@ -86,7 +86,7 @@ def check_options(name: str, options: dict[str, Any]) -> None:
         raise _unknown(name)
     if not options:
         return
-    # Imported here, so that a solve of a small problem does not load the analysis.
+    # Imported here for start-up time: a solve of a small problem does not load the analysis.
     from arael.runtime.linear.analysis import ORDERINGS
     from arael.runtime.linear.iterative import PRECONDITIONERS
     from arael.runtime.linear.reduced import INNER

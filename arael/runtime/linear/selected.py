@@ -90,6 +90,7 @@ def _backward(
     table: Ints, storage: NDArray[np.floating], runs: NDArray[np.int32], rows: list[Ints]
 ) -> list[Floats]:
     """Z of each front: its (k + r, k) columns, in the order of the fronts."""
+    # Imported here for start-up time: most solves need no covariances.
     from scipy.linalg.lapack import dtrtri
 
     count = len(rows)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from arael.operations import OPERATIONS
+from arael.operations.instructions import instructions
 from arael.runtime.layout import Entity, Group, pair_of
-from arael.runtime.machine.library import FUNCTIONS
-from arael.runtime.machine.tape import NATIVE, PRIMITIVES, Tape
+from arael.runtime.machine.tape import NATIVE, Tape
 
 # Functions of the C library that the machine calls by address.
-LIBRARY = tuple(f for f in FUNCTIONS if not f.opcode)
+LIBRARY = tuple(one for one in OPERATIONS.values() if one.primitive and not one.opcode)
 _AT = {f.name: k for k, f in enumerate(LIBRARY)}
 
-# In the order of `Operation` in machine.pyx.
-OPERATIONS = tuple(name for name in PRIMITIVES if name not in ("input", "const", *_AT))
-_NUMBER = {name: k for k, name in enumerate(OPERATIONS)}
-_CALL = len(OPERATIONS)
+INSTRUCTIONS = instructions(OPERATIONS.values())
+_NUMBER = {name: k for k, name in enumerate(INSTRUCTIONS)}
+_CALL = len(INSTRUCTIONS)
 _LIBRARY = _CALL + 1
 
 Word = tuple[int, int, int, int, int]
@@ -42,6 +42,32 @@ class Parts:
     arguments: int  # of the call that has most
 
 
+@dataclass(frozen=True)
+class TapeParts:
+    """What the program of a tape alone consists of: see `Parts`; `results` are its outputs."""
+
+    code: list[Word]
+    constants: tuple[float, ...]
+    registers: int
+    results: list[int]
+    operands: list[int]
+    arguments: int
+
+
+def assemble_tape(tape: Tape, inputs: int, natives: Sequence[str] = ()) -> TapeParts:
+    """Assign a register to every node of a tape with so many inputs and list the operations."""
+    register, count = _registers(tape, inputs)
+    called, operands, arguments = _calls(tape, register, natives)
+    return TapeParts(
+        code=_words(tape, register, _needed(tape, tape.outputs), called),
+        constants=tape.constants,
+        registers=max(count, 1),
+        results=[register[node] for node in tape.outputs],
+        operands=operands,
+        arguments=arguments,
+    )
+
+
 def assemble(group: Group, entities: Sequence[Entity], natives: Sequence[str] = ()) -> Parts:
     """Assign a register to every node of the group's tape and list the operations.
 
@@ -56,12 +82,7 @@ def assemble(group: Group, entities: Sequence[Entity], natives: Sequence[str] = 
         (at, residual, use | tangent << 16)
         for at, (residual, use, tangent) in zip(derivatives, group.jacobian, strict=True)
     ]
-    calls = [k for k, op in enumerate(tape.ops) if op.startswith(NATIVE)]
-    sizes = [len(tape.args[k]) for k in calls]
-    called = {
-        node: (natives.index(tape.ops[node].removeprefix(NATIVE)), sum(sizes[:k]))
-        for k, node in enumerate(calls)
-    }
+    called, operands, arguments = _calls(tape, register, natives)
     return Parts(
         cost=_words(tape, register, _needed(tape, tape.outputs[: group.residuals]), called),
         full=_words(tape, register, range(len(tape.ops)), called),
@@ -71,9 +92,23 @@ def assemble(group: Group, entities: Sequence[Entity], natives: Sequence[str] = 
         results=results,
         entries=entries,
         products=_products(group, entities, derivatives),
-        operands=[register[x] for node in calls for x in tape.args[node]],
-        arguments=max(sizes, default=0),
+        operands=operands,
+        arguments=arguments,
     )
+
+
+def _calls(
+    tape: Tape, register: list[int], natives: Sequence[str]
+) -> tuple[dict[int, tuple[int, int]], list[int], int]:
+    """Calls of native functions: number and place of operands by node, operands, most operands."""
+    calls = [k for k, op in enumerate(tape.ops) if op.startswith(NATIVE)]
+    sizes = [len(tape.args[k]) for k in calls]
+    called = {
+        node: (natives.index(tape.ops[node].removeprefix(NATIVE)), sum(sizes[:k]))
+        for k, node in enumerate(calls)
+    }
+    operands = [register[x] for node in calls for x in tape.args[node]]
+    return called, operands, max(sizes, default=0)
 
 
 def _registers(tape: Tape, inputs: int) -> tuple[list[int], int]:

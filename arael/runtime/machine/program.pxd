@@ -1,5 +1,6 @@
 # The expression machine: runs the tape of a group on lanes, as a generated kernel would.
 
+from cython cimport floating
 from libc.stdint cimport int32_t
 
 from arael.runtime.kernel cimport Lanes, Native
@@ -11,10 +12,21 @@ cdef struct Code:
     const int32_t* operands     # registers of the operands of calls, one call after the other
 
 
+# Execute instructions on `n` lanes of every register; `arguments`: workspace for those of calls.
+cdef void run(
+    const Code* code, floating** registers, int n, const Native* natives, double* arguments
+) noexcept nogil
+
+# Bytes of registers above which there is "no memory"; tests lower it.
+cdef size_t most_workspace
+
+
 cdef class Program:
     cdef readonly bint single           # f32 if true, else f64
     cdef readonly Py_ssize_t uses       # entities read
     cdef readonly Py_ssize_t residuals
+    cdef readonly bint guarded          # whether it has a guard over parameters
+    cdef Program _guard                 # whose residual is the guard
     cdef object _keep                   # arrays that the pointers below point into
     cdef Py_ssize_t _states, _data, _uniforms, _constants, _registers, _arguments
     cdef Code _cost, _full
@@ -33,5 +45,7 @@ cdef class Program:
     cdef double linearise(
         self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
     ) noexcept nogil
+    # Write whether each instance is active into the last column of its data.
+    cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil
     cdef void rows(
         self, const Lanes* lanes, void* residuals, void* entries, bint* exhausted) noexcept nogil

@@ -8,6 +8,7 @@ class Program:
     single: bool
     uses: int
     residuals: int
+    guarded: bool
     def __init__(
         self,
         group: Group,

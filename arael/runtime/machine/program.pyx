@@ -1,28 +1,28 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# distutils: include_dirs = arael/runtime/machine
+# distutils: depends = arael/runtime/machine/machine.h arael/runtime/machine/instructions.h
 """The expression machine: runs groups without a compiled kernel, without Python and the GIL.
 
 A program is a tape with registers instead of nodes. Each instruction works on a block of `WIDTH`
 instances at a time, so that its dispatch is paid once a block and its loop is a vector loop of the
-C compiler. Results are those of the NumPy interpreter, NaN for NaN.
+C compiler. It keeps NaN where kernels do.
 """
 
 import ctypes
 import sys
 
+import msgspec
 import numpy as np
 
 from cython cimport floating
-from libc.math cimport (
-    NAN, acos, asin, atan, atan2, cbrt, ceil, copysign, cos, cosh, exp, fabs, floor, hypot, log,
-    log2, log10, pow, sin, sinh, sqrt, tan, tanh,
-)
+from libc.math cimport NAN
 from libc.stdint cimport SIZE_MAX, int32_t
 from libc.stdlib cimport free, malloc
 
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport Lanes, Native
 
-from arael.runtime.machine.assembling import LIBRARY, OPERATIONS, assemble
+from arael.runtime.machine.assembling import INSTRUCTIONS, LIBRARY, assemble
 
 cdef enum:
     LANES = 32
@@ -30,12 +30,17 @@ cdef enum:
 WIDTH = LANES
 """Instances of a block, and lanes of the arrays that programs read."""
 
-cdef enum Operation:
-    ADD, SUB, MUL, DIV, NEG, POW, SQRT, CBRT, EXP, LOG, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS
-    ATAN, ATAN2, SINH, COSH, TANH, HYPOT, ABS, SIGN, HEAVISIDE, FLOOR, CEIL, ROUND, MIN, MAX
-    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL, LIBRARY_CALL
+cdef extern from "machine.h":
+    void execute_f64(
+        int operation, int n, double* t, const double* a, const double* b, const double* c
+    ) noexcept nogil
+    void execute_f32(
+        int operation, int n, float* t, const float* a, const float* b, const float* c
+    ) noexcept nogil
 
-assert len(OPERATIONS) == CALL
+# Numbers beyond those of the instructions.
+cdef int CALL = len(INSTRUCTIONS)
+cdef int LIBRARY_CALL = CALL + 1
 
 # Functions of the C library that have no instruction, by address.
 ctypedef double (*unary)(double) noexcept nogil
@@ -46,7 +51,7 @@ cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
 def _bind():
     names = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     for k, function in enumerate(LIBRARY):
-        found = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
+        found = ctypes.cast(getattr(names, function.library), ctypes.c_void_p).value
         functions[k] = <unary><size_t>found
 
 
@@ -89,126 +94,10 @@ cdef void run(
                 t[w] = <floating>function(a[w])
             continue
         t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
-        if op == ADD:
-            for w in range(n):
-                t[w] = a[w] + b[w]
-        elif op == SUB:
-            for w in range(n):
-                t[w] = a[w] - b[w]
-        elif op == MUL:
-            for w in range(n):
-                t[w] = a[w] * b[w]
-        elif op == DIV:
-            for w in range(n):
-                t[w] = a[w] / b[w]
-        elif op == NEG:
-            for w in range(n):
-                t[w] = -a[w]
-        elif op == POW:
-            for w in range(n):
-                t[w] = <floating>pow(a[w], b[w])
-        elif op == SQRT:
-            for w in range(n):
-                t[w] = <floating>sqrt(a[w])
-        elif op == CBRT:
-            for w in range(n):
-                t[w] = <floating>cbrt(a[w])
-        elif op == EXP:
-            for w in range(n):
-                t[w] = <floating>exp(a[w])
-        elif op == LOG:
-            for w in range(n):
-                t[w] = <floating>log(a[w])
-        elif op == LOG2:
-            for w in range(n):
-                t[w] = <floating>log2(a[w])
-        elif op == LOG10:
-            for w in range(n):
-                t[w] = <floating>log10(a[w])
-        elif op == SIN:
-            for w in range(n):
-                t[w] = <floating>sin(a[w])
-        elif op == COS:
-            for w in range(n):
-                t[w] = <floating>cos(a[w])
-        elif op == TAN:
-            for w in range(n):
-                t[w] = <floating>tan(a[w])
-        elif op == ASIN:
-            for w in range(n):
-                t[w] = <floating>asin(a[w])
-        elif op == ACOS:
-            for w in range(n):
-                t[w] = <floating>acos(a[w])
-        elif op == ATAN:
-            for w in range(n):
-                t[w] = <floating>atan(a[w])
-        elif op == ATAN2:
-            for w in range(n):
-                t[w] = <floating>atan2(a[w], b[w])
-        elif op == SINH:
-            for w in range(n):
-                t[w] = <floating>sinh(a[w])
-        elif op == COSH:
-            for w in range(n):
-                t[w] = <floating>cosh(a[w])
-        elif op == TANH:
-            for w in range(n):
-                t[w] = <floating>tanh(a[w])
-        elif op == HYPOT:
-            for w in range(n):
-                t[w] = <floating>hypot(a[w], b[w])
-        elif op == ABS:
-            for w in range(n):
-                t[w] = <floating>fabs(a[w])
-        elif op == SIGN:
-            for w in range(n):
-                t[w] = a[w] if a[w] != a[w] else <floating>((a[w] > 0) - (a[w] < 0))
-        elif op == HEAVISIDE:
-            for w in range(n):
-                t[w] = a[w] if a[w] != a[w] else <floating>(0.5 * ((a[w] > 0) + (a[w] >= 0)))
-        elif op == FLOOR:
-            for w in range(n):
-                t[w] = <floating>floor(a[w])
-        elif op == CEIL:
-            for w in range(n):
-                t[w] = <floating>ceil(a[w])
-        elif op == ROUND:
-            for w in range(n):
-                t[w] = <floating>copysign(floor(fabs(a[w]) + 0.5), a[w])
-        elif op == MIN:
-            for w in range(n):
-                t[w] = a[w] if a[w] < b[w] or a[w] != a[w] else b[w]
-        elif op == MAX:
-            for w in range(n):
-                t[w] = a[w] if a[w] > b[w] or a[w] != a[w] else b[w]
-        elif op == IDENTITY:
-            for w in range(n):
-                t[w] = a[w]
-        elif op == LT:
-            for w in range(n):
-                t[w] = <floating>(a[w] < b[w])
-        elif op == LE:
-            for w in range(n):
-                t[w] = <floating>(a[w] <= b[w])
-        elif op == EQ:
-            for w in range(n):
-                t[w] = <floating>(a[w] == b[w])
-        elif op == NE:
-            for w in range(n):
-                t[w] = <floating>(a[w] != b[w])
-        elif op == AND:
-            for w in range(n):
-                t[w] = <floating>((a[w] != 0) & (b[w] != 0))
-        elif op == OR:
-            for w in range(n):
-                t[w] = <floating>((a[w] != 0) | (b[w] != 0))
-        elif op == NOT:
-            for w in range(n):
-                t[w] = <floating>(a[w] == 0)
-        else:  # SELECT
-            for w in range(n):
-                t[w] = b[w] if a[w] != 0 else c[w]
+        if floating is float:
+            execute_f32(op, n, t, a, b, c)
+        else:
+            execute_f64(op, n, t, a, b, c)
 
 
 cdef class Program:
@@ -249,6 +138,12 @@ cdef class Program:
         self._entry_count, self._product_count = len(arrays[4]), len(arrays[5])
         self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
         self._constant = <const double*>address(constants, np.float64)
+        if group.moving_guard is not None:
+            self.guarded = True
+            self._guard = Program(
+                msgspec.structs.replace(
+                    group, tape=group.moving_guard, residuals=1, jacobian=(), moving_guard=None),
+                entities, single, natives)
 
     @property
     def instructions(self):
@@ -281,6 +176,13 @@ cdef class Program:
             rows_of[float](self, lanes, exhausted, <float*>residuals, <float*>entries)
         else:
             rows_of[double](self, lanes, exhausted, <double*>residuals, <double*>entries)
+
+
+    cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
+        if self.single:
+            guard_of[float](self._guard, lanes, exhausted, <float*>NULL)
+        else:
+            guard_of[double](self._guard, lanes, exhausted, <double*>NULL)
 
 
 cdef size_t workspace_of(Program p, size_t scalar) noexcept nogil:
@@ -371,6 +273,27 @@ cdef void each_square(Program p, floating** registers, int n, double* costs) noe
         for w in range(n):
             r = registers[p._results[k]][w]
             costs[w] += r * r
+
+
+cdef void guard_of(
+    Program p, const Lanes* lanes, bint* exhausted, floating* _
+) noexcept nogil:
+    """Write whether each instance is active into the last column of its data."""
+    cdef floating** registers = begin(p, lanes, exhausted, _)
+    cdef Py_ssize_t block
+    cdef floating* flags
+    cdef const floating* holds
+    cdef int n, w
+    if registers == NULL:
+        return
+    for block in range((lanes.n + LANES - 1) // LANES):
+        n = gather(p, lanes, block, registers)
+        run(&p._cost, registers, n, lanes.natives, arguments_of(p, registers))
+        flags = (<floating*>lanes.data) + ((block + 1) * p._data - 1) * LANES
+        holds = registers[p._results[0]]
+        for w in range(n):
+            flags[w] = holds[w] != 0 and holds[w] == holds[w]
+    free(registers)
 
 
 cdef double cost_of(

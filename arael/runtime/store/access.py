@@ -8,8 +8,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Layout, Raw, Slot, Step
-from arael.runtime.machine.tape import Natives, Tape, evaluate
+from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.tape import Tape
 from arael.runtime.store.rearranged import taken
 
 Array = NDArray[Any]
@@ -164,7 +166,8 @@ def gather(
     return np.asarray(found)
 
 
-def outputs(tape: Tape, inputs: list[Array], n: int, natives: Natives | None = None) -> list[Array]:
+def outputs(
+    tape: Tape, inputs: list[Array], n: int, natives: NativeTable | None = None
+) -> list[Array]:
     """Results of a tape, each as (n,) f64."""
-    values = evaluate(tape, inputs, np.float64, natives)
-    return [np.broadcast_to(np.asarray(values[o], dtype=np.float64), (n,)) for o in tape.outputs]
+    return [np.broadcast_to(one, (n,)) for one in evaluate(tape, inputs, np.float64, natives)]

@@ -74,6 +74,7 @@ def unknown_field(
 
 def suggestion(name: str, known: list[str]) -> str:
     """Help for a misspelt name."""
+    # Imported here for start-up time: only messages need it.
     from arael.diagnostics.suggest import closest
 
     near = closest(name, known)

@@ -1,11 +1,11 @@
-"""A table: the rows of one collection (or the root), their handles, parents and refs."""
+"""A table: the rows of one collection (or the root): adding, removing, refs."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import keys, references
-from arael.runtime.store.columns import Columns, Rows, flags_of
+from arael.runtime.store.columns import flags_of
 from arael.runtime.store.messages import Name, Origin, below, error
 from arael.runtime.store.references import Handles
+from arael.runtime.store.rows import PARENT, SLOT, RowIndex
 from arael.runtime.store.schema import Group
 from arael.runtime.store.slots import NULL, Ints, Slots
 from arael.runtime.store.values import blank, default_value, dtype_of
@@ -23,11 +24,8 @@ from arael.runtime.store.values import blank, default_value, dtype_of
 if TYPE_CHECKING:
     from arael.runtime.store.store import Store
 
-T = TypeVar("T")
-SLOT, PARENT = "#slot", "#parent"
 
-
-class Table(Columns):
+class Table(RowIndex):
     """Rows of one collection of the whole model instance, dense and in order.
 
     Rows of a nested collection are in order of creation; `grouped` returns them by parent.
@@ -40,31 +38,16 @@ class Table(Columns):
     """
 
     def __init__(self, store: Store, table: layout.Table, first_generation: int = 0) -> None:
-        super().__init__(store.layout, table)
-        self.store = store
-        self.structure_version = 0
+        super().__init__(store, table)
         self.data_version: int | None = None  # not counted: Python writes through views
         self.values_version: int | None = None
         self._slots = Slots(first_generation)
-        self._cache: dict[str, tuple[Any, Any]] = {}
-        self.buffers.add(SLOT, np.int64)
-        self.buffers.add(PARENT, np.int64)
         self.children = [
             t.path for t in store.layout.tables if t is not table and t.parent == table.path
         ]
         refs = [c for c in self.data.values() if c.role == "ref" and c.target is not None]
         # A chained ref is resolved after those it depends on.
         self._ref_order = [c.path for c in sorted(refs, key=lambda c: len(_chain(c, self.data)))]
-
-    @property
-    def label(self) -> str:
-        """Path, or the root's struct name."""
-        return self.layout.path or self.layout.struct
-
-    @property
-    def parent(self) -> Table:
-        """The table of the owners of this collection; the root is its own parent."""
-        return self.store.tables[self.layout.parent]
 
     @property
     def next_generation(self) -> int:
@@ -189,19 +172,6 @@ class Table(Columns):
         keep[rows] = False
         self.remove_rows(~keep)
 
-    def _origin_of_new(self, owners: Ints | None, many: bool, before: int) -> str:
-        """Names of new rows, in place or not; `before` is the previous number of rows."""
-        if not self.layout.path:
-            return self.layout.struct
-        if self.layout.parent:
-            if owners is None or not len(owners) or (owners != owners[0]).any():
-                return self.layout.path
-            owner = int(owners[0])
-            base = f"{self.parent.row_name(owner)}.{self.layout.field}"
-            index = self.child_counts()[owner] - (self.size - before)
-            return base if many else f"{base}[{index}]"
-        return self.layout.path if many else f"{self.layout.path}[{before}]"
-
     def make_single_row(self, values: Mapping[str, Any]) -> None:
         """Create the root's row from trusted values."""
         self.buffers.grow_back(1)
@@ -302,105 +272,6 @@ class Table(Columns):
 
     def _refusal(self, message: str) -> AraelError:
         return error("E0424", message, self.label)
-
-    # --- handles -----------------------------------------------------------------------------
-
-    def handles(self, rows: Rows) -> Ints:
-        """Return handles of dense rows."""
-        return self._slots.handles(np.atleast_1d(self.buffers.view(SLOT)[rows]))
-
-    def rows_of(self, handles: NDArray[Any]) -> Ints:
-        """Dense rows of handles; -1 for null and stale ones."""
-        positions = self._slots.positions(np.asarray(handles, np.int64))
-        return np.where(positions < 0, -1, positions - self.buffers.start)
-
-    def is_valid(self, handle: int) -> bool:
-        """Whether the row of a handle exists."""
-        return self._slots.position(handle) >= 0
-
-    def row_of(self, handle: int) -> int:
-        """Dense row of one handle; E0709 if its row was removed."""
-        position = self._slots.position(handle)
-        if position < 0:
-            raise error("E0709", "the ref is stale: its row was removed", self.label)
-        return position - self.buffers.start
-
-    # --- owners ------------------------------------------------------------------------------
-
-    def parent_rows(self) -> Ints:
-        """Dense row of each row's owner in the parent table (size,)."""
-        return self._cached(
-            "parents", lambda: self.parent_rows_of(np.arange(self.size)), self.parent
-        )
-
-    def parent_rows_of(self, rows: Ints) -> Ints:
-        """Dense rows of the owners of some rows."""
-        if not self.layout.parent:
-            return np.zeros(len(rows), np.int64)
-        parent = self.parent
-        slots = self.buffers.view(PARENT)[rows]
-        return parent._slots.positions_of_slots(slots) - parent.buffers.start
-
-    def grouped(self) -> tuple[Ints, Ints]:
-        """Rows by owner: `order` (size,) and `offsets` (parents + 1,).
-
-        ``order[offsets[p]:offsets[p + 1]]`` are the rows nested in row ``p`` of the parent table.
-        """
-        return self._cached("grouped", self._group, self.parent)
-
-    def _group(self) -> tuple[Ints, Ints]:
-        parents = self.parent_rows()
-        counts = np.bincount(parents, minlength=self.parent.size if self.layout.path else 1)
-        offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
-        return np.argsort(parents, kind="stable").astype(np.int64), offsets
-
-    def child_counts(self) -> Ints:
-        """Return the number of nested rows of each row of the parent table."""
-        return np.diff(self.grouped()[1])
-
-    def child_rows(self, owners: Ints, index: Ints) -> Ints:
-        """Dense rows of the `index`-th rows of `owners` (both in range)."""
-        order, offsets = self.grouped()
-        return np.asarray(order[offsets[owners] + index])
-
-    def index_in_parent(self) -> Ints:
-        """Index of each row within its collection (size,)."""
-
-        def build() -> Ints:
-            order, offsets = self.grouped()
-            place = np.empty(self.size, np.int64)
-            place[order] = np.arange(self.size) - offsets[self.parent_rows()[order]]
-            return place
-
-        return self._cached("places", build, self.parent)
-
-    def row_name(self, row: int) -> str:
-        """Name of a row: ``landmarks[5].frines[2]``; "" for the root."""
-        if not self.layout.path:
-            return ""
-        if not self.layout.parent:
-            return f"{self.layout.path}[{row}]"
-        owner = self.parent.row_name(int(self.parent_rows()[row]))
-        return f"{owner}.{self.layout.field}[{self.index_in_parent()[row]}]"
-
-    def row_names(self, rows: Ints) -> list[str]:
-        """Names of several rows, as `row_name` gives them."""
-        if not self.layout.path:
-            return [""] * len(rows)
-        if not self.layout.parent:
-            return [f"{self.layout.path}[{row}]" for row in rows.tolist()]
-        owners, inverse = np.unique(self.parent_rows()[rows], return_inverse=True)
-        names, field = self.parent.row_names(owners), self.layout.field
-        places = self.index_in_parent()[rows].tolist()
-        return [
-            f"{names[owner]}.{field}[{place}]"
-            for owner, place in zip(inverse.tolist(), places, strict=True)
-        ]
-
-    def name_of(self, row: int, path: str) -> str:
-        """Name of a field of a row: ``poses[3].ea``; for the root ``gamma``."""
-        name = self.row_name(row)
-        return f"{name}.{path}" if name else path
 
     # --- refs --------------------------------------------------------------------------------
 
@@ -511,16 +382,6 @@ class Table(Columns):
     def ref_is_optional(self, column: layout.Column) -> bool:
         """Whether the ref may be null."""
         return column.path in self.optionals
-
-    def _cached(self, name: str, build: Callable[[], T], other: Table | Store) -> T:
-        """Return a derived array, cached until this table or `other` changes its structure."""
-        version = (self.structure_version, other.structure_version)
-        known = self._cache.get(name)
-        if known is not None and known[0] == version:
-            return known[1]  # type: ignore[no-any-return]
-        value = build()
-        self._cache[name] = (version, value)
-        return value
 
 
 def _chain(column: layout.Column, columns: Mapping[str, layout.Column]) -> list[str]:

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 
-from arael.runtime.machine.library import FUNCTIONS
-from arael.runtime.machine.tape import PRIMITIVES
+from arael.operations import OPERATIONS, Operation
 from arael.symbolic.graph import Graph
-from arael.symbolic.printers.infix import Form, Names, Notation, call, default_name, write
+from arael.symbolic.printers.infix import Form, Names, Notation, default_name, write
 
 
 def _literal(value: float) -> str:
@@ -19,40 +18,16 @@ def _literal(value: float) -> str:
     return "np.nan" if math.isnan(value) else "-np.inf" if value < 0 else "np.inf"
 
 
-def _as_number(condition: str) -> Form:
-    return Form(f"np.where({condition}, 1.0, 0.0)", operands=(2, 2))
+def _form(one: Operation) -> Form:
+    template = one.python_expression
+    if "(" in template:
+        return Form(template, operands=(2,) * one.arity if " " in template else (0,) * one.arity)
+    # Powers bind to the right, which the language leaves to parentheses.
+    return Form(template, one.binding, (11, 10) if one.name == "pow" else one.operands)
 
-
-_NAMES = {
-    **{f.name: f.python for f in FUNCTIONS if f.name != "pow"},
-    **{name: f"np.{name}" for name in ("floor", "ceil", "abs", "sign")},
-    "min": "np.minimum",
-    "max": "np.maximum",
-    "select": "np.where",
-}
 
 PYTHON = Notation(
-    {
-        "add": Form("{0} + {1}", 6, (6, 7)),
-        "sub": Form("{0} - {1}", 6, (6, 7)),
-        "mul": Form("{0} * {1}", 8, (7, 9)),
-        "div": Form("{0} / {1}", 8, (7, 9)),
-        "neg": Form("-{0}", 7, (8,)),
-        "pow": Form("{0} ** {1}", 10, (11, 10)),
-        "identity": Form("+{0}", 7, (8,)),
-        "heaviside": Form("np.heaviside({0}, 0.5)"),
-        "round": Form("np.copysign(np.floor(np.abs({0}) + 0.5), {0})"),
-        "lt": _as_number("{0} < {1}"),
-        "le": _as_number("{0} <= {1}"),
-        "eq": _as_number("{0} == {1}"),
-        "ne": _as_number("{0} != {1}"),
-        "and": _as_number("({0} != 0) & ({1} != 0)"),
-        "or": _as_number("({0} != 0) | ({1} != 0)"),
-        "not": _as_number("{0} == 0"),
-        **{name: call(to, PRIMITIVES[name][0]) for name, to in _NAMES.items()},
-    },
-    _literal,
-    7,
+    {one.name: _form(one) for one in OPERATIONS.values() if one.primitive}, _literal, 7
 )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Names, default_name
 
@@ -90,12 +90,7 @@ def _operations() -> Mapping[str, Callable[..., sympy.Expr]]:
         return sp.Piecewise((1, truth), (0, True))
 
     return {
-        "add": lambda a, b: a + b,
-        "sub": lambda a, b: a - b,
-        "mul": lambda a, b: a * b,
-        "div": lambda a, b: a / b,
-        "neg": lambda a: -a,
-        **{f.name: sympy_function(f) for f in FUNCTIONS},
+        **{one.name: sympy_function(one) for one in OPERATIONS.values() if one.sympy},
         "pow": lambda a, b: a**b,
         "cbrt": lambda a: sp.sign(a) * sp.Abs(a) ** sp.Rational(1, 3),
         "log2": lambda a: sp.log(a, 2),
@@ -104,11 +99,7 @@ def _operations() -> Mapping[str, Callable[..., sympy.Expr]]:
         "expm1": lambda a: sp.exp(a) - 1,
         "log1p": lambda a: sp.log(1 + a),
         "lgamma": lambda a: sp.log(sp.Abs(sp.gamma(a))),
-        "abs": sp.Abs,
-        "sign": sp.sign,
         "heaviside": lambda a: sp.Heaviside(a, sp.Rational(1, 2)),
-        "floor": sp.floor,
-        "ceil": sp.ceiling,
         "round": lambda a: sp.sign(a) * sp.floor(sp.Abs(a) + sp.Rational(1, 2)),
         "min": sp.Min,
         "max": sp.Max,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction, prescribed
 
 # Minimax fit of atan(x)/x - 1 in powers of x^2 on 0 .. 1 (Lawson's reweighting); largest error of
 # atan 5.03e-8. The leading 1 keeps value and slope exact at 0.
@@ -28,11 +27,13 @@ def wrap(g: Graph, angle: int) -> int:
     return g.op("sub", angle, g.op("mul", turn, turns))
 
 
-def _rad_diff(g: Graph, a: int, b: int) -> int:
+def rad_diff(g: Graph, a: int, b: int) -> int:
+    """Difference of angles, wrapped to (-pi, pi]."""
     return wrap(g, g.op("sub", a, b))
 
 
-def _rad_sum(g: Graph, a: int, b: int) -> int:
+def rad_sum(g: Graph, a: int, b: int) -> int:
+    """Sum of angles, wrapped to (-pi, pi]."""
     return wrap(g, g.op("add", a, b))
 
 
@@ -45,7 +46,8 @@ def _fast_atan_unit(g: Graph, x: int) -> int:
     return g.op("mul", x, result)
 
 
-def _fast_atan(g: Graph, x: int) -> int:
+def fast_atan(g: Graph, x: int) -> int:
+    """Arc tangent by the polynomial, of x or of its reciprocal."""
     one = g.const(1.0)
     steep = g.op("lt", one, g.op("abs", x))
     reduced = g.op("select", steep, g.op("div", one, g.op("select", steep, x, one)), x)
@@ -54,7 +56,8 @@ def _fast_atan(g: Graph, x: int) -> int:
     return g.op("select", steep, g.op("sub", quarter, inner), inner)
 
 
-def _fast_atan2(g: Graph, y: int, x: int) -> int:
+def fast_atan2(g: Graph, y: int, x: int) -> int:
+    """Angle of the vector (x, y) by the polynomial."""
     one, zero = g.const(1.0), g.const(0.0)
     across, along = g.op("abs", y), g.op("abs", x)
     larger, smaller = g.op("max", across, along), g.op("min", across, along)
@@ -64,39 +67,3 @@ def _fast_atan2(g: Graph, y: int, x: int) -> int:
     angle = g.op("select", steep, g.op("sub", g.const(math.pi / 2), angle), angle)
     angle = g.op("select", back, g.op("sub", g.const(math.pi), angle), angle)
     return g.op("select", g.op("lt", y, zero), g.op("neg", angle), angle)
-
-
-FUNCTIONS = (
-    ScalarFunction(
-        "rad_diff",
-        2,
-        _rad_diff,
-        "x - y, wrapped to (-pi, pi]",
-        "1; -1",
-        "pi at a half turn, from either side; derivatives 1 and -1 there too",
-    ),
-    ScalarFunction(
-        "rad_sum",
-        2,
-        _rad_sum,
-        "x + y, wrapped to (-pi, pi]",
-        "1; 1",
-        "pi at a half turn, from either side; derivatives 1 and 1 there too",
-    ),
-    prescribed(
-        "fast_atan",
-        1,
-        _fast_atan,
-        "atan(x) to within 6e-8, by a polynomial",
-        "1 / (1 + x^2)",
-        "jumps by less than 1e-7 at |x| = 1",
-    ),
-    prescribed(
-        "fast_atan2",
-        2,
-        _fast_atan2,
-        "atan2(x, y) to within 6e-8, by a polynomial",
-        "y / (x^2 + y^2); -x / (x^2 + y^2)",
-        "0 at (0, 0) with derivative NaN; jumps by less than 1e-7 at |x| = |y|",
-    ),
-)

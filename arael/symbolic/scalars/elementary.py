@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import math
-import sys
 
-from arael.runtime.machine.library import FUNCTIONS as LIBRARY
 from arael.symbolic import series
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction, primitive
 
 
-def _constant(name: str, number: float, value: str) -> ScalarFunction:
-    def build(g: Graph) -> int:
-        return g.const(number)
-
-    return ScalarFunction(name, 0, build, value, "0")
+def deg2rad(g: Graph, x: int) -> int:
+    """Radians of degrees."""
+    return g.op("mul", g.const(math.pi / 180), x)
 
 
-def _scaled(name: str, factor: float, value: str) -> ScalarFunction:
-    def build(g: Graph, x: int) -> int:
-        return g.op("mul", g.const(factor), x)
-
-    return ScalarFunction(name, 1, build, value, repr(factor))
+def rad2deg(g: Graph, x: int) -> int:
+    """Degrees of radians."""
+    return g.op("mul", g.const(180 / math.pi), x)
 
 
-def _sinc(g: Graph, x: int) -> int:
+def sinc(g: Graph, x: int) -> int:
+    """sin(x) / x by its series near 0."""
     return series.sinc(g, g.op("mul", x, x))
 
 
@@ -34,7 +28,7 @@ _BERNOULLI = (1 / 12, -1 / 120, 1 / 252, -1 / 240, 1 / 132, -691 / 32760)
 _SHIFT = 10
 
 
-def _digamma(g: Graph, x: int) -> int:
+def digamma(g: Graph, x: int) -> int:
     """Take the asymptotic series beyond 10, recurrence below it, reflection below 0."""
     one, zero = g.const(1.0), g.const(0.0)
     negative = g.op("lt", x, zero)
@@ -51,30 +45,3 @@ def _digamma(g: Graph, x: int) -> int:
     angle = g.op("select", negative, g.op("mul", pi, x), one)
     reflected = g.op("sub", value, g.op("div", pi, g.op("tan", angle)))
     return g.op("select", negative, reflected, value)
-
-
-FUNCTIONS = (
-    *(primitive(f.name, f.arity, f.derivative, f.singular, f.value) for f in LIBRARY),
-    ScalarFunction(
-        "sinc",
-        1,
-        _sinc,
-        "sin(x) / x",
-        "(cos(x) - sinc(x)) / x",
-        "1 at 0 with derivative 0",
-    ),
-    ScalarFunction(
-        "digamma",
-        1,
-        _digamma,
-        "derivative of lgamma(x)",
-        "by that of its series",
-        "-inf at 0; of size 1e15 at -1, -2, ...",
-    ),
-    primitive("identity", 1, "1", value="x; simplification does not look through it"),
-    _constant("pi", math.pi, "3.14159..."),
-    _constant("e", math.e, "2.71828..."),
-    _constant("epsilon", sys.float_info.epsilon, "2^-52, the spacing of binary64 at 1"),
-    _scaled("deg2rad", math.pi / 180, "pi / 180 x"),
-    _scaled("rad2deg", 180 / math.pi, "180 / pi x"),
-)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 
+from arael.operations import Operation
 from arael.symbolic.graph import Graph
 from arael.symbolic.prescribed import Prescribed
 
@@ -40,33 +42,29 @@ class ScalarFunction:
         return self.build(g, *args)
 
 
-def prescribed(
-    name: str,
-    arity: int,
-    build: Callable[..., int],
-    value: str,
-    derivative: str,
-    singular: str = "",
-) -> ScalarFunction:
-    """Describe a function whose derivatives are those of its class in `symbolic.functions`.
+def constant(name: str, number: float, value: str) -> ScalarFunction:
+    """Describe a constant."""
+    return ScalarFunction(name, 0, lambda g: g.const(number), value, "0")
 
-    `build` makes the node of its value, which differentiation does not look into.
+
+def scalar_function(one: Operation) -> ScalarFunction:
+    """Describe the function of a record.
+
+    It is an operation of graphs; or it is composed of such, and then SymPy's function, where the
+    record names one, gives its derivatives, and differentiation does not look into its value.
     """
-    function = Prescribed(name, native=False)
-
-    def call(g: Graph, *args: int) -> int:
-        return g.call(function, args, build(g, *args))
-
-    return ScalarFunction(name, arity, call, value, derivative, singular)
+    build = _build(one)
+    arguments = ", ".join(("x", "y", "z")[: one.arity])
+    value = one.value or f"{one.name}({arguments})"
+    return ScalarFunction(one.name, one.arity, build, value, one.derivative, one.singular)
 
 
-def primitive(
-    name: str, arity: int, derivative: str, singular: str = "", value: str = ""
-) -> ScalarFunction:
-    """Describe a function that is an operation of the graph."""
-    arguments = ", ".join(("x", "y", "z")[:arity])
-
-    def build(g: Graph, *args: int) -> int:
-        return g.op(name, *args)
-
-    return ScalarFunction(name, arity, build, value or f"{name}({arguments})", derivative, singular)
+def _build(one: Operation) -> Callable[..., int]:
+    if one.primitive:
+        return lambda g, *args: g.op(one.name, *args)
+    module, _, name = one.build.partition(":")
+    value: Callable[..., int] = getattr(import_module(module), name)
+    if not one.sympy:
+        return value
+    function = Prescribed(one.name, native=False)
+    return lambda g, *args: g.call(function, args, value(g, *args))

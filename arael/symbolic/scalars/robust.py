@@ -9,32 +9,13 @@ from __future__ import annotations
 import math
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.function import ScalarFunction, prescribed
 
 
-def _starship(g: Graph, r: int, gamma: int) -> int:
+def starship(g: Graph, r: int, gamma: int) -> int:
+    """Gamma atan(r / gamma)."""
     return g.op("mul", gamma, g.op("atan", g.op("div", r, gamma)))
 
 
-def _starship_gamma(g: Graph, bound: int) -> int:
+def starship_gamma(g: Graph, bound: int) -> int:
+    """The gamma at which a residual costs at most `bound`."""
     return g.op("mul", g.const(2 / math.pi), g.op("sqrt", bound))
-
-
-FUNCTIONS = (
-    prescribed(
-        "starship",
-        2,
-        _starship,
-        "y atan(x / y)",
-        "1 / (1 + (x / y)^2); atan(x / y) - (x / y) / (1 + (x / y)^2)",
-        "at y = 0: 0 with derivatives 0 and NaN; all NaN at (0, 0)",
-    ),
-    ScalarFunction(
-        "starship_gamma",
-        1,
-        _starship_gamma,
-        "2 sqrt(x) / pi: the y of starship that bounds the cost of a residual by x",
-        "1 / (pi sqrt(x))",
-        "0 at 0 with derivative inf; NaN for x < 0",
-    ),
-)

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from arael.runtime.assembly.components import partition_of
 from arael.runtime.assembly.union_find import connected
 from arael.runtime.levenberg import vectors
+from arael.runtime.parallel import vector_parts
 from arael.runtime.problem import Problem
 from arael.runtime.store import Store
 from tests.runtime import toy, toys
@@ -109,13 +110,14 @@ def test_a_chain_is_one() -> None:
 def test_runs_are_of_one_part_and_one_component(
     count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(vectors, "GRAIN", 64)
+    monkeypatch.setattr(vector_parts, "GRAIN", 64)
     n = 1000
     component = np.sort(np.random.default_rng(count).integers(0, count, n)).astype(np.int32)
     component[500:] = np.roll(component, 300)[500:]
     parts, whole = vectors.runs_of(n)
     runs, ends = vectors.runs_of(n, component)
-    assert len(whole) == len(ends) == vectors.count_parts(n) + 1 and len(parts) == len(whole) - 1
+    assert len(whole) == len(ends) == vector_parts.count_parts(n) + 1
+    assert len(parts) == len(whole) - 1
     assert runs[0, 0] == 0 and runs[-1, 1] == n and (runs[1:, 0] == runs[:-1, 1]).all()
     np.testing.assert_array_equal(runs[ends[:-1], 0], parts[:, 0])
     for begin, end, label in runs:

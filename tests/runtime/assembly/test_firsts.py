@@ -143,10 +143,10 @@ def test_bearings_store_their_blocks(
     problem: Problem = problem_of(model)
     evaluation = problem.evaluation
     assert (evaluation.shares > 1) == fine
-    (plan,) = problem.structure.shares.values()
+    (plan,) = problem.structure.plan.shares
     number = [g.label for g in problem.layout.groups].index("PointFrine.bearing")
     # Where shares end, blocks of lanes are of two poses.
-    assert plan.placed[number][5][:, PAIR].mean() > (0.1 if fine else 0.7)
+    assert plan.placed[number].first[:, PAIR].mean() > (0.1 if fine else 0.7)
     emptied = (plan.cleared[:, 1] - plan.cleared[:, 0]).sum()
     assert emptied < (0.95 if fine else 0.7) * plan.value_room
     found = []

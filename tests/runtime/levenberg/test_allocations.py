@@ -46,14 +46,14 @@ import ctypes, json, sys
 import arael
 from arael.config import LmConfig
 from arael.runtime.assembly import shares
-from arael.runtime.levenberg import vectors
+from arael.runtime.parallel import vector_parts
 from arael.runtime.linear import parts, subtrees
 from arael.runtime.solve import minimise
 from arael.scenes import SceneConfig, columns, fill, make_scene
 from arael.solving import problem_of
 
 # Everything is split as if it took long, so that two threads have something to do.
-shares.GRAIN, shares._ROOM, vectors.GRAIN = 1.0, 100.0, 20
+shares.GRAIN, shares._ROOM, vector_parts.GRAIN = 1.0, 100.0, 20
 parts.GRAIN, parts._ROOM, subtrees.GRAIN = 100.0, 100.0, 100.0
 
 counted = ctypes.CDLL(sys.argv[1]).counted

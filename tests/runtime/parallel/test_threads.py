@@ -18,7 +18,7 @@ from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.levenberg import vectors
 from arael.runtime.linear import parts, subtrees
 from arael.runtime.linear.auto import SOLVERS, make_solver
-from arael.runtime.parallel import pool
+from arael.runtime.parallel import pool, vector_parts
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.scenes import SceneConfig, columns, fill, make_scene
@@ -38,7 +38,7 @@ def finely(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts, "GRAIN", 100.0)
     monkeypatch.setattr(parts, "_ROOM", 100.0)
     monkeypatch.setattr(subtrees, "GRAIN", 100.0)
-    monkeypatch.setattr(vectors, "GRAIN", 20)
+    monkeypatch.setattr(vector_parts, "GRAIN", 20)
 
 
 def test_only_long_linearisations_may_have_more_shares_than_eight(
@@ -302,7 +302,7 @@ class TestVectors:
         ("scalars", "parts"), [(0, 1), (32767, 1), (32768, 4), (100_000, 12), (10**7, 16)]
     )
     def test_parts(self, scalars: int, parts: int) -> None:
-        assert vectors.count_parts(scalars) == parts
+        assert vector_parts.count_parts(scalars) == parts
 
     def test_solves_keep_their_arrays(self) -> None:
         totals = problem_of(scene()).evaluation.totals

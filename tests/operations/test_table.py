@@ -1,4 +1,4 @@
-"""Functions of the C library: one record is all that a function needs."""
+"""The table of operations: one record is all that a function needs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from scipy import special
 
 from arael import runtime_model
-from arael.runtime.machine.library import FUNCTIONS
+from arael.operations import OPERATIONS
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.symbolic.programs import inputs, jacobian, run
@@ -20,14 +20,15 @@ from tests.symbolic.programs import inputs, jacobian, run
 ADDED = """
 import json, sys
 import numpy as np, sympy as sp
-from arael.runtime.machine import library
+from arael.operations import OPERATIONS, Domain, Operation
 
 class exp2(sp.Function):
     def fdiff(self, argindex=1):
         return self * sp.log(2)
 
-library.FUNCTIONS.append(library.LibraryFunction(
-    "exp2", 1, np.exp2, "__main__:exp2", "pure", "exp2(x) ln 2", latex="\\\\exp_{2}"))
+OPERATIONS["exp2"] = Operation(
+    "exp2", 1, np.exp2, "__main__:exp2", "pure", "exp2(x) ln 2", latex="\\\\exp_{2}",
+    domain=Domain("x < 1024", lambda x: x < 1024))
 
 import arael
 from arael import sym
@@ -44,7 +45,7 @@ except AraelError as error:
 open(sys.argv[1], "w").write(TEXT % "1")
 model = arael.load(sys.argv[1], interpret=True)()
 model.solve()
-found["interpreter"] = float(model.a.value)
+found["model"] = float(model.a.value)
 runtime = arael.runtime_model()
 runtime.residuals.add("exp2(b) - 2", label="machine", parameters={"b": 0.0})
 runtime.solve()
@@ -52,6 +53,13 @@ found["machine"] = float(runtime.residuals.parameters["b"])
 f = sym.parse("exp2(x)")
 found["latex"] = f.latex()
 found["slope"] = f.diff("x").eval(x=3.0)
+from arael.sym.calculator import Calculator
+found["calculator"] = str(Calculator(17).run("exp2(5)"))
+runtime.residuals.parameters["b"] = 2000.0
+try:
+    runtime.solve()
+except arael.AraelError as error:
+    found["domain"] = error.diagnostics[0].notes
 print(json.dumps(found))
 """
 
@@ -68,7 +76,7 @@ def test_a_function_is_added_in_one_place(tmp_path: object) -> None:
     assert 'm_exp2 "exp2"(double) noexcept nogil' in found["code"]
     assert "= m_exp2(" in found["code"]
     assert found["units"] == "`exp2` takes a pure number, found m"
-    assert found["interpreter"] == pytest.approx(3.0, rel=1e-9)
+    assert found["model"] == pytest.approx(3.0, rel=1e-9)
     assert found["machine"] == pytest.approx(1.0, rel=1e-9)
     assert found["latex"].startswith("\\exp_{2}")
     assert found["slope"] == pytest.approx(8 * math.log(2), rel=1e-14)
@@ -105,7 +113,10 @@ def test_value_and_derivative_against_scipy(name: str) -> None:
         assert jacobian(g, [node], [x], [at])[0, 0] == pytest.approx(slope(at), rel=1e-11)
 
 
-@pytest.mark.parametrize("name", [f.name for f in FUNCTIONS if not f.opcode])
+CALLED = [one.name for one in OPERATIONS.values() if one.primitive and not one.opcode]
+
+
+@pytest.mark.parametrize("name", CALLED)
 def test_the_machine_calls_it_by_address(name: str) -> None:
     model = runtime_model()
     model.residuals.add(f"{name}(a) - 3 * a", label="f", parameters={"a": 0.7})

@@ -1,0 +1,47 @@
+"""The data of model instances, from which copies are made, in this process and through pickle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from arael.residuals.copying import restore as restore_residuals
+from arael.residuals.copying import state_of as residual_state
+from arael.runtime.store import Store
+
+if TYPE_CHECKING:
+    from arael.model import Model
+
+M = TypeVar("M", bound="Model")
+State = tuple[dict[str, Any], dict[str, dict[str, bool]], Any]
+"""Rows of each table, its flags for new rows, and the runtime residuals."""
+
+
+def copied(model: M) -> M:
+    """An independent copy: data, flags and runtime residuals; refs of one are not of the other."""
+    found = type(model).__new__(type(model))
+    found._begin(model._compiled)
+    restore(found, state_of(model))
+    return found
+
+
+def state_of(model: Model) -> State:
+    """A copy of all data of a model."""
+    store: Store = model._store
+    with store.use.lock:
+        return _state(store, model._residuals)
+
+
+def _state(store: Store, residuals: Any) -> State:
+    rows = {path: table.snapshot() for path, table in store.tables.items()}
+    flags = {path: dict(table.optimize_new) for path, table in store.tables.items()}
+    return rows, flags, None if residuals is None else residual_state(residuals)
+
+
+def restore(model: Model, state: State) -> None:
+    """Set all data of a new instance to that of `state`, which must not be used again."""
+    rows, flags, residuals = state
+    for path, table in model._store.tables.items():
+        table.restore(rows[path])
+        table.optimize_new = flags[path]
+    if residuals is not None:
+        restore_residuals(model.residuals, residuals)

@@ -1,0 +1,1 @@
+"""Representations of models and results in terminals and notebooks."""
