@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
-from arael.residuals.copying import restore as restore_residuals
-from arael.residuals.copying import state_of as residual_state
 from arael.runtime.store import Store
 
-if TYPE_CHECKING:
-    from arael.model import Model
-
-M = TypeVar("M", bound="Model")
 State = tuple[dict[str, Any], dict[str, dict[str, bool]], Any]
 """Rows of each table, its flags for new rows, and the runtime residuals."""
 
 
-def copied(model: M) -> M:
+def copied(model: Any) -> Any:
     """An independent copy: data, flags and runtime residuals; refs of one are not of the other."""
-    found = type(model).__new__(type(model))
+    kind: Any = type(model)
+    found = kind.__new__(kind)
     found._begin(model._compiled)
     restore(found, state_of(model))
     return found
 
 
-def state_of(model: Model) -> State:
+def state_of(model: Any) -> State:
     """A copy of all data of a model."""
     store: Store = model._store
     with store.use.lock:
@@ -34,14 +29,14 @@ def state_of(model: Model) -> State:
 def _state(store: Store, residuals: Any) -> State:
     rows = {path: table.snapshot() for path, table in store.tables.items()}
     flags = {path: dict(table.optimize_new) for path, table in store.tables.items()}
-    return rows, flags, None if residuals is None else residual_state(residuals)
+    return rows, flags, None if residuals is None else residuals.state()
 
 
-def restore(model: Model, state: State) -> None:
+def restore(model: Any, state: State) -> None:
     """Set all data of a new instance to that of `state`, which must not be used again."""
     rows, flags, residuals = state
     for path, table in model._store.tables.items():
         table.restore(rows[path])
         table.optimize_new = flags[path]
     if residuals is not None:
-        restore_residuals(model.residuals, residuals)
+        model.residuals.restore(residuals)

@@ -27,7 +27,6 @@ from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
 from arael.compiler.no_compiler import NoCompiler
-from arael.copying import State, restore, state_of
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.diagnostics.suggest import closest
@@ -157,11 +156,17 @@ def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None
 
 def _reduced(model: Model) -> tuple[Any, ...]:
     """What pickle stores of a loaded model: its text, bound functions and data, no machine code."""
+    # imported here: start-up time
+    from arael.copying import state_of
+
     compiled = model._compiled
     return _unpickled, (compiled.recipe, dict(compiled.functions), state_of(model))
 
 
-def _unpickled(recipe: Recipe, functions: Mapping[str, Any], state: State) -> Model:
+def _unpickled(recipe: Recipe, functions: Mapping[str, Any], state: Any) -> Model:
+    # imported here: start-up time
+    from arael.copying import restore
+
     kind: Any = loads(
         recipe.text,
         name=recipe.name,

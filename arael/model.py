@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
 from arael.compiled_model import CompiledModel
-from arael.copying import copied
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.face.blocks import block_at, block_between
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
-from arael.face.sheets import model_sheet
 from arael.runtime.layout import LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
@@ -103,7 +101,11 @@ class Model(Displayed, Fields):
         `copy.deepcopy` and `pickle` make such copies too; pickle stores the text of the model,
         which is compiled again where the cache does not have it.
         """
-        return copied(self)
+        # imported here: start-up time
+        from arael.copying import copied
+
+        found: Self = copied(self)
+        return found
 
     def __copy__(self) -> Self:
         return self.copy()
@@ -159,8 +161,9 @@ class Model(Displayed, Fields):
         """Draw the points of the model and their links from above; else the pattern of its Hessian.
 
         Points are the plain parameters of two or three components of all rows. Needs matplotlib
-        (E0860); ``result.plot()`` draws the history of a solve.
+        (E0860); `arael solve --plot` also draws the history of a solve.
         """
+        # imported here: start-up time
         from arael.plot.problem import model_figure
 
         return model_figure(self, self._compiled.layout)
@@ -301,6 +304,9 @@ class Model(Displayed, Fields):
         return solving.problem_of(self)
 
     def _sheet(self) -> Sheet:
+        # imported here: start-up time
+        from arael.face.sheets import model_sheet
+
         layout = self._compiled.layout
         return model_sheet(self, f"{layout.root} ({layout.source})")
 

@@ -15,8 +15,6 @@ from arael.display.sheet import Sheet
 from arael.statuses import CONVERGED
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from arael.runtime.levenberg.outcomes import Components
 
 
@@ -117,12 +115,6 @@ class Result(Displayed):
     def seconds(self) -> float:
         """Wall time of everything, preparation and analysis included."""
         return self.timing["total"]
-
-    def plot(self) -> Figure:
-        """Draw cost and trust region or damping over the attempts; needs matplotlib (E0860)."""
-        from arael.plot.history import history_figure
-
-        return history_figure([(one.name, one.history) for one in self.passes or (self,)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON: no arrays."""

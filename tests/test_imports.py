@@ -36,19 +36,21 @@ PENDING = ("arael.runtime", "arael.sym", "arael.symbolic")
 DATA = {"diagnostics", "config", "statuses", "result"}
 MAY_IMPORT = {
     "diagnostics": set[str](),
+    "operations": set[str](),
+    "display": set[str](),
     "syntax": {"diagnostics"},
-    "symbolic": {"diagnostics", "runtime"},
-    "check": {*DATA, "runtime", "symbolic", "syntax"},
-    "compiler": {*DATA, "check", "runtime", "symbolic", "syntax", "version"},
-    "runtime": DATA,
+    "symbolic": {"diagnostics", "operations", "runtime"},
+    "check": {*DATA, "operations", "runtime", "symbolic", "syntax"},
+    "compiler": {*DATA, "check", "operations", "runtime", "symbolic", "syntax", "version"},
+    "runtime": {*DATA, "operations"},
     "io": {*DATA, "runtime", "starts"},
-    "analysis": {*DATA, "geometry", "runtime"},
+    "analysis": {*DATA, "display", "geometry", "runtime"},
     "geometry": {"diagnostics"},
     "scenes": {"geometry", "runtime"},
     "starts": {*DATA, "runtime", "session", "solving"},
     "plot": {*DATA, "io", "runtime"},
-    "face": {*DATA, "analysis", "runtime"},
-    "sym": {*DATA, "check", "compiler", "runtime", "symbolic", "syntax"},
+    "face": {*DATA, "analysis", "display", "io", "runtime"},
+    "sym": {*DATA, "check", "compiler", "operations", "runtime", "symbolic", "syntax"},
     "residuals": {*DATA, "check", "compiled_model", "compiler", "face", "runtime", "syntax"},
 }
 
@@ -184,7 +186,7 @@ def test_no_cache_is_keyed_by_id(name: str) -> None:
 START = {
     "import arael": 4,
     "from arael.cli.main import run; run(['--help'])": 16,
-    "import arael; arael.load('linear')": 145,
+    "import arael; arael.load('linear')": 152,
 }
 
 

@@ -47,6 +47,7 @@ class Sheet:
 
     def rich(self) -> Group:
         """A renderable for `rich.print`."""
+        # imported here: start-up time
         from rich.box import SIMPLE_HEAD
         from rich.console import Group
         from rich.table import Table

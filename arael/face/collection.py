@@ -14,8 +14,6 @@ from arael.display.sheet import Sheet
 from arael.face import given
 from arael.face.fields import Fields
 from arael.face.ref import Ref, Refs
-from arael.face.sheets import collection_sheet
-from arael.io.frames import columns_of, is_frame
 from arael.runtime.layout import Column
 from arael.runtime.store import Handles, Table
 from arael.runtime.store.columns import Rows
@@ -135,6 +133,9 @@ class Collection(Displayed, Fields):
         """
         table = self._table
         if is_frame(n):
+            # imported here: start-up time
+            from arael.io.frames import columns_of
+
             frame = n
             n, columns, owners = columns_of(frame, table, self._group)
             parent = owners if parent is None else parent
@@ -199,6 +200,7 @@ class Collection(Displayed, Fields):
 
         Raises AraelError: E0868 pandas is not installed.
         """
+        # imported here: start-up time
         from arael.io.frames import to_pandas
 
         return to_pandas(self)
@@ -211,6 +213,7 @@ class Collection(Displayed, Fields):
 
         Raises AraelError: E0868 xarray is not installed.
         """
+        # imported here: start-up time
         from arael.io.frames import to_xarray
 
         return to_xarray(self)
@@ -305,6 +308,9 @@ class Collection(Displayed, Fields):
         return bool(np.isin(self._table.row_of(ref._handle), self._every()))
 
     def _sheet(self) -> Sheet:
+        # imported here: start-up time
+        from arael.face.sheets import collection_sheet
+
         return collection_sheet(self)
 
     def __repr__(self) -> str:
@@ -332,6 +338,11 @@ def fill(collection: Collection, items: Any, origin: str) -> None:
         if not isinstance(item, Mapping):
             raise error("E0703", "expected a list of dicts", origin)
         collection.append(**item)
+
+
+def is_frame(given: object) -> bool:
+    """Whether an object has columns by name, as data frames of pandas and polars have them."""
+    return hasattr(given, "columns") and hasattr(given, "__getitem__") and hasattr(given, "shape")
 
 
 def _with_article(collection: str) -> str:

@@ -211,6 +211,23 @@ class Fields:
             raise AraelError(unknown_field(path, self._table.data, self._group.struct, "", path))
         return member
 
+    def short_text(self, member: Group | Leaf | Nested) -> str:
+        """The value of a member in few words, for a repr."""
+        value = self._get(member)
+        if value is None:
+            return "None"
+        if isinstance(member, Nested):
+            return f"[{len(value)}]"
+        if isinstance(member, Group):
+            return "{...}"
+        if isinstance(value, Parameter):
+            value = value.value
+        if isinstance(value, np.ndarray):
+            return np.array2string(value, precision=4, threshold=6, edgeitems=2).replace("\n", "")
+        if member.column.role == "ref":
+            return _target(value)
+        return f"{value:.6g}" if isinstance(value, float) else repr(value)
+
 
 class Part(Fields):
     """A struct held by value: ``poses[3].info``, ``poses.info``."""
@@ -245,7 +262,7 @@ def summary(fields: Fields, limit: int = 6) -> str:
         if len(texts) == limit:
             texts.append("...")
             break
-        texts.append(f"{name}={short_text(fields, member)}")
+        texts.append(f"{name}={fields.short_text(member)}")
     return ", ".join(texts)
 
 
@@ -255,21 +272,3 @@ def _target(value: Any) -> str:
         return f"{len(value)} refs"
     table: Table = value._table
     return table.row_name(table.row_of(value._handle)) if value._is_there() else "stale"
-
-
-def short_text(fields: Fields, member: Group | Leaf | Nested) -> str:
-    """The value of a member in few words, for a repr."""
-    value = fields._get(member)
-    if value is None:
-        return "None"
-    if isinstance(member, Nested):
-        return f"[{len(value)}]"
-    if isinstance(member, Group):
-        return "{...}"
-    if isinstance(value, Parameter):
-        value = value.value
-    if isinstance(value, np.ndarray):
-        return np.array2string(value, precision=4, threshold=6, edgeitems=2).replace("\n", "")
-    if member.column.role == "ref":
-        return _target(value)
-    return f"{value:.6g}" if isinstance(value, float) else repr(value)

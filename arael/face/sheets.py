@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from arael.display.sheet import Sheet
-from arael.face.fields import Fields, short_text
 from arael.runtime.store.schema import Group, Leaf, Nested
-
-if TYPE_CHECKING:
-    from arael.face.collection import Collection
 
 MOST_ROWS = 10
 """Rows of a collection that are shown; of more the first and the last few."""
 LAST_ROWS = 3
 
 
-def model_sheet(model: Fields, title: str) -> Sheet:
+def model_sheet(model: Any, title: str) -> Sheet:
     """The fields of a model's root with their types and values."""
     rows = []
     for name, member in model._group.members.items():
@@ -35,7 +31,7 @@ def model_sheet(model: Fields, title: str) -> Sheet:
     return Sheet(title, ("field", "type", "value"), rows)
 
 
-def collection_sheet(collection: Collection) -> Sheet:
+def collection_sheet(collection: Any) -> Sheet:
     """The first and the last rows of a collection."""
     members = [
         (name, member)
@@ -57,10 +53,10 @@ def _row(ref: Any, members: list[tuple[str, Group | Leaf | Nested]]) -> list[str
     return [str(ref._rows()), *(_value(ref, member) for _, member in members)]
 
 
-def _value(fields: Fields, member: Group | Leaf | Nested) -> str:
+def _value(fields: Any, member: Group | Leaf | Nested) -> str:
     if isinstance(member, Leaf) and member.path in fields._table.missing:
         return "not set"
-    text = short_text(fields, member)
+    text: str = fields.short_text(member)
     if isinstance(member, Leaf) and member.column.role == "param":
         parameter = fields._get(member)
         if parameter is not None and np.all(parameter.fixed):

@@ -6,6 +6,7 @@ indices; ``pos.fixed`` where a row is fixed. Missing values are absent optionals
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,21 +23,14 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from arael.face.collection import Collection
-
 Array = NDArray[Any]
 PARENT = "parent"
-
-
-def is_frame(given: object) -> bool:
-    """Whether an object has columns by name, as pandas, polars and pyarrow have them."""
-    return hasattr(given, "columns") and hasattr(given, "__getitem__") and hasattr(given, "shape")
 
 
 # --- out -----------------------------------------------------------------------------------------
 
 
-def to_pandas(collection: Collection) -> pandas.DataFrame:
+def to_pandas(collection: Any) -> pandas.DataFrame:
     """The rows of a collection as a DataFrame; see `Collection.to_pandas`."""
     pd = required("pandas")
     table, rows = collection._table, np.atleast_1d(collection._every())
@@ -74,7 +68,7 @@ def _with_gaps(pd: Any, scalars: Array, there: Array) -> Any:
     return found
 
 
-def to_xarray(collection: Collection) -> xarray.Dataset:
+def to_xarray(collection: Any) -> xarray.Dataset:
     """The rows of a collection as a Dataset; see `Collection.to_xarray`."""
     xr = required("xarray")
     table, rows = collection._table, np.atleast_1d(collection._every())
@@ -99,7 +93,7 @@ def to_xarray(collection: Collection) -> xarray.Dataset:
     return data
 
 
-def _leaves(collection: Collection) -> list[Leaf]:
+def _leaves(collection: Any) -> list[Leaf]:
     leaves = collection._table.fields.leaves()
     return [leaf for leaf in leaves if leaf.column.role != "constraint_index"]
 
@@ -112,8 +106,6 @@ def required(package: str) -> Any:
     AraelError
         E0868: it is not installed.
     """
-    from importlib import import_module
-
     try:
         return import_module(package)
     except ImportError:

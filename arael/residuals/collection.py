@@ -9,6 +9,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 from arael.check.report import Reporter
 from arael.diagnostics.records import Findings
 from arael.residuals.compilation import compile_all
+from arael.residuals.copying import State, restore, state_of
 from arael.residuals.derivation import Derived, derive
 from arael.residuals.expression import (
     Array,
@@ -95,6 +96,14 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         residual._owner = self
         self._posed = None
         return residual
+
+    def state(self) -> State:
+        """Everything as plain data, from which `restore` makes the residuals of a copy."""
+        return state_of(self)
+
+    def restore(self, state: State) -> None:
+        """Add everything of `state` to the empty collection of a copy, whose rows are there."""
+        restore(self, state)
 
     @_alone
     def _add_all(self, definitions: list[Definition], residuals: list[RuntimeResidual]) -> None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.face.ref import Refs
 from arael.residuals.expression import Definition, Expression, RuntimeResidual
-
-if TYPE_CHECKING:
-    from arael.residuals.collection import Residuals
 
 Handles = dict[str, tuple[str, NDArray[np.int64]]]
 
@@ -46,7 +43,7 @@ class State:
     residuals: tuple[Copied, ...]
 
 
-def state_of(residuals: Residuals) -> State:
+def state_of(residuals: Any) -> State:
     """Copy texts, values, data and handles."""
     return State(
         residuals._functions.calls,
@@ -64,7 +61,7 @@ def _copied(one: Expression, compiled: bool = False) -> Copied:
     return Copied(one.text, one.label, one.parameters.given(), data, handles, loss, when, compiled)
 
 
-def restore(residuals: Residuals, state: State) -> None:
+def restore(residuals: Any, state: State) -> None:
     """Add everything to the empty collection of a copy, whose rows are there."""
     for text, bind in state.functions:
         residuals.functions(text, bind)

@@ -239,8 +239,6 @@ def test_mistakes_in_a_cell_are_printed(capsys: pytest.CaptureFixture) -> None:
 def test_models_and_results_draw_themselves(path: arael.Model) -> None:
     pytest.importorskip("matplotlib")
     path.speed = 1.0
-    result = path.solve()
     assert path.plot().axes[0].get_title(loc="left") == "15 poses"
-    assert len(result.plot().axes) >= 1
     fit = arael.loads("root R { param a: real = 1; constraint c { a - 2 } }", interpret=True)()
     assert fit.plot().axes
