@@ -212,24 +212,36 @@ def bare_fraction(text: str, at: int, log: ErrorLog) -> int:
     return end
 
 
+_DIGITS = r"([0-9]+(?:\.[0-9]+)?)"
+# Patterns of malformed numbers, and the help: {1} and {2} are groups, {plain} is without `_`.
+_NUMBERS = (
+    (r"([0-9]+)\.", "write `{1}.0` or `{1}`"),
+    (
+        r"([0-9.]+)(?:f|f32|f64|d|u\d+|i\d+|_f32|_f64)",
+        "numbers take no suffix: write `{1}`",
+    ),
+    (r"0[xX][0-9a-fA-F]{1,15}", "write `{decimal}`"),
+    (r"0[xX]\w{0,15}", "write decimal numbers"),
+    (_DIGITS + r"_\w*", "write `{plain}`"),
+    (_DIGITS + r"[eE]", "an exponent needs digits, as in `{1}e3`"),
+    (
+        _DIGITS + r"([A-Za-z]\w*)",
+        "write `{1} * {2}` for a product; a name starts with a letter",
+    ),
+)
+
+
 def malformed_number(text: str, start: int, end: int, log: ErrorLog) -> None:
     """Report a token that begins like a number but is not one."""
     word = text[start:end]
     help_ = ""
-    if found := re.fullmatch(r"([0-9]+)\.", word):
-        help_ = f"write `{found[1]}.0` or `{found[1]}`"
-    elif found := re.fullmatch(r"([0-9.]+)(f|f32|f64|d|u\d+|i\d+|_f32|_f64)", word):
-        help_ = f"numbers take no suffix: write `{found[1]}`"
-    elif found := re.fullmatch(r"([0-9]+(?:\.[0-9]+)?)([A-Za-z_]\w*)", word):
-        if found[1] == "0" and found[2][0] in "xX" and len(word) < 18:
-            digits = re.fullmatch(r"[0-9a-fA-F]+", found[2][1:])
-            help_ = f"write `{int(found[2][1:], 16)}`" if digits else "write decimal numbers"
-        elif found[2].startswith("_"):
-            help_ = f"write `{word.replace('_', '')}`"
-        elif found[2] in ("e", "E"):
-            help_ = f"an exponent needs digits, as in `{found[1]}e3`"
-        else:
-            help_ = f"write `{found[1]} * {found[2]}` for a product; a name starts with a letter"
+    for pattern, advice in _NUMBERS:
+        found = re.fullmatch(pattern, word)
+        if found:
+            decimal = int(word, 16) if "{decimal}" in advice else 0
+            plain = word.replace("_", "")
+            help_ = advice.format(word, *found.groups(), plain=plain, decimal=decimal)
+            break
     log.error(
         "E0111",
         f"`{word[:40]}` is not a number",

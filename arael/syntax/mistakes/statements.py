@@ -38,14 +38,11 @@ ROWS = (
         Mistake(
             "E0135", "`=` is missing in this `{construct}`", "expected `=` and a value after this",
             help="write `{construct} {before} = ...`", place="before",
-            token=token, begins=begins, construct="LET CONST SYMBOLIC COMPUTE", expected="EQUAL",
-            operand=False, repair=repair,
+            token=token, construct="LET CONST SYMBOLIC COMPUTE", expected="EQUAL", operand=False,
+            repair=repair,
         )
-        for token, begins, repair in (
-            ("", True, "insert EQUAL NUMBER"),
-            ("end", None, "insert EQUAL NUMBER"),
-            ("EQ", None, "swap EQUAL"),
-            ("", None, "insert EQUAL"),
+        for token, repair in (
+            ("end", "insert EQUAL NUMBER"), ("EQ", "swap EQUAL"), ("", "insert EQUAL"),
         )
     ),
     Mistake(*_EQUAL, token="EQUAL", within="IF WHEN", operand=False, repair="swap EQ"),

@@ -1,0 +1,1 @@
+"""Tests of models that consist of independent problems."""
