@@ -25,6 +25,7 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.check.typist import Typist
+from arael.check.units import Unit
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
@@ -319,6 +320,9 @@ def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None
             "an index is a constant whole number",
             label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
         )
+        return None
+    if isinstance(value.unit, Unit) and not value.unit.is_one:
+        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {value.unit}")
         return None
     i = int(value.value)
     if not 0 <= i < size:

@@ -28,6 +28,7 @@ from arael.check.typed import (
 )
 from arael.check.types import size_of
 from arael.check.typist import Typist
+from arael.check.units_fields import unit_of
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
@@ -36,7 +37,13 @@ def _number(t: Typist, node: tree.Number) -> Binding:
     value = node.value
     if value in (float("inf"), float("-inf")):
         return t.fail("E0310", node.span, "number is too large", label="beyond 1.8e308")
-    return t.make(Literal_(type=INT if node.is_integer else REAL, span=node.span, value=value))
+    type_ = INT if node.is_integer else REAL
+    if node.unit is None:
+        return t.make(Literal_(type=type_, span=node.span, value=value))
+    unit = unit_of(node.unit, t.report)
+    if unit is None:
+        return BROKEN
+    return t.make(Literal_(type=type_, span=node.span, value=value, unit=unit))
 
 
 def _boolean(t: Typist, node: tree.Boolean) -> Binding:

@@ -57,6 +57,8 @@ class Units:
         found = self.known.get(id(node))
         if found is not None:
             return found
+        if isinstance(node, Pack):  # a constant
+            return _pack(self, node)
         return node.unit if isinstance(node, Literal_) else UNKNOWN
 
     def note(self, t: Typist, node: Typed) -> None:

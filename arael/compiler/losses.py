@@ -220,7 +220,7 @@ def _fair_ratio(g: Graph, s: int, c: int) -> int:
 
 
 def _dcs(g: Graph, s: int, c: int) -> int:
-    """s up to c^2, c^2 (3 s - c^2) / (s + c^2) beyond, as c^2 (3 - 4 / (1 + s / c^2))."""
+    """Quadratic up to c^2, c^2 (3 s - c^2) / (s + c^2) beyond, as c^2 (3 - 4 / (1 + s / c^2))."""
     square = g.op("mul", c, c)
     rest = g.op("div", g.const(4.0), g.op("add", g.const(1.0), _share(g, s, c)))
     beyond = g.op("mul", square, g.op("sub", g.const(3.0), rest))

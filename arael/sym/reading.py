@@ -153,6 +153,14 @@ class Reader:
 
 
 def _number(r: Reader, node: tree.Number) -> Value:
+    if node.unit is not None:
+        fail(
+            "E0320",
+            "this formula has no units",
+            node.unit.span,
+            "units are checked in model files",
+            help=(f"write `{node.text}`",),
+        )
     return const(node.value)
 
 

@@ -24,9 +24,13 @@ class Node:
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Node):
-    """A number as written; `text` distinguishes ``1e-3`` from ``0.001`` and ``1`` from ``1.0``."""
+    """A number as written; `text` distinguishes ``1e-3`` from ``0.001`` and ``1`` from ``1.0``.
+
+    It may have a unit: ``9.81 [m/s^2]``.
+    """
 
     text: str
+    unit: Unit | None = None
 
     @property
     def value(self) -> float:

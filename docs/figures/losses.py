@@ -1,4 +1,6 @@
-"""Figures of docs/robust.md: each robust loss with its weight. Run: ``python docs/figures/losses.py``.
+"""Figures of docs/robust.md: each robust loss with its weight.
+
+Run ``python docs/figures/losses.py``.
 
 Losses are functions of the squared residual; they are drawn over the residual of one instance, at
 scale 1.

@@ -35,7 +35,7 @@ struct Pose {
     # Where it is.
     # In metres.
     param pos: vec3 [m]
-    param a:   real [m] in 0 .. 10 = 4
+    param a:   real [m] in 0 .. 10 = 4 [m]
     param b:   real in 0 ..
     param c:   vec<4> in .. -3
     gps:       GpsData?

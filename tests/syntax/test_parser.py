@@ -20,8 +20,8 @@ def expr(text: str) -> tree.Expr:
 def shape(e: tree.Expr) -> str:
     """Fully bracketed form of `e`."""
     match e:
-        case tree.Number(text=text):
-            return text
+        case tree.Number(text=text, unit=unit):
+            return text if unit is None else f"{text} [{unit.text}]"
         case tree.Name(id=name):
             return name
         case tree.Binary(op=op, left=left, right=right):

@@ -87,7 +87,8 @@ class ExpressionBuilder(Builder):
         return tuple(parts)
 
     def _make_number(self, parts: list[Any], span: Span) -> tree.Number:
-        return tree.Number(span=span, text=parts[0].text)
+        number, unit = parts
+        return tree.Number(span=span, text=number.text, unit=unit)
 
     def _make_boolean(self, parts: list[Any], span: Span) -> tree.Boolean:
         return tree.Boolean(span=span, value=parts[0].text == "true")
