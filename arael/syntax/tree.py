@@ -74,11 +74,20 @@ class Attribute(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Slice(Node):
+    """``low:high`` between the brackets of an index; `colon` is the offset of the colon."""
+
+    low: Expr | None
+    high: Expr | None
+    colon: int = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Index(Node):
-    """``obj[i]`` or ``obj[i, j]``."""
+    """``obj[i]``, ``obj[i, j]``, ``obj[a:b]`` or ``obj[i, :]``."""
 
     obj: Expr
-    indices: tuple[Expr, ...]
+    indices: tuple[Expr | Slice, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,7 +62,7 @@ struct Pose {
         if a < b then -c else d +
             parent.parent.e
     }
-    constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] }
+    constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] + a[1:3] }
 }
 
 root R : f32 {
