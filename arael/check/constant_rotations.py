@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from arael.check.typed import MatrixType, QuaternionType, ScalarType, ValueType, VectorType
-from arael.runtime.tape import evaluate as run
+from arael.runtime.machine.tape import evaluate as run
 from arael.symbolic import linear, quaternion, rotation
 from arael.symbolic.graph import Graph
 
