@@ -127,8 +127,11 @@ def _constraints(
     for place in sites.places():
         for node in place.struct.constraints:
             found.append(into.check(place, node, bodies.constraint(place, node)))
+        for name, prior in place.struct.priors:
+            found.append(bodies.prior(place, prior, name))
     root = sites.root.place
-    names = fit_names(root.struct.fits, {c.name.id for c in root.struct.constraints})
+    taken = {c.name.id for c in root.struct.constraints} | {n for n, _ in root.struct.priors}
+    names = fit_names(root.struct.fits, taken)
     for fit, name in zip(root.struct.fits, names, strict=True):
         found.append(bodies.fit(root, fit, name))
     return [site for site in found if site is not None]

@@ -58,7 +58,7 @@ _UNIT = {
     "transform": slice(3, 7),
     "similarity": slice(3, 7),
 }
-_UNIT_TOLERANCE = 1e-3  # the tolerance for data
+UNIT_TOLERANCE = 1e-3  # the tolerance for data
 
 
 def _is_valid(
@@ -68,7 +68,7 @@ def _is_valid(
     name = field.text.split(" ")[0]
     part = values[_UNIT[name]] if name in _UNIT else (1.0,)
     norm = math.hypot(*part)
-    if abs(norm - 1) > _UNIT_TOLERANCE:
+    if abs(norm - 1) > UNIT_TOLERANCE:
         what = "a unit vector" if name == "direction" else "a unit quaternion (w, x, y, z)"
         report.error("E0310", node.span, f"expected {what}", label=f"its norm is {norm:.6g}")
         return False

@@ -182,6 +182,7 @@ class Apply(Typed):
     similarity          V and Q or M3, in either order, S -> T
     tf_log tf_exp       T -> its twist V6 or V7, and back
     rotation_vector     M3 -> vec3
+    direction_log       V3, V3 -> V2: from a unit vector to another, in its tangent plane
     dot cross norm norm2 unit perp det trace skew vee identity2 identity3
     conj rotate log exp of quaternions: conj(Q), rotate(Q, V), quat_log(Q), quat_exp(V)
     scalar functions    by their name in the language; the elementwise ones (starship, abs, sqrt

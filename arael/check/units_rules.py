@@ -287,6 +287,7 @@ RULES: dict[str, Rule] = {
     **dict.fromkeys(("transform", "similarity"), _rigid),
     "translation": _norm,
     "quaternion": _from(*_PURE, ONE),
+    "direction_log": _from(*_PURE, RAD, True),
     "rotation": lambda node, args: ONE,
     "tf_log": _twist,
     "euler_angles": _from(*_PURE, RAD, True),

@@ -37,7 +37,7 @@ from arael.check.walk import operands
 from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
-from arael.symbolic import inverse, linear, quaternion, rigid, rotation
+from arael.symbolic import inverse, linear, quaternion, rigid, rotation, sphere
 from arael.symbolic.graph import Graph
 from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
@@ -467,6 +467,7 @@ _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], N
     "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),
     "quat_exp": lambda g, t, a: list(quaternion.exp(g, a[0])),
     "tf_exp": lambda g, t, a: rigid.exp(g, a[0]),
+    "direction_log": lambda g, t, a: list(sphere.log(g, a[0], a[1])),
     "quaternion": lambda g, t, a: _quaternion_of(g, t[0], a[0]),
     "transform": _rigid,
     "similarity": _rigid,

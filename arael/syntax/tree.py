@@ -308,6 +308,18 @@ class Fit(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Prior(Node):
+    """``prior a ~ normal(mean, sigma)``; may take the clauses of a constraint."""
+
+    target: Expr
+    distribution: Ident
+    args: tuple[Expr, ...]
+    guard: Expr | None = None
+    loss: Expr | None = None
+    doc: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Key(Node):
     """``key name``: refs in data may use this string field."""
 
@@ -388,6 +400,7 @@ class Update(Node):
 Member = (
     Field
     | Constraint
+    | Prior
     | Fit
     | Key
     | Marginalize

@@ -11,10 +11,11 @@ from arael.syntax.building.strings import make_string
 from arael.syntax.tokens import Token
 
 _PLACES: dict[str, tuple[type, ...]] = {
-    "struct": (tree.Field, tree.Constraint, tree.Key, tree.SkipSelfBlock),
+    "struct": (tree.Field, tree.Constraint, tree.Prior, tree.Key, tree.SkipSelfBlock),
     "root": (
         tree.Field,
         tree.Constraint,
+        tree.Prior,
         tree.Fit,
         tree.Marginalize,
         tree.SkipSelfBlock,
@@ -26,6 +27,7 @@ _PLACES: dict[str, tuple[type, ...]] = {
 
 _MEMBER_WORDS: dict[type, str] = {
     tree.Constraint: "constraint",
+    tree.Prior: "prior",
     tree.Fit: "fit",
     tree.Key: "key",
     tree.Marginalize: "marginalize",

@@ -51,6 +51,28 @@ class MemberBuilder(Builder):
             doc=self._docs.of(span),
         )
 
+    def _make_prior(self, parts: list[Any], span: Span) -> tree.Prior:
+        target, _, distribution, args, clauses = parts
+        if "into" in clauses:
+            where = clauses["into"][0].span
+            self._log.error(
+                "E0141",
+                "`prior` takes no `into`",
+                where.start,
+                where.end,
+                "it couples no two entities",
+                help="write a `constraint` to name Hessian blocks",
+            )
+        return tree.Prior(
+            span=span,
+            target=target,
+            distribution=distribution,
+            args=args or (),
+            guard=clauses.get("when"),
+            loss=clauses.get("loss"),
+            doc=self._docs.of(span),
+        )
+
     def _make_fit(self, parts: list[Any], span: Span) -> tree.Fit:
         collection, element, clauses, body = parts
         if "into" in clauses:

@@ -199,7 +199,17 @@ def missing_operator(t: Trouble) -> bool:
     return True
 
 
+def tilde(t: Trouble) -> bool:
+    """``~a`` for ``not a``."""
+    if t.token.type != "TILDE" or not t.wants_operand:
+        return False
+    t.log.error("E0110", "stray character `~`", t.token.start, t.token.end, "write `not`")
+    t.swap("NOT")
+    return True
+
+
 RECOGNISERS = (
+    tilde,
     quoted,
     chained_comparison,
     ternary,

@@ -11,6 +11,7 @@ _MEMBER_WORDS = (
     "param",
     "skip",
     "constraint",
+    "prior",
     "fit",
     "key",
     "marginalize",
