@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import math
 
+import msgspec
+
 from arael.check.constants import Constants
 from arael.check.declared import FieldDecl
 from arael.check.report import Reporter
@@ -183,7 +185,7 @@ def replace_bounds(
     param: Param, low: tuple[float | None, ...], high: tuple[float | None, ...]
 ) -> Param:
     """`param` with these bounds."""
-    return Param(param.kind, param.stored, param.tangent, low, high, param.parts)
+    return msgspec.structs.replace(param, low=low, high=high)
 
 
 def _bound(

@@ -320,6 +320,13 @@ class Prior(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Fixed(Node):
+    """``fixed f.x, bias``: parameters, or components of them, that no solve changes."""
+
+    paths: tuple[Path, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Key(Node):
     """``key name``: refs in data may use this string field."""
 
@@ -401,6 +408,7 @@ Member = (
     Field
     | Constraint
     | Prior
+    | Fixed
     | Fit
     | Key
     | Marginalize

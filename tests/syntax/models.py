@@ -62,6 +62,7 @@ struct Pose {
         if a < b then -c else d +
             parent.parent.e
     }
+    fixed pos.x, a
     prior pos.z ~ normal(0, 1) when gps
     constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] + a[1:3] }
 }

@@ -45,6 +45,10 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "root R { prior  a.x~normal( 1,2 )when b loss huber( 1 ); prior: real }",
             "root R { prior a.x ~ normal(1, 2) when b loss huber(1); prior: real }\n",
         ),
+        (
+            "struct A { fixed  f.x,g; fixed: real }",
+            "struct A { fixed f.x, g; fixed: real }\n",
+        ),
         ("const a = b[ 0:3 ]+M[1 , : ]+M[ :,2][:]", "const a = b[0:3] + M[1, :] + M[:, 2][:]\n"),
         ("const a = [[1,2],[ 3,4]]", "const a = [[1, 2], [3, 4]]\n"),
         ("const g=9.81[m / s^2]*( 2 [ s ] )", "const g = 9.81 [m/s^2] * (2 [s])\n"),

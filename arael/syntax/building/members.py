@@ -145,6 +145,9 @@ class MemberBuilder(Builder):
         name, value = parts
         return tree.Let(span=span, name=name, value=value)
 
+    def _make_fixed(self, parts: list[Any], span: Span) -> tree.Fixed:
+        return tree.Fixed(span=span, paths=tuple(parts))
+
     def _make_key(self, parts: list[Any], span: Span) -> tree.Key:
         return tree.Key(span=span, field=parts[0])
 

@@ -12,6 +12,7 @@ _MEMBER_WORDS = (
     "skip",
     "constraint",
     "prior",
+    "fixed",
     "fit",
     "key",
     "marginalize",
