@@ -37,8 +37,8 @@ def runtime_residual(
     entities : rows of the model by name: the result of ``append``, ``model.poses[3]``, or many rows
         (``model.poses``), one for each row of the residual
     loss : robust loss of the residuals of a row together, as after `loss` in a model file:
-        ``"cauchy(2)"``, ``"geman_mcclure(2)"``, ``"huber(2)"``, ``"tukey(4)"``, or ``"|s| 2 *
-        (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
+        ``"cauchy(2)"``, ``"huber(2)"``, ``"tukey(4)"``, ...,
+        or ``"|s| 2 * (sqrt(1 + s) - 1)"``. Its scale may be one of `data`.
     when : a condition over data, as after `when` in a model file (``"p.gps"``, ``"weight > 0"``);
         the residual is evaluated for the rows where it is true
 

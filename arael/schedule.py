@@ -118,14 +118,37 @@ def parameter_paths(layout: Layout) -> list[str]:
     return found
 
 
+def _component_paths(layout: Layout) -> list[str]:
+    """Paths of the components of vectors and Euler angles: ``poses.pos.z``."""
+    return [
+        f"{table.path}.{column.path}.{name}".removeprefix(".")
+        for table in layout.tables
+        for column in table.columns
+        if column.param is not None
+        for name in column.param.components
+    ]
+
+
+def frozen_after(layout: Layout, frozen: frozenset[str], one: layouts.LayoutPass) -> frozenset[str]:
+    """Return what is frozen once the pass `one` has frozen and freed its paths.
+
+    A parameter of which a part is freed is frozen no more as a whole, but by its other parts.
+    """
+    freed = held_by(layout, one.free)
+    left = (frozen | held_by(layout, one.freeze)) - freed
+    return frozenset(
+        path for path in left if not any(other.startswith(f"{path}.") for other in freed)
+    )
+
+
 def held_by(layout: Layout, paths: Iterable[str]) -> frozenset[str]:
-    """Paths of the parameters that `paths` name or hold, so that parts can be freed again."""
+    """Paths of the parameters that `paths` name or hold, and of their parts and components."""
     wanted = tuple(one for path in paths for one in _at_all_places(layout, path))
     if not wanted:
         return frozenset()
     return frozenset(
         one
-        for one in parameter_paths(layout)
+        for one in (*parameter_paths(layout), *_component_paths(layout))
         if any(one == path or one.startswith(f"{path}.") for path in wanted)
     )
 

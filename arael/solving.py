@@ -22,7 +22,7 @@ from arael.runtime.linear import blas
 from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
-from arael.schedule import Pass, check_paths, chosen_passes, held_by
+from arael.schedule import Pass, check_paths, chosen_passes, frozen_after, held_by
 from arael.session import Session, session_of
 from arael.statuses import ENDING
 
@@ -112,7 +112,7 @@ def solve(
             if len(schedule) > 1 and write is not None:
                 write(f"pass {one.name}")
             if one.freeze or one.free:
-                frozen = (frozen | held_by(layout, one.freeze)) - held_by(layout, one.free)
+                frozen = frozen_after(layout, frozen, one)
             if pass_config.time_limit is not None:
                 left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
                 pass_config = replace(pass_config, time_limit=left)

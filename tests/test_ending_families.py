@@ -277,6 +277,8 @@ LOSSES: dict[str, Callable[[Any], Any]] = {
     "cauchy(1)": np.log1p,
     "geman_mcclure(1)": lambda z: z / (1 + z),
     "tukey(1)": lambda z: (1 - np.maximum(1 - z, 0) ** 3) / 3,
+    "welsch(1)": lambda z: -np.expm1(-z),
+    "fair(1)": lambda z: 2 * (np.sqrt(z) - np.log1p(np.sqrt(z))),
     "|z| 2*(sqrt(1 + z) - 1)": lambda z: 2 * z / (np.sqrt(1 + z) + 1),
 }
 

@@ -118,7 +118,9 @@ def test_exact_and_linear_problems_converge(load: Load, precision: str, strategy
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
-@pytest.mark.parametrize("loss", ["huber(1)", "cauchy(1)", "geman_mcclure(1)", "tukey(1)"])
+@pytest.mark.parametrize(
+    "loss", ["huber(1)", "cauchy(1)", "geman_mcclure(1)", "tukey(1)", "dcs(1)"]
+)
 def test_losses_end_where_the_default_ends(load: Load, strategy: str, loss: str) -> None:
     rng = np.random.default_rng(5)
     kind = load(ROBUST.replace("LOSS", loss))

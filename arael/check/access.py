@@ -19,12 +19,14 @@ from arael.check.typed import (
     Formula,
     Literal_,
     MatrixType,
+    Pack,
     Read,
     TransformType,
     Typed,
     VectorType,
 )
 from arael.check.typist import Typist
+from arael.check.units import Unit
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
@@ -269,7 +271,7 @@ def _component(t: Typist, node: tree.Expr, value: Typed, at: int) -> Binding:
 
 
 def index(t: Typist, node: tree.Index) -> Binding:
-    """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0."""
+    """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0; ``a:b`` for a part of it."""
     value = t.number(node.obj)
     if isinstance(value, Broken):
         return BROKEN
@@ -290,7 +292,7 @@ def index(t: Typist, node: tree.Index) -> Binding:
             help=help_,
         )
     if len(node.indices) != len(sizes):
-        help_ = ["write `M.row(i)` for a whole row"] if len(sizes) == 2 else []
+        help_ = ["write `M[i, :]` for a whole row"] if len(sizes) == 2 else []
         return t.fail(
             "E0305",
             node.span,
@@ -299,13 +301,65 @@ def index(t: Typist, node: tree.Index) -> Binding:
             labels=t.origin(value),
             help=help_,
         )
+    if any(isinstance(i, tree.Slice) for i in node.indices):
+        return _part(t, node, value, sizes)
     at = 0
     for expr, size in zip(node.indices, sizes, strict=True):
+        assert not isinstance(expr, tree.Slice)
         i = constant_index(t, expr, size, str(type_))
         if i is None:
             return BROKEN
         at = at * size + i
     return _component(t, node, value, at)
+
+
+def _part(t: Typist, node: tree.Index, value: Typed, sizes: Sequence[int]) -> Binding:
+    """``v[a:b]``, ``M[i, :]``, ``M[:, j]``, ``M[a:b, c:d]``: the elements in a vector or matrix."""
+    taken: list[range] = []
+    for expr, size in zip(node.indices, sizes, strict=True):
+        if isinstance(expr, tree.Slice):
+            part = constant_slice(t, expr, size, str(value.type))
+        else:
+            i = constant_index(t, expr, size, str(value.type))
+            part = None if i is None else range(i, i + 1)
+        if part is None:
+            return BROKEN
+        taken.append(part)
+    places = list(taken[0])
+    if len(taken) == 2:
+        places = [i * sizes[1] + j for i in taken[0] for j in taken[1]]
+    kept = [
+        len(part)
+        for part, expr in zip(taken, node.indices, strict=True)
+        if isinstance(expr, tree.Slice)
+    ]
+    type_ = MatrixType(*kept) if len(kept) == 2 else VectorType(*kept)
+    items = [Component(type=REAL, span=node.span, of=value, index=at) for at in places]
+    for item in items:
+        t.units.note(t, item)
+    t.kept.extend(items)
+    return t.make(Pack(type=type_, span=node.span, items=tuple(items)))
+
+
+def constant_slice(t: Typist, node: tree.Slice, size: int, of: str) -> range | None:
+    """The elements of a slice; None after an error."""
+    ends: list[int] = []
+    for expr, default in ((node.low, 0), (node.high, size)):
+        end = default if expr is None else constant_index(t, expr, size + 1, of)
+        if end is None:
+            return None
+        ends.append(end)
+    low, high = ends
+    if low < high:
+        return range(low, high)
+    t.fail(
+        "E0305",
+        node.span,
+        f"the slice {low}:{high} is empty",
+        label="no elements",
+        help=[f"`a:b` has the elements from a to b - 1, of 0 to {size - 1}"],
+    )
+    return None
 
 
 def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None:
@@ -320,6 +374,9 @@ def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None
             "an index is a constant whole number",
             label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
         )
+        return None
+    if isinstance(value.unit, Unit) and not value.unit.is_one:
+        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {value.unit}")
         return None
     i = int(value.value)
     if not 0 <= i < size:

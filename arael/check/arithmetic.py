@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
+from arael.check.constant_rotations import rotation_value
 from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
@@ -104,7 +107,8 @@ def _applied(node: Apply, args: Sequence[Values]) -> Values:
     if name in ("mul", "div") and (len(args[0]) == 1 or len(args[1]) == 1):
         name = "e" + name
     if name not in BUILD or max(map(len, args)) != size:
-        found = vector_value(name, [a.type for a in node.args], args)
+        types = [a.type for a in node.args]
+        found = rotation_value(name, types, args) or vector_value(name, types, args)
         if found is not None:
             return found
         raise NotConstant(node, f"uses `{node.name}`, which constants do not have")

@@ -13,6 +13,7 @@ from arael.check.limits import MAX_MODEL_EXPANDED, MAX_MODEL_OPERATIONS
 from arael.check.losses import loss_of
 from arael.check.paths import Paths
 from arael.check.places import Place
+from arael.check.priors import prior_residual
 from arael.check.report import Reporter
 from arael.check.residual_rows import check_parameters, check_rows, residual_of
 from arael.check.scope import BodyScope
@@ -49,6 +50,11 @@ class Bodies:
             index_column=_index_column(place, node),
         )
 
+    def prior(self, place: Place, node: tree.Prior, name: str) -> ConstraintSite | None:
+        """A prior at one place of its struct, as a constraint; None after an error."""
+        home = Entity((), place)
+        return self._site(home, home, f"{place.struct.name}.{name}", name, node, {})
+
     def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:
         """A `fit` of the root: a constraint on each element of a collection."""
         start = Entity((), root)
@@ -75,7 +81,7 @@ class Bodies:
         own: Entity,
         label: str,
         name: str,
-        node: tree.Constraint | tree.Fit,
+        node: tree.Constraint | tree.Fit | tree.Prior,
         lets: dict[str, tuple[Binding, Span]],
         index_column: str = "",
     ) -> ConstraintSite | None:
@@ -88,8 +94,11 @@ class Bodies:
             facts = facts_of(guard, t.slots.steps)[0] if guard is not None else frozenset()
             with t.knowing(facts):
                 loss = loss_of(t, node.loss) if node.loss is not None else None
-                self._lets(t, node.body, lets)
-                residual = residual_of(t, node.body.result)
+                if isinstance(node, tree.Prior):
+                    residual = prior_residual(t, node)
+                else:
+                    self._lets(t, node.body, lets)
+                    residual = residual_of(t, node.body.result)
         self.operations += t.operations
         self.expansion += t.expansion
         if self.operations > MAX_MODEL_OPERATIONS or self.expansion > MAX_MODEL_EXPANDED:
@@ -105,7 +114,9 @@ class Bodies:
         if residual is None or len(self.report.findings.errors) > before:
             return None
         read = [*residual, *([] if loss is None else [loss.value])]
-        if not check_rows(t, guard, read) or not check_parameters(t, node, residual):
+        if not check_rows(t, guard, read):
+            return None
+        if not isinstance(node, tree.Prior) and not check_parameters(t, node, residual):
             return None
         residual_units(t, residual)
         place = home.place

@@ -62,7 +62,7 @@ class Signature:
         """Number of arguments in words."""
         if self.most is None:
             return f"at least {self.least}"
-        return str(self.least)
+        return str(self.least) if self.most == self.least else f"{self.least} or {self.most}"
 
 
 def _elementwise(types: Types) -> ValueType | None:
@@ -155,12 +155,26 @@ def _matrix(types: Types) -> ValueType | None:
     return MAT4 if isinstance(types[0], TransformType) else None
 
 
+def _is_motion(types: Types) -> bool:
+    """Whether `types` are a translation and a rotation, in either order."""
+    return len(types) == 2 and VEC3 in types and (QUATERNION in types or MAT3 in types)
+
+
 def _transform(types: Types) -> ValueType | None:
-    return TRANSFORM if list(types) == [VEC3, QUATERNION] else None
+    whole = len(types) == 1 and types[0] in (MAT4, MatrixType(3, 4))
+    return TRANSFORM if whole or _is_motion(types) else None
 
 
 def _similarity(types: Types) -> ValueType | None:
-    return SIMILARITY if list(types[:2]) == [VEC3, QUATERNION] and is_number(types[2]) else None
+    return SIMILARITY if _is_motion(types[:2]) and is_number(types[2]) else None
+
+
+def _mat3(types: Types) -> tuple[str, ValueType] | None:
+    return ("rotation_matrix", MAT3) if types[0] in (QUATERNION, TRANSFORM, SIMILARITY) else None
+
+
+def _rotation_vector(types: Types) -> ValueType | tuple[str, ValueType] | None:
+    return ("quat_log", VEC3) if types[0] == QUATERNION else VEC3 if types[0] == MAT3 else None
 
 
 def _exactly(takes: ValueType, gives: ValueType) -> Callable[[Types], ValueType | None]:
@@ -221,12 +235,16 @@ FUNCTIONS: dict[str, Signature] = {
         "Euler angles (vec3), a quaternion, a transform, or an angle (real)", _rotation_matrix
     ),
     "matrix": _one("a transform", _matrix),
-    "transform": Signature(2, 2, "a translation (vec3) and a quaternion", _transform),
+    "mat3": Signature(1, 1, "a quaternion or a transform", _mat3),
+    "quaternion": Signature(1, 1, "a rotation matrix (mat3)", _exactly(MAT3, QUATERNION)),
+    "transform": Signature(
+        1, 2, "a matrix (mat<4,4>), or a rotation (mat3, quaternion) and a vec3", _transform
+    ),
     "similarity": Signature(
-        3, 3, "a translation (vec3), a quaternion, and a scale (real)", _similarity
+        3, 3, "a translation (vec3), a rotation (quaternion, mat3), and a scale (real)", _similarity
     ),
     "euler_angles": _one("a mat3 or a quaternion", _euler_angles),
-    "rotation_vector": _one("a mat3", _exactly(MAT3, VEC3)),
+    "rotation_vector": _one("a mat3 or a quaternion", _rotation_vector),
     "conj": _one("a quaternion", _conj),
     "rotate": Signature(2, 2, "a quaternion and a vec3", _rotate, method=True),
 }

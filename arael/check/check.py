@@ -11,6 +11,7 @@ from arael.check.constants import Constants
 from arael.check.containment import check_containment
 from arael.check.declared import Declarations
 from arael.check.fields import Fields, declare_fields
+from arael.check.fixed import apply_fixed
 from arael.check.inlining import check_functions
 from arael.check.into import Blocks, IntoRule
 from arael.check.items import Load, choose_root, gather
@@ -106,6 +107,7 @@ def declare(declarations: Declarations, constants: Constants, report: Reporter) 
     for struct in declarations.structs.values():
         sort_members(struct, report)
         declare_fields(fields, struct)
+        apply_fixed(struct, report)
         check_keys(struct, report)
     check_members(declarations, report)
     for struct in declarations.structs.values():
@@ -127,8 +129,11 @@ def _constraints(
     for place in sites.places():
         for node in place.struct.constraints:
             found.append(into.check(place, node, bodies.constraint(place, node)))
+        for name, prior in place.struct.priors:
+            found.append(bodies.prior(place, prior, name))
     root = sites.root.place
-    names = fit_names(root.struct.fits, {c.name.id for c in root.struct.constraints})
+    taken = {c.name.id for c in root.struct.constraints} | {n for n, _ in root.struct.priors}
+    names = fit_names(root.struct.fits, taken)
     for fit, name in zip(root.struct.fits, names, strict=True):
         found.append(bodies.fit(root, fit, name))
     return [site for site in found if site is not None]

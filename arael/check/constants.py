@@ -16,9 +16,9 @@ from arael.check.declared import Declarations
 from arael.check.expressions import HANDLERS
 from arael.check.report import Reporter
 from arael.check.scope import ConstantScope
-from arael.check.typed import INT, REAL, Literal_, Typed, ValueType
+from arael.check.typed import INT, REAL, Literal_, Pack, Typed, ValueType
 from arael.check.typist import Slots, Typist
-from arael.check.units_quantities import NUMBER, Quantity
+from arael.check.units_quantities import NUMBER, UNKNOWN, Quantity, spread
 from arael.diagnostics.records import Span
 from arael.syntax import tree
 
@@ -75,8 +75,10 @@ class Constants:
 
     def _work_out(self, node: tree.Expr) -> Typed | Broken:
         typed, unit = self._typed(node)
-        if isinstance(typed, Broken) or typed.type not in (REAL, INT):
+        if isinstance(typed, Broken):
             return typed
+        if typed.type not in (REAL, INT):
+            return typed if unit in (NUMBER, UNKNOWN) else _with_units(typed, unit)
         value = self.evaluate(node)
         if value is None:
             return BROKEN
@@ -98,3 +100,16 @@ class Constants:
             label="depends on its own value",
         )
         return BROKEN
+
+
+def _with_units(typed: Typed, unit: Quantity) -> Typed:
+    """A vector or matrix as its numbers, which have their units wherever it is read."""
+    try:
+        values = evaluate(typed)
+    except NotConstant:
+        return typed
+    items = tuple(
+        Literal_(type=REAL, span=typed.span, value=value, unit=one)
+        for value, one in zip(values, spread(unit, len(values)), strict=True)
+    )
+    return Pack(type=typed.type, span=typed.span, items=items)

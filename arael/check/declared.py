@@ -64,6 +64,7 @@ class StructDecl:
     node: tree.Struct
     fields: dict[str, FieldDecl] = field(default_factory=dict)
     constraints: list[tree.Constraint] = field(default_factory=list)
+    priors: list[tuple[str, tree.Prior]] = field(default_factory=list)
     fits: list[tree.Fit] = field(default_factory=list)
     marginalize: list[tree.Marginalize] = field(default_factory=list)
     solve: tree.Solve | None = None

@@ -1,6 +1,7 @@
 """Rule: a default, and a bound of a parameter, is a constant that fits the type.
 
-Allowed: ``w: real = 1 / 3``, ``m: mat2 = [1, 0, 0, 1]``, ``param a: vec2 in 0 .. [1, 2]``.
+Allowed: ``w: real = 1 / 3``, ``m: mat2 = [[1, 0], [0, 1]]`` (or its four numbers),
+``param a: vec2 in 0 .. [1, 2]``.
 
 Not allowed: ``v: vec3 = 0`` (write `[0, 0, 0]`), ``n: int = 1.5``, bounds of a rotation, a lower
 bound above the upper one.
@@ -10,10 +11,12 @@ from __future__ import annotations
 
 import math
 
+import msgspec
+
 from arael.check.constants import Constants
 from arael.check.declared import FieldDecl
 from arael.check.report import Reporter
-from arael.check.typed import BOOL, INT, STRING, ScalarType, VectorType
+from arael.check.typed import BOOL, INT, STRING, MatrixType, ScalarType, VectorType
 from arael.check.types import size_of
 from arael.check.units_fields import check_constant
 from arael.diagnostics.records import Label
@@ -57,7 +60,7 @@ _UNIT = {
     "transform": slice(3, 7),
     "similarity": slice(3, 7),
 }
-_UNIT_TOLERANCE = 1e-3  # the tolerance for data
+UNIT_TOLERANCE = 1e-3  # the tolerance for data
 
 
 def _is_valid(
@@ -67,7 +70,7 @@ def _is_valid(
     name = field.text.split(" ")[0]
     part = values[_UNIT[name]] if name in _UNIT else (1.0,)
     norm = math.hypot(*part)
-    if abs(norm - 1) > _UNIT_TOLERANCE:
+    if abs(norm - 1) > UNIT_TOLERANCE:
         what = "a unit vector" if name == "direction" else "a unit quaternion (w, x, y, z)"
         report.error("E0310", node.span, f"expected {what}", label=f"its norm is {norm:.6g}")
         return False
@@ -89,15 +92,21 @@ def constant_for(
         size *= n
     label = Label(field.span, f"`{field.name}` is declared `{field.text}` here")
     scalar = field.shape == ()
-    if len(found.values) != size or scalar != isinstance(found.type, ScalarType):
+    rows = f"[{', '.join(['0'] * field.shape[-1])}]" if field.shape else ""
+    table = f"[{', '.join([rows] * field.shape[0])}]" if len(field.shape) == 2 else rows
+    shaped = isinstance(found.type, MatrixType)
+    misshapen = shaped and (found.type != field.type or field.param is not None)
+    if len(found.values) != size or scalar != isinstance(found.type, ScalarType) or misshapen:
         example = "a single number" if scalar else f"a list of {size} numbers"
+        if len(field.shape) == 2:
+            example = f"{field.shape[0]} rows of {field.shape[1]} numbers"
         report.error(
             "E0310",
             node.span,
             f"expected {example} for `{field.text}`, found {found.type}",
             label="does not fit",
             labels=[label],
-            help=[f"write `[{', '.join(['0'] * size)}]`"] if not scalar and size <= 4 else [],
+            help=[f"write `{table}`"] if not scalar and size <= 9 else [],
         )
         return None
     if (field.type == BOOL) != (found.type == BOOL):
@@ -176,7 +185,7 @@ def replace_bounds(
     param: Param, low: tuple[float | None, ...], high: tuple[float | None, ...]
 ) -> Param:
     """`param` with these bounds."""
-    return Param(param.kind, param.stored, param.tangent, low, high, param.parts)
+    return msgspec.structs.replace(param, low=low, high=high)
 
 
 def _bound(

@@ -28,6 +28,7 @@ from arael.check.typed import (
 )
 from arael.check.types import size_of
 from arael.check.typist import Typist
+from arael.check.units_fields import unit_of
 from arael.diagnostics.records import Label
 from arael.syntax import tree
 
@@ -36,7 +37,13 @@ def _number(t: Typist, node: tree.Number) -> Binding:
     value = node.value
     if value in (float("inf"), float("-inf")):
         return t.fail("E0310", node.span, "number is too large", label="beyond 1.8e308")
-    return t.make(Literal_(type=INT if node.is_integer else REAL, span=node.span, value=value))
+    type_ = INT if node.is_integer else REAL
+    if node.unit is None:
+        return t.make(Literal_(type=type_, span=node.span, value=value))
+    unit = unit_of(node.unit, t.report)
+    if unit is None:
+        return BROKEN
+    return t.make(Literal_(type=type_, span=node.span, value=value, unit=unit))
 
 
 def _boolean(t: Typist, node: tree.Boolean) -> Binding:
@@ -221,6 +228,9 @@ def _conditional(t: Typist, node: tree.Conditional) -> Binding:
 
 
 def _list(t: Typist, node: tree.ListExpr) -> Binding:
+    """``[a, v, b]`` joins scalars and vectors; ``[[a, b], [c, d]]`` is a matrix of such rows."""
+    if node.items and all(isinstance(part, tree.ListExpr) for part in node.items):
+        return _matrix(t, node)
     items: list[Typed] = []
     broken = False
     for part in node.items:
@@ -248,6 +258,34 @@ def _list(t: Typist, node: tree.ListExpr) -> Binding:
         return t.fail("E0312", node.span, "an empty list has no value", label="put numbers in it")
     size = sum(size_of(i.type) for i in items)
     return t.make(Pack(type=VectorType(size), span=node.span, items=tuple(items)))
+
+
+def _matrix(t: Typist, node: tree.ListExpr) -> Binding:
+    rows = [t.number(part) for part in node.items]
+    found = [row for row in rows if isinstance(row, Typed)]
+    if len(found) < len(rows):
+        return BROKEN
+    sizes = [size_of(row.type) for row in found]
+    odd = next((row for row in found if not isinstance(row.type, VectorType)), None)
+    if odd is not None:
+        return t.fail(
+            "E0312",
+            odd.span,
+            "a row of a matrix is a list of scalars and vectors",
+            label=f"this is {odd.type}",
+        )
+    for row, size in zip(found, sizes, strict=True):
+        if size != sizes[0]:
+            return t.fail(
+                "E0312",
+                row.span,
+                "the rows of a matrix have one length",
+                label=f"{size} element{'s' * (size != 1)}",
+                labels=[Label(found[0].span, f"{sizes[0]} element{'s' * (sizes[0] != 1)}")],
+                help=["for a vector, write all elements in one list: `[a, b, c]`"],
+            )
+    type_ = MatrixType(len(rows), sizes[0])
+    return t.make(Pack(type=type_, span=node.span, items=tuple(found)))
 
 
 HANDLERS: Mapping[type, Callable[[Typist, Any], Binding]] = {

@@ -1,7 +1,7 @@
 """Rule: a loss is a function of the squared residual that starts at zero and rises from there.
 
-Allowed: ``loss cauchy(c)``, ``geman_mcclure(c)``, ``huber(k)``, ``tukey(c)`` with a positive scale
-from data or constants; ``loss |s| expr`` over ``s``, data and constants.
+Allowed: ``loss cauchy(c)`` and the other names of `LOSSES` with a positive scale from data or
+constants; ``loss |s| expr`` over ``s``, data and constants.
 
 Not allowed: another name, no scale or two, a scale that is zero, negative or solved for; a
 user-defined loss that is not zero, decreases, or has infinite slope at zero.
@@ -25,7 +25,7 @@ from arael.check.walk import postorder
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
 
-LOSSES = ("cauchy", "geman_mcclure", "huber", "tukey")
+LOSSES = ("cauchy", "dcs", "fair", "geman_mcclure", "huber", "soft_l1", "tukey", "welsch")
 
 # Values for the data that a user-defined loss reads, when its behaviour at zero is checked.
 _SCALES = (0.7, 1.9, 3.1)

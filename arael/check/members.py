@@ -8,6 +8,8 @@ grammar decides which members a struct and a root may have.)
 
 from __future__ import annotations
 
+import re
+
 from arael.check.declared import StructDecl
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
@@ -27,6 +29,10 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
             case tree.Constraint():
                 _own_name(member.name, constraints, "E0603", "constraint", report)
                 struct.constraints.append(member)
+            case tree.Prior():
+                name = tree.Ident(span=member.target.span, id=prior_name(member))
+                _own_name(name, constraints, "E0603", "constraint", report)
+                struct.priors.append((name.id, member))
             case tree.Fit():
                 struct.fits.append(member)
             case tree.Marginalize():
@@ -45,6 +51,13 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
                 struct.solve = member
             case _:
                 pass
+
+
+def prior_name(prior: tree.Prior) -> str:
+    """Name of a prior among the constraints of its struct: ``prior_pos_z`` of ``pos.z``."""
+    text = prior.target.span.text.removeprefix("self.")
+    target = re.sub(r"\W+", "_", text).strip("_")
+    return f"prior_{target}"
 
 
 def check_keys(struct: StructDecl, report: Reporter) -> None:

@@ -325,7 +325,7 @@ def _is_part(field: FieldDecl | None, name: str) -> bool:
     return (
         field is not None
         and field.param is not None
-        and any(part.name == name for part in field.param.parts)
+        and (name in field.param.components or any(p.name == name for p in field.param.parts))
     )
 
 

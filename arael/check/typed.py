@@ -137,7 +137,7 @@ class Component(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Pack(Typed):
-    """Scalars and vectors joined into one vector."""
+    """Scalars and vectors joined into one vector, or row by row into a matrix."""
 
     items: tuple[Typed, ...]
 
@@ -177,10 +177,12 @@ class Apply(Typed):
     rotation_matrix     euler vec3 -> M3, angle S -> M2, Q -> M3, T -> M3 (as method or function)
     matrix              T -> M4, homogeneous
     euler_angles        M3 or Q -> vec3
-    transform           V, Q -> T
-    similarity          V, Q, S -> T
+    quaternion          M3 -> Q
+    transform           M4 or M<3,4>; V and Q or M3, in either order -> T
+    similarity          V and Q or M3, in either order, S -> T
     tf_log tf_exp       T -> its twist V6 or V7, and back
     rotation_vector     M3 -> vec3
+    direction_log       V3, V3 -> V2: from a unit vector to another, in its tangent plane
     dot cross norm norm2 unit perp det trace skew vee identity2 identity3
     conj rotate log exp of quaternions: conj(Q), rotate(Q, V), quat_log(Q), quat_exp(V)
     scalar functions    by their name in the language; the elementwise ones (starship, abs, sqrt

@@ -1,9 +1,9 @@
 """Rule: a declared unit exists and fits its type, and constants of a field have its unit.
 
-Allowed: ``pos: vec3 [m]``, ``param ea: euler [rad]``, ``s: real [m] = 1``.
+Allowed: ``pos: vec3 [m]``, ``param ea: euler [rad]``, ``s: real [m] = 1``, ``s: real [m] = 1 [m]``.
 
 Not allowed: ``[metrs]``, ``param ea: euler [m]``, ``name: string [m]``,
-``s: real [m] = deg2rad(1)``.
+``s: real [m] = deg2rad(1)``, ``s: real [m] = 1 [mm]``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from arael.check.declared import FieldDecl
 from arael.check.suggest import nearest
 from arael.check.typed import BOOL, QUATERNION, STRING
-from arael.check.units import ONE, RAD, Unit
+from arael.check.units import DEG, ONE, RAD, Unit
 from arael.check.units_parsing import BadUnit, parse_unit
 from arael.check.units_quantities import UNKNOWN, Clash, Quantity, all_joined, joined
 from arael.check.units_table import known_names, short_name
@@ -36,13 +36,11 @@ _OF_PARAMS: dict[str, tuple[Unit, Sequence[Unit]]] = {
 
 def declare_unit(field: FieldDecl, report: Reporter) -> None:
     """Resolve the unit of the values of `field`."""
-    node = _unit_of(field.node.type)
+    node = _declared(field.node.type)
     declared: Unit | None = None
     if node is not None:
-        try:
-            declared = parse_unit(node.text)
-        except BadUnit as wrong:
-            _bad(node, wrong, report)
+        declared = unit_of(node, report)
+        if declared is None:
             return
     kind = field.param.kind if field.param else ""
     if kind in _OF_PARAMS:
@@ -61,7 +59,16 @@ def declare_unit(field: FieldDecl, report: Reporter) -> None:
         field.quantity = declared
 
 
-def _unit_of(type_: tree.TypeExpr) -> tree.Unit | None:
+def unit_of(node: tree.Unit, report: Reporter) -> Unit | None:
+    """The unit that `node` names; None after an error."""
+    try:
+        return parse_unit(node.text)
+    except BadUnit as wrong:
+        _bad(node, wrong, report)
+        return None
+
+
+def _declared(type_: tree.TypeExpr) -> tree.Unit | None:
     if isinstance(type_, tree.OptionalType):
         return type_.inner.unit
     if isinstance(type_, tree.CollectionType):
@@ -110,7 +117,19 @@ def check_constant(field: FieldDecl, node: tree.Expr, quantity: Quantity, report
             f"`{field.name}` is in {clash.first}, found {clash.second}",
             label=f"this is in {clash.second}",
             labels=[Label(field.span, f"`{field.name}` is declared `{field.text}` here")],
-            help=["correct the unit, or the value; a literal number takes the unit of the field"],
+            help=[_conversion(node, clash)],
         )
         return False
     return True
+
+
+def _conversion(node: tree.Expr, clash: Clash) -> str:
+    """Help for a constant in another unit than its field."""
+    wanted, found = clash.first, clash.second
+    number = node.text if isinstance(node, tree.Number) else ""
+    if wanted == RAD and found == DEG:
+        return f"units are not converted: write `deg2rad({number or 'x'})`"
+    if number and wanted.dimensions() == found.dimensions():
+        value = float(number) * found.factor / wanted.factor
+        return f"units are not converted: write `{value:.12g} [{wanted}]`"
+    return "correct the unit, or the value; a literal number takes the unit of the field"

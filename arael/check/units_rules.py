@@ -188,6 +188,13 @@ def _rotation_matrix(node: Apply, args: Sequence[Quantity]) -> Quantity:
     return _from(*_ANGLE, ONE)(node, args)
 
 
+def _rigid(node: Apply, args: Sequence[Quantity]) -> Quantity:
+    """The unit of the translation; a homogeneous matrix has none."""
+    if len(args) == 1:
+        return UNKNOWN
+    return all_joined(args[0 if isinstance(node.args[0].type, VectorType) else 1])
+
+
 def _twist(node: Apply, args: Sequence[Quantity]) -> Quantity:
     parts = (all_joined(args[0]),) * 3 + (RAD,) * 3
     return packed(parts) if size_of(node.type) == 6 else UNKNOWN
@@ -273,7 +280,10 @@ RULES: dict[str, Rule] = {
     "quat_exp": _from(*_ANGLE, ONE),
     "quat_log": _from(*_PURE, RAD, True),
     "rotation_matrix": _rotation_matrix,
-    **dict.fromkeys(("transform", "similarity", "translation"), _norm),
+    **dict.fromkeys(("transform", "similarity"), _rigid),
+    "translation": _norm,
+    "quaternion": _from(*_PURE, ONE),
+    "direction_log": _from(*_PURE, RAD, True),
     "rotation": lambda node, args: ONE,
     "tf_log": _twist,
     "euler_angles": _from(*_PURE, RAD, True),

@@ -12,12 +12,12 @@ from arael.check.typed import (
     Component,
     Formula,
     Literal_,
+    MatrixType,
     Pack,
     Read,
     Select,
     TransformType,
     Typed,
-    VectorType,
 )
 from arael.check.types import size_of
 from arael.check.units import ONE
@@ -26,6 +26,7 @@ from arael.check.units_quantities import (
     Clash,
     Quantity,
     Scalar,
+    all_joined,
     joined,
     packed,
     spread,
@@ -50,6 +51,8 @@ class Units:
         found = self.known.get(node)
         if found is not None:
             return found
+        if isinstance(node, Pack):  # a constant
+            return _pack(self, node)
         return node.unit if isinstance(node, Literal_) else UNKNOWN
 
     def note(self, node: Typed) -> Clash | Misfit | None:
@@ -81,9 +84,14 @@ def _component(units: Units, node: Component) -> Quantity:
 def _pack(units: Units, node: Pack) -> Quantity:
     items: list[Scalar] = []
     for item in node.items:
-        size = size_of(item.type) if isinstance(item.type, VectorType) else 1
+        size = size_of(item.type)
         items += spread(units.of(item), size)
-    return packed(tuple(items))
+    if not isinstance(node.type, MatrixType):
+        return packed(tuple(items))
+    try:  # a matrix has one unit
+        return UNKNOWN if UNKNOWN in items else all_joined(tuple(items))
+    except Clash:
+        return UNKNOWN
 
 
 def _select(units: Units, node: Select) -> Quantity:

@@ -42,15 +42,18 @@ def postorder(results: Iterable[Typed]) -> list[Typed]:
 
 def subtrees(node: tree.Expr) -> Iterator[tree.Expr]:
     """`node` and every expression within it, as written."""
-    waiting: list[tree.Expr] = [node]
+    waiting: list[tree.Expr | tree.Slice] = [node]
     while waiting:
         here = waiting.pop()
-        yield here
+        if not isinstance(here, tree.Slice):
+            yield here
         waiting.extend(reversed(_parts(here)))
 
 
-def _parts(node: tree.Expr) -> tuple[tree.Expr, ...]:
+def _parts(node: tree.Expr | tree.Slice) -> tuple[tree.Expr | tree.Slice, ...]:
     match node:
+        case tree.Slice():
+            return tuple(end for end in (node.low, node.high) if end is not None)
         case tree.Attribute():
             return (node.obj,)
         case tree.Index():

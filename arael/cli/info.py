@@ -119,7 +119,7 @@ def _fields(table: Table) -> Iterator[str]:
     name_width = max((len(_head(c)) for c in shown), default=0)
     type_width = max((len(c.type) for c in shown), default=0)
     for column in shown:
-        notes = [_default(column), (column.doc or "").strip().split("\n")[0]]
+        notes = [_default(column), _held(column), (column.doc or "").strip().split("\n")[0]]
         note = "  ".join(n for n in notes if n)
         yield f"  {_head(column):<{name_width}}  {column.type:<{type_width}}  {note}".rstrip()
 
@@ -130,6 +130,19 @@ def _default(column: Column) -> str:
     if isinstance(column.default, str):
         return f'= "{column.default}"'
     return "= " + ", ".join(f"{value:g}" for value in column.default)
+
+
+def _held(column: Column) -> str:
+    """The components that the model fixes: ``fixed x, z``; ``fixed`` for all."""
+    param = column.param
+    if param is None or not param.held:
+        return ""
+    if len(param.held) == param.tangent:
+        return "fixed"
+    named = dict(enumerate(param.components))
+    for part in param.parts:
+        named |= dict.fromkeys(range(part.first, part.first + part.count), part.name)
+    return "fixed " + ", ".join(dict.fromkeys(named[k] for k in param.held))
 
 
 def _head(column: Column) -> str:

@@ -25,6 +25,7 @@ from arael.check.typed import Loss
 from arael.compiler.scalarise import Scalariser
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import jacobian
+from arael.symbolic.series import polynomial
 
 # Of a loss of the model's own, below this share of curvature in its slope, rho(s) / s is taken from
 # derivatives: there, rounding of rho(s) would cost more than the term that is left out.
@@ -33,6 +34,9 @@ _STRAIGHT = {False: 1e-5, True: 5e-3}
 # Least s at which a loss of the model's own is evaluated, in f64 and in f32: a square root in it
 # has no slope at zero.
 _LEAST = {False: 1e-30, True: 1e-12}
+
+# The loss `fair` is summed from a series below this residual, in units of its scale.
+_FAIR_SERIES = 0.1
 
 # Least curvature across the residual, as a share of rho(s) / s.
 _ACROSS = 0.01
@@ -76,8 +80,8 @@ def _named(scalariser: Scalariser, s: int, loss: Loss) -> tuple[int, int]:
     """``rho(s) / s`` and ``rho'(s)`` of a loss that has a name."""
     g = scalariser.graph
     (scale,) = scalariser.nodes(loss.value)
-    rho, ratio = _LOSSES[loss.name]
-    return ratio(g, s, scale), _slope(g, rho(g, s, scale), s)
+    slope, ratio = _LOSSES[loss.name]
+    return ratio(g, s, scale), slope(g, s, scale)
 
 
 def _own(scalariser: Scalariser, s: int, loss: Loss, single: bool) -> tuple[int, int]:
@@ -160,13 +164,94 @@ def _tukey_ratio(g: Graph, s: int, c: int) -> int:
     return g.op("select", g.op("le", x, one), inside, g.op("div", third, x))
 
 
+def _soft_l1(g: Graph, s: int, c: int) -> int:
+    """2 c^2 (sqrt(1 + s / c^2) - 1)."""
+    one = g.const(1.0)
+    root = g.op("sqrt", g.op("add", one, _share(g, s, c)))
+    return g.op("mul", g.op("mul", g.const(2.0), g.op("mul", c, c)), g.op("sub", root, one))
+
+
+def _soft_l1_ratio(g: Graph, s: int, c: int) -> int:
+    """2 / (1 + sqrt(1 + x)): the difference above, rationalised."""
+    one = g.const(1.0)
+    root = g.op("sqrt", g.op("add", one, _share(g, s, c)))
+    return g.op("div", g.const(2.0), g.op("add", one, root))
+
+
+def _welsch(g: Graph, s: int, c: int) -> int:
+    """c^2 (1 - exp(-s / c^2))."""
+    falling = g.op("exp", g.op("neg", _share(g, s, c)))
+    return g.op("mul", g.op("mul", c, c), g.op("sub", g.const(1.0), falling))
+
+
+def _welsch_ratio(g: Graph, s: int, c: int) -> int:
+    """(1 - exp(-x)) / x."""
+    x = _share(g, s, c)
+    zero, one = g.const(0.0), g.const(1.0)
+    nothing = g.op("eq", x, zero)
+    away = g.op("select", nothing, one, x)
+    value = g.op("div", g.op("neg", g.op("expm1", g.op("neg", away))), away)
+    return g.op("select", nothing, one, value)
+
+
+def _fair_slope(g: Graph, s: int, c: int) -> int:
+    """1 / (1 + y), y = sqrt(s) / c. Not derived from rho: sqrt has no derivative at zero."""
+    one = g.const(1.0)
+    return g.op("div", one, g.op("add", one, g.op("div", g.op("sqrt", s), c)))
+
+
+def _fair_ratio(g: Graph, s: int, c: int) -> int:
+    """2 (y - log(1 + y)) / y^2, by a series for small y, where the difference cancels.
+
+    With z = y / (2 + y), log(1 + y) = 2 (z + z^3/3 + z^5/5 + ...) and y - 2 z = y z, so that the
+    ratio is 2 / (2 + y) (1 - 2 z / (2 + y) (1/3 + z^2/5 + z^4/7 + ...)).
+    """
+    one, two = g.const(1.0), g.const(2.0)
+    y = g.op("div", g.op("sqrt", s), c)
+    small = g.op("lt", y, g.const(_FAIR_SERIES))
+    away = g.op("select", small, one, y)
+    rest = g.op("sub", away, g.op("log1p", away))
+    closed = g.op("div", g.op("mul", two, rest), g.op("mul", away, away))
+    share = g.op("div", two, g.op("add", two, y))
+    z = g.op("mul", g.op("mul", g.const(0.5), share), y)
+    terms = polynomial(g, g.op("mul", z, z), [1 / k for k in range(3, 17, 2)])
+    series = g.op("mul", share, g.op("sub", one, g.op("mul", g.op("mul", share, z), terms)))
+    return g.op("select", small, series, closed)
+
+
+def _dcs(g: Graph, s: int, c: int) -> int:
+    """Quadratic up to c^2, c^2 (3 s - c^2) / (s + c^2) beyond, as c^2 (3 - 4 / (1 + s / c^2))."""
+    square = g.op("mul", c, c)
+    rest = g.op("div", g.const(4.0), g.op("add", g.const(1.0), _share(g, s, c)))
+    beyond = g.op("mul", square, g.op("sub", g.const(3.0), rest))
+    return g.op("select", g.op("le", s, square), s, beyond)
+
+
+def _dcs_ratio(g: Graph, s: int, c: int) -> int:
+    """(3 - 1/x) / (1 + x) with x not under 1, where it is 1."""
+    one = g.const(1.0)
+    x = g.op("max", _share(g, s, c), one)
+    above = g.op("sub", g.const(3.0), g.op("div", one, x))
+    return g.op("div", above, g.op("add", one, x))
+
+
 _Function = Callable[[Graph, int, int], int]
 
-# rho(s), from which its slope is derived, and rho(s) / s in a form that is finite and loses no
-# digits from s = 0 on.
+
+def _derived(rho: _Function) -> _Function:
+    """The slope of `rho`, by differentiation."""
+    return lambda g, s, c: _slope(g, rho(g, s, c), s)
+
+
+# rho'(s), and rho(s) / s in a form that is finite and loses no digits from s = 0 on. Sources:
+# docs/robust.md.
 _LOSSES: dict[str, tuple[_Function, _Function]] = {
-    "cauchy": (_cauchy, _cauchy_ratio),
-    "geman_mcclure": (_geman_mcclure, _geman_mcclure_ratio),
-    "huber": (_huber, _huber_ratio),
-    "tukey": (_tukey, _tukey_ratio),
+    "cauchy": (_derived(_cauchy), _cauchy_ratio),
+    "dcs": (_derived(_dcs), _dcs_ratio),
+    "fair": (_fair_slope, _fair_ratio),
+    "geman_mcclure": (_derived(_geman_mcclure), _geman_mcclure_ratio),
+    "huber": (_derived(_huber), _huber_ratio),
+    "soft_l1": (_derived(_soft_l1), _soft_l1_ratio),
+    "tukey": (_derived(_tukey), _tukey_ratio),
+    "welsch": (_derived(_welsch), _welsch_ratio),
 }

@@ -37,7 +37,7 @@ from arael.check.walk import operands
 from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Place
-from arael.symbolic import inverse, linear, quaternion, rigid, rotation
+from arael.symbolic import inverse, linear, quaternion, rigid, rotation, sphere
 from arael.symbolic.graph import Graph
 from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
@@ -416,6 +416,24 @@ def _euler_angles(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -
     return list(rotation.euler_angles(g, _grid(types[0], args[0])))
 
 
+def _quaternion_of(g: Graph, type_: ValueType, nodes: Nodes) -> Nodes:
+    """Quaternion of a rotation that may be a matrix."""
+    if isinstance(type_, MatrixType):
+        return list(quaternion.from_rotation_matrix(g, _grid(type_, nodes)))
+    return nodes
+
+
+def _rigid(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    """Transform of a matrix, or of a translation and a rotation, with a scale if there is one."""
+    if len(args) == 1:
+        rows = _grid(types[0], args[0])
+        turn = quaternion.from_rotation_matrix(g, [row[:3] for row in rows[:3]])
+        return [*(row[3] for row in rows[:3]), *turn]
+    at = 0 if isinstance(types[0], VectorType) else 1
+    turn = _quaternion_of(g, types[1 - at], args[1 - at])
+    return [*args[at], *turn, *(n for a in args[2:] for n in a)]
+
+
 _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]] = {
     **{name: _op(name) for name in ("neg", "add", "sub", "div", "pow", "and", "or", "not")},
     **{name: _op(name) for name in ("lt", "le", "eq", "ne")},
@@ -449,6 +467,8 @@ _OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], N
     "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),
     "quat_exp": lambda g, t, a: list(quaternion.exp(g, a[0])),
     "tf_exp": lambda g, t, a: rigid.exp(g, a[0]),
-    "transform": lambda g, t, a: [*a[0], *a[1]],
-    "similarity": lambda g, t, a: [*a[0], *a[1], *a[2]],
+    "direction_log": lambda g, t, a: list(sphere.log(g, a[0], a[1])),
+    "quaternion": lambda g, t, a: _quaternion_of(g, t[0], a[0]),
+    "transform": _rigid,
+    "similarity": _rigid,
 }

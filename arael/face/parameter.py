@@ -82,13 +82,56 @@ class Parameter(NDArrayOperatorsMixin, Forms):
     def optimize(self) -> Any:
         """Whether the parameter is solved for, unless it is fixed: bool, or (N,) bools.
 
+        A vector or Euler angles of k numbers also take one bool for each of them, (k,) for a row
+        and (N, k) or (1, k) for many, and give them back unless all are true.
+
         Setting it for a whole collection also applies to rows appended later.
         """
-        return self._flag(self._table.optimize(self._path))
+        whole = self._flag(self._table.optimize(self._path))
+        held = self._table.component_flags(self._path)
+        if held is None or held[self._rows()].all():
+            return whole
+        part = np.logical_and(held[self._rows()], np.asarray(whole)[..., None])
+        part.flags.writeable = False
+        return part
 
     @optimize.setter
     def optimize(self, value: Any) -> None:
+        array, rows = np.asarray(value), self._rows()
+        one = isinstance(rows, int)
+        if self._takes_components() and array.ndim == (1 if one else 2):
+            self._set_components(array, rows, one)
+            return
         self._set_flag("optimize", value)
+        held = self._table.component_flags(self._path)
+        if held is not None:  # one bool is for all components
+            held[rows] = True
+            if self._whole and array.shape == ():
+                self._table.components_new[self._path] = (True,) * held.shape[1]
+
+    def _takes_components(self) -> bool:
+        param = self._column.param
+        return param is not None and param.kind in ("vec", "euler")
+
+    def _set_components(self, array: Array, rows: Rows, one: bool) -> None:
+        count = 1 if one else len(np.arange(self._table.size)[rows])
+        param = self._column.param
+        assert param is not None
+        shapes = [(param.tangent,)] if one else [(count, param.tangent), (1, param.tangent)]
+        if array.dtype != np.bool_ or array.shape not in shapes:
+            raise error(
+                "E0703",
+                f"expected true or false for each of {param.tangent} components, "
+                f"found shape {array.shape} of {array.dtype}",
+                f"{self._name}.optimize",
+                self._column,
+            )
+        flags = self._table.add_component_flags(self._path)
+        flags[rows] = array
+        self._table.optimize(self._path)[rows] = True
+        if self._whole and len(array) == 1:
+            self._table.components_new[self._path] = tuple(bool(x) for x in array[0])
+            self._table.optimize_new[f"{self._path}.optimize"] = True
 
     @property
     def optimize_translation(self) -> Any:

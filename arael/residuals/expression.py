@@ -178,7 +178,7 @@ class RuntimeResidual(Expression):
     def loss(self) -> str | None:
         """The loss, or None; an assignment takes effect at once, or raises and changes nothing.
 
-        ``"cauchy(2)"``, ``"geman_mcclure(c)"``, ``"huber(k)"``, ``"tukey(c)"`` or
+        ``"cauchy(2)"``, ``"huber(k)"``, any other loss of a model file, or
         ``"|s| log(1 + s)"``; its scale may be a data column.
         """
         return self._loss

@@ -194,6 +194,10 @@ class ParameterTable:
         """All are present."""
         return np.ones(1, dtype=bool)
 
+    def component_flags(self, path: str) -> Array | None:
+        """No component is held."""
+        return None
+
     def free(self, path: str) -> Array:
         """Whether the parameter is free (1,)."""
         return np.array([not self._parameters.is_fixed(path)])

@@ -304,11 +304,11 @@ def _index(t: Reader, node: tree.Index) -> Any:
         return BROKEN
     if not isinstance(owner, Rows):
         return _again(t, node, owner, access.index)
-    if len(node.indices) != 1:
-        return t.fail(
-            "E0305", node.span, "a collection takes 1 index", label=f"found {len(node.indices)}"
-        )
-    value = t.number(node.indices[0])
+    (at, *others) = node.indices
+    if others or isinstance(at, tree.Slice):
+        found = len(node.indices) if others else "a slice"
+        return t.fail("E0305", node.span, "a collection takes 1 index", label=f"found {found}")
+    value = t.number(at)
     if isinstance(value, Broken):
         return BROKEN
     if not isinstance(value, Literal_) or value.type != INT or value.value < 0:

@@ -85,6 +85,10 @@ class RowsTable:
         """All are present."""
         return np.ones(self.size, dtype=bool)
 
+    def component_flags(self, path: str) -> Array | None:
+        """No component is held."""
+        return None
+
     def free(self, path: str) -> Array:
         """There are no parameters here."""
         raise KeyError(path)

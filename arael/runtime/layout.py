@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.machine.tape import Tape
 
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 
 
 class Step(msgspec.Struct, frozen=True):
@@ -53,8 +53,8 @@ class Param(msgspec.Struct, frozen=True):
 
     `stored` scalars hold the value, `tangent` scalars are solved for; `parts` of them have
     `optimize` flags of their own. Bounds are one number per tangent scalar, or None where open;
-    only plain parameters have them. What a component carries along is used as ``carried``, without
-    a tangent; its column is data.
+    only plain parameters have them. Tangent scalars `held` are never solved for. What a component
+    carries along is used as ``carried``, without a tangent; its column is data.
     """
 
     kind: Literal[
@@ -74,6 +74,13 @@ class Param(msgspec.Struct, frozen=True):
     low: tuple[float | None, ...] = ()
     high: tuple[float | None, ...] = ()
     parts: tuple[Part, ...] = ()
+    held: tuple[int, ...] = ()
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the tangent scalars that freeze by themselves: ``x``, ``y``, ``z``."""
+        named = self.kind in ("vec", "euler") and self.tangent <= 3
+        return ("x", "y", "z")[: self.tangent] if named else ()
 
 
 class Target(msgspec.Struct, frozen=True):

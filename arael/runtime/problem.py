@@ -340,11 +340,12 @@ class Problem:
         column = self.layout.table(entity.table).column(use.column)
         if column.param is None:
             return
-        free = self.structure.system.blocks[number].free[:, use.tangent_start]
+        moves = self.structure.system.blocks[number].free
         ends = zip_longest(column.param.low, column.param.high)
         for k, (low, high) in enumerate(ends):
             low = -np.inf if low is None else low
             high = np.inf if high is None else high
+            free = moves[:, use.tangent_start + k]
             values = self.states[number][: len(free), use.stored_start + k]
             outside = free & ~((values >= self.dtype.type(low)) & (values <= self.dtype.type(high)))
             if outside.any():

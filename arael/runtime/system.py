@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.layout import Entity, Layout
-from arael.runtime.store.access import Bools, Ints, StoreLike
+from arael.runtime.layout import Entity, Layout, Param, ParamUse
+from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
 
 Floats = NDArray[np.float64]
 
@@ -137,7 +137,8 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
     """(rows, tangent) which scalars of an entity move.
 
     A parameter is held by `frozen` or by the store: by its data, by its flag, or because the
-    optional struct that it belongs to is absent. Parts of it are held by flags of their own.
+    optional struct that it belongs to is absent. Parts and components are held by flags of their
+    own, and components by the model.
     """
     table = store.tables[entity.table]
     free = np.zeros((table.size, entity.tangent), dtype=bool)
@@ -147,13 +148,36 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
         mask = np.array(table.free(use.column), dtype=bool)
         free[:, use.tangent_start : use.tangent_start + use.tangent] = mask[:, None]
         param = store.layout.table(entity.table).column(use.column).param
-        for part in param.parts if param is not None else ():
+        if param is None:
+            continue
+        _hold_components(free, entity, use, param, table, frozen)
+        for part in param.parts:
             first = use.tangent_start + part.first
             moves = np.array(table.column_of_flags(use.column, f"optimize_{part.name}"), dtype=bool)
             if is_frozen(entity.table, f"{use.column}.{part.name}", frozen):
                 moves[:] = False
             free[:, first : first + part.count] &= moves[:, None]
     return free
+
+
+def _hold_components(
+    free: Bools,
+    entity: Entity,
+    use: ParamUse,
+    param: Param,
+    table: TableLike,
+    frozen: frozenset[str],
+) -> None:
+    """Clear the scalars of a parameter that are held one by one."""
+    own = free[:, use.tangent_start : use.tangent_start + use.tangent]
+    own[:, list(param.held)] = False
+    flags = table.component_flags(use.column)
+    if flags is not None:
+        own &= flags
+    if frozen:
+        for k, name in enumerate(param.components):
+            if is_frozen(entity.table, f"{use.column}.{name}", frozen):
+                own[:, k] = False
 
 
 def is_frozen(table: str, column: str, frozen: frozenset[str]) -> bool:

@@ -61,6 +61,7 @@ rotation_vector = _function("rotation_vector")
 conj, rotate = _function("conj"), _function("rotate")
 transform, similarity = _function("transform"), _function("similarity")
 matrix = _function("matrix")
+mat3, quaternion = _function("mat3"), _function("quaternion")
 
 pi: Expr = build("pi")
 e: Expr = build("e")

@@ -153,6 +153,14 @@ class Reader:
 
 
 def _number(r: Reader, node: tree.Number) -> Value:
+    if node.unit is not None:
+        fail(
+            "E0320",
+            "this formula has no units",
+            node.unit.span,
+            "units are checked in model files",
+            help=(f"write `{node.text}`",),
+        )
     return const(node.value)
 
 
@@ -234,12 +242,31 @@ def _index(r: Reader, node: tree.Index) -> Value:
             f"{owner.type} takes {len(sizes)} {'index' if len(sizes) == 1 else 'indices'}, "
             f"found {len(node.indices)}",
             node.span,
-            help=("write `M.row(i)` for a whole row",) if len(sizes) == 2 else (),
+            help=("write `M[i, :]` for a whole row",) if len(sizes) == 2 else (),
         )
-    at = 0
-    for expr, size in zip(node.indices, sizes, strict=True):
-        at = at * size + _position(r, expr, size, str(owner.type))
-    return owner.entries[at]
+    taken = [
+        _range(r, expr, size, str(owner.type))
+        for expr, size in zip(node.indices, sizes, strict=True)
+    ]
+    kept = [isinstance(expr, tree.Slice) for expr in node.indices]
+    rows, columns = (taken[0], taken[1]) if len(taken) == 2 else ([0], taken[0])
+    table = [[owner.entries[i * sizes[-1] + j] for j in columns] for i in rows]
+    if kept == [True, True]:
+        return Matrix(table)
+    entries = [entry for row in table for entry in row]
+    return Vector(entries) if any(kept) else entries[0]
+
+
+def _range(r: Reader, node: tree.Expr | tree.Slice, size: int, of: str) -> range:
+    """Positions that an index or a slice takes."""
+    if not isinstance(node, tree.Slice):
+        at = _position(r, node, size, of)
+        return range(at, at + 1)
+    low = 0 if node.low is None else _position(r, node.low, size + 1, of)
+    high = size if node.high is None else _position(r, node.high, size + 1, of)
+    if low >= high:
+        fail("E0305", f"the slice {low}:{high} is empty", node.span, "no elements")
+    return range(low, high)
 
 
 def _position(r: Reader, node: tree.Expr, size: int, of: str) -> int:
@@ -315,6 +342,12 @@ def _conditional(r: Reader, node: tree.Conditional) -> Value:
 
 
 def _list(r: Reader, node: tree.ListExpr) -> Value:
+    if node.items and all(isinstance(item, tree.ListExpr) for item in node.items):
+        rows = [r.value(item).entries for item in node.items]
+        for row, item in zip(rows, node.items, strict=True):
+            if len(row) != len(rows[0]):
+                fail("E0312", "the rows of a matrix have one length", item.span)
+        return Matrix(rows)
     entries: list[Expr] = []
     for item in node.items:
         value = operations.number(r.value(item), item.span)

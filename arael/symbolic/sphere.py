@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from arael.symbolic import series
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Matrix, Vector, add, matvec, norm2, scale, unit
+from arael.symbolic.linear import Matrix, Vector, add, dot, matvec, norm2, scale, transpose, unit
 
 
 def basis(g: Graph, d: Sequence[int]) -> Matrix:
@@ -38,3 +38,26 @@ def move(g: Graph, d: Sequence[int], delta: Sequence[int]) -> Vector:
     t2 = norm2(g, delta)
     along = scale(g, series.sinc(g, t2), matvec(g, basis(g, d), delta))
     return unit(g, add(g, scale(g, series.cosine(g, t2), d), along))
+
+
+def log(g: Graph, mean: Sequence[int], d: Sequence[int]) -> Vector:
+    """Tangent vector at `mean` whose great circle leads to `d`: the inverse of `move`.
+
+    ``B'd * angle / sin(angle)`` with angle = atan2(|B'd|, mean . d); near `mean` by the series of
+    the arc sine in s = |B'd|^2. At the opposite point the way is undetermined, and the value is 0.
+    """
+    flat = matvec(g, transpose(basis(g, mean)), d)
+    s = norm2(g, flat)
+    ahead = dot(g, mean, d)
+    near = g.op("lt", s, g.const(_SMALL_SINE_SQUARED))
+    small = g.op("and", near, g.op("lt", g.const(0.0), ahead))
+    away = g.op("max", s, g.const(_LEAST_SQUARE))
+    sine = g.op("sqrt", g.op("select", small, g.const(1.0), away))
+    closed = g.op("div", g.op("atan2", sine, ahead), sine)
+    factor = g.op("select", small, series.polynomial(g, s, _ARC_SINE), closed)
+    return scale(g, factor, flat)
+
+
+_SMALL_SINE_SQUARED = 1e-4
+_LEAST_SQUARE = 1e-30
+_ARC_SINE = (1.0, 1 / 6, 3 / 40, 5 / 112, 35 / 1152)

@@ -43,7 +43,6 @@ _CHARACTERS: dict[str, tuple[str, tuple[str, str] | None]] = {
         ("STAR", "*"),
     ),
     "$": ("omit it", None),
-    "~": ("write `not`", ("NOT", "not")),
     "`": ("omit it", None),
     "\\": (
         "omit it: a statement continues after an operator or inside brackets",

@@ -24,9 +24,13 @@ class Node:
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Node):
-    """A number as written; `text` distinguishes ``1e-3`` from ``0.001`` and ``1`` from ``1.0``."""
+    """A number as written; `text` distinguishes ``1e-3`` from ``0.001`` and ``1`` from ``1.0``.
+
+    It may have a unit: ``9.81 [m/s^2]``.
+    """
 
     text: str
+    unit: Unit | None = None
 
     @property
     def value(self) -> float:
@@ -70,11 +74,20 @@ class Attribute(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Slice(Node):
+    """``low:high`` between the brackets of an index; `colon` is the offset of the colon."""
+
+    low: Expr | None
+    high: Expr | None
+    colon: int = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Index(Node):
-    """``obj[i]`` or ``obj[i, j]``."""
+    """``obj[i]``, ``obj[i, j]``, ``obj[a:b]`` or ``obj[i, :]``."""
 
     obj: Expr
-    indices: tuple[Expr, ...]
+    indices: tuple[Expr | Slice, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -295,6 +308,25 @@ class Fit(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Prior(Node):
+    """``prior a ~ normal(mean, sigma)``; may take the clauses of a constraint."""
+
+    target: Expr
+    distribution: Ident
+    args: tuple[Expr, ...]
+    guard: Expr | None = None
+    loss: Expr | None = None
+    doc: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed(Node):
+    """``fixed f.x, bias``: parameters, or components of them, that no solve changes."""
+
+    paths: tuple[Path, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Key(Node):
     """``key name``: refs in data may use this string field."""
 
@@ -375,6 +407,8 @@ class Update(Node):
 Member = (
     Field
     | Constraint
+    | Prior
+    | Fixed
     | Fit
     | Key
     | Marginalize

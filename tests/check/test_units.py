@@ -334,11 +334,47 @@ root R {{
         ("param w: euler [rad]", []),
         ("param w: rotation [m]", ["E0323"]),
         ("w: real [2*m]", ["E0320"]),
+        ("w: real [m] = 2 [m]", []),
+        ("w: real [m] = -2 [m]", []),
+        ("w: real [m/s] = 6 [m] / 2 [s]", []),
+        ("w: real [m] = 2 [mm]", ["E0323"]),
+        ("w: real [rad] = 2 [deg]", ["E0323"]),
+        ("w: real [rad] = deg2rad(2 [deg])", []),
+        ("w: real [m] = 2 [metrs]", ["E0320"]),
+        ("w: real = 2 [m]", []),
+        ("w: vec2 [m] = [1 [m], 2]", []),
+        ("w: vec2 [m] = [1 [m], 2 [s]]", ["E0323"]),
+        ("param w: real [m] in 0 [m] .. 9 [mm]", ["E0323"]),
+        ("param w: real [m] in 0 [m] .. 9 [m] = 1 [m]", []),
     ],
 )
 def test_declarations(line: str, found: list[str]) -> None:
     model = f"root R {{\n    param x: real\n    {line}\n    constraint c {{ x }}\n}}\n"
     assert [c for c in codes(model) if c != "W0601"] == found
+
+
+def test_literals_have_units_in_formulas_and_constants() -> None:
+    text = """
+const G = 9.81 [m/s^2]
+const START = [1 [m], 2 [m]]
+root R {{
+    param x: vec2 [m]
+    t: real [s]
+    constraint c {{ {0} }}
+}}
+"""
+    assert codes(text.format("(x - START) / 1e-3 [m]")) == []
+    assert codes(text.format("(x.x - G * t^2) / 1e-3 [m]")) == []
+    assert codes(text.format("(x.x - G * t) / 1e-3 [m]")) == ["E0321"]
+    assert codes(text.format("(x - START * t) / 1e-3 [m]")) == ["E0321"]
+    assert codes(text.format("x[1 [m]] / 1 [m]")) == ["E0305"]
+    assert codes(text.format("sin(3 [m]) + x.x / 1 [m]")) == ["E0322"]
+
+
+def test_a_literal_in_another_unit_is_not_converted() -> None:
+    text = "root R { param x: real [m] = 5 [mm]; constraint c { x / 1 [m] } }"
+    (error,) = diagnostics(text)
+    assert error.help == ("units are not converted: write `0.005 [m]`",)
 
 
 def test_passes_set_values_in_the_unit_of_the_field() -> None:

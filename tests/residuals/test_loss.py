@@ -29,6 +29,8 @@ LOSSES = [
     "huber(1.5)",
     "geman_mcclure(2)",
     "tukey(4)",
+    "fair(c)",
+    "dcs(2)",
     "|s| 2 * (sqrt(1 + s) - 1)",
     "|c| log(1 + c)",
 ]

@@ -35,7 +35,7 @@ struct Pose {
     # Where it is.
     # In metres.
     param pos: vec3 [m]
-    param a:   real [m] in 0 .. 10 = 4
+    param a:   real [m] in 0 .. 10 = 4 [m]
     param b:   real in 0 ..
     param c:   vec<4> in .. -3
     gps:       GpsData?
@@ -62,7 +62,9 @@ struct Pose {
         if a < b then -c else d +
             parent.parent.e
     }
-    constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] }
+    fixed pos.x, a
+    prior pos.z ~ normal(0, 1) when gps
+    constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] + a[1:3] }
 }
 
 root R : f32 {

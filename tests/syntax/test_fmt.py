@@ -41,6 +41,17 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "fn f(x, y) = -x^2 * (x + y)'.row(0)[1, 2]\n",
         ),
         ("const a=[1,-2,not b,a-b]", "const a = [1, -2, not b, a - b]\n"),
+        (
+            "root R { prior  a.x~normal( 1,2 )when b loss huber( 1 ); prior: real }",
+            "root R { prior a.x ~ normal(1, 2) when b loss huber(1); prior: real }\n",
+        ),
+        (
+            "struct A { fixed  f.x,g; fixed: real }",
+            "struct A { fixed f.x, g; fixed: real }\n",
+        ),
+        ("const a = b[ 0:3 ]+M[1 , : ]+M[ :,2][:]", "const a = b[0:3] + M[1, :] + M[:, 2][:]\n"),
+        ("const a = [[1,2],[ 3,4]]", "const a = [[1, 2], [3, 4]]\n"),
+        ("const g=9.81[m / s^2]*( 2 [ s ] )", "const g = 9.81 [m/s^2] * (2 [s])\n"),
         ("const a = if(x)then(y)else(z)", "const a = if (x) then (y) else (z)\n"),
         ("#c\nconst a = 1 #d", "# c\nconst a = 1  # d\n"),
         ("const a = 1\r\nconst b = 2\r\n", "const a = 1\nconst b = 2\n"),

@@ -20,8 +20,8 @@ def expr(text: str) -> tree.Expr:
 def shape(e: tree.Expr) -> str:
     """Fully bracketed form of `e`."""
     match e:
-        case tree.Number(text=text):
-            return text
+        case tree.Number(text=text, unit=unit):
+            return text if unit is None else f"{text} [{unit.text}]"
         case tree.Name(id=name):
             return name
         case tree.Binary(op=op, left=left, right=right):
@@ -34,6 +34,8 @@ def shape(e: tree.Expr) -> str:
             return f"{shape(obj)}.{name}"
         case tree.Call(func=func, args=args):
             return f"{shape(func)}({', '.join(map(shape, args))})"
+        case tree.Slice(low=low, high=high):
+            return ":".join(shape(e) if e else "" for e in (low, high))
         case tree.Index(obj=obj, indices=indices):
             return f"{shape(obj)}[{', '.join(map(shape, indices))}]"
         case tree.ListExpr(items=items):
@@ -57,6 +59,10 @@ def shape(e: tree.Expr) -> str:
         ("R' * x.y'", "(R' * x.y')"),
         ("M''[0, 1]", "M''[0, 1]"),
         ("f(x).row(0)'", "f(x).row(0)'"),
+        ("a[1:n - 1]", "a[1:(n - 1)]"),
+        ("M[:, 2][: 3]", "M[:, 2][:3]"),
+        ("2 [m] * a[2]", "(2 [m] * a[2])"),
+        ("1e-3[m/s^2]'", "1e-3 [m/s^2]'"),
         ("not a and b or c", "(((not a) and b) or c)"),
         ("a < b and c >= d", "((a < b) and (c >= d))"),
         ("if a then b else if c then d else e", "if a then b else if c then d else e"),
@@ -84,7 +90,7 @@ def test_spans_point_at_the_text() -> None:
         if isinstance(node, (tree.Ident, tree.Name)):
             assert text == node.id
         if isinstance(node, tree.Number):
-            assert text == node.text
+            assert text.split(" [")[0] == node.text
         if isinstance(node, tree.Attribute):
             assert node.name_span.text == node.name
         if isinstance(node, tree.Binary):

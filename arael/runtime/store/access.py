@@ -57,6 +57,9 @@ class TableLike(Protocol):
     def column_of_flags(self, path: str, name: str) -> Array:
         """Live flags (size,) of a parameter: ``optimize_translation``."""
 
+    def component_flags(self, path: str) -> Array | None:
+        """Live flags (size, tangent) of the components of a parameter; None if all are free."""
+
     def parent_rows(self) -> Array:
         """Row of each row's owner (size,)."""
 

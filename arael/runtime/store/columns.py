@@ -21,6 +21,9 @@ Bools = NDArray[np.bool_]
 Rows = slice | NDArray[np.int64] | int
 
 
+COMPONENTS = ".optimize_components"
+
+
 def flags_of(column: layout.Column) -> tuple[str, ...]:
     """Paths of the flags of a parameter set from Python: ``pose.optimize_scale``."""
     if column.param is None:
@@ -41,6 +44,7 @@ class Columns:
     data, optionals : columns with values, and presence masks, by path
     missing : fields of the root without default that are not set yet (other tables: empty)
     optimize_new : the `optimize` flags of rows added later, by their paths
+    components_new : the same of components, by the path of the parameter, where any was set
     """
 
     def __init__(self, model: layout.Layout, table: layout.Table) -> None:
@@ -64,6 +68,7 @@ class Columns:
         self.missing: set[str] = set()
         # New rows get the flag that was last set for the whole collection.
         self.optimize_new = {flag: True for c in self.data.values() for flag in flags_of(c)}
+        self.components_new: dict[str, tuple[bool, ...]] = {}
         params = [c.path for c in self.data.values() if c.role == "param"]
         self._flags = [
             *(f"{path}.fixed" for path in params),
@@ -109,6 +114,38 @@ class Columns:
         """Live view (size,) of a parameter's flag: ``fixed``, ``optimize``, ``optimize_scale``."""
         return self.buffers.view(f"{path}.{name}")
 
+    def component_flags(self, path: str) -> Bools | None:
+        """Live flags (size, tangent): components that are optimised; None if they never were set.
+
+        Few models hold components, so that the column is added when it is first needed.
+        """
+        return self.buffers.view(name) if (name := f"{path}{COMPONENTS}") in self.buffers else None
+
+    def add_component_flags(self, path: str) -> Bools:
+        """Live flags of components, all true where there were none."""
+        name = f"{path}{COMPONENTS}"
+        if name not in self.buffers:
+            param = self.data[path].param
+            assert param is not None
+            self.buffers.add(name, np.bool_, (param.tangent,))
+            self.buffers.view(name)[...] = True
+            self.components_new.setdefault(path, (True,) * param.tangent)
+        return self.buffers.view(name)
+
+    def flags_of_new(self, column: layout.Column) -> dict[str, Array]:
+        """Flags of new rows of a parameter, by path; each is one value for all of them."""
+        found = {flag: np.asarray(self.optimize_new[flag]) for flag in flags_of(column)}
+        if f"{column.path}{COMPONENTS}" in self.buffers:
+            found[f"{column.path}{COMPONENTS}"] = np.asarray(self.components_new[column.path])
+        return found
+
+    def take_flags_of_new(self, other: Columns) -> None:
+        """Let new rows have the flags that those of `other` have."""
+        self.optimize_new = dict(other.optimize_new)
+        for path, flags in other.components_new.items():
+            self.add_component_flags(path)
+            self.components_new[path] = flags
+
     def optimize(self, path: str) -> Bools:
         """Live view (size,): the `optimize` flags set from Python."""
         return self.buffers.view(f"{path}.optimize")
@@ -120,7 +157,9 @@ class Columns:
     @property
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
-        return tuple(fingerprint(self.buffers.view(name)) for name in self._flags)
+        held = [f"{path}{COMPONENTS}" for path in self.components_new]
+        names = [*self._flags, *(name for name in held if name in self.buffers)]
+        return tuple(fingerprint(self.buffers.view(name)) for name in names)
 
     def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""
@@ -169,8 +208,7 @@ class Columns:
                     )
                 ready[f"{path}.fixed"] = fixed
                 if not below:
-                    for flag in flags_of(column):
-                        ready[flag] = np.asarray(self.optimize_new[flag])
+                    ready.update(self.flags_of_new(column))
             if column.role == "ref":
                 if given.get(path) is None and (mask is None or mask.any()):
                     missing.append(column)

@@ -102,7 +102,7 @@ class Store:
             first_generations={p: t.next_generation for p, t in self.tables.items()},
         )
         for path, table in self.tables.items():
-            store.tables[path].optimize_new = dict(table.optimize_new)
+            store.tables[path].take_flags_of_new(table)
         return store
 
     def adopt(self, other: Store) -> None:

@@ -162,8 +162,7 @@ class Table(RowIndex):
             ready[path] = np.asarray(value, dtype_of(column, self.real))
             if column.role == "param":
                 ready[f"{path}.fixed"] = np.asarray(False)
-                for flag in flags_of(column):
-                    ready[flag] = np.asarray(self.optimize_new[flag])
+                ready.update(self.flags_of_new(column))
         with self._changing("add rows to"):
             self._place(count, owners, {**ready, **columns}, False)
 

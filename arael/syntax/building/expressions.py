@@ -69,6 +69,11 @@ class ExpressionBuilder(Builder):
         obj, *indices = parts
         return self._measured(tree.Index(span=span, obj=obj, indices=tuple(indices)), *parts)
 
+    def _make_slice(self, parts: list[Any], span: Span) -> tree.Slice:
+        low, colon, high = parts
+        node = tree.Slice(span=span, low=low, high=high, colon=colon.start)
+        return self._measured(node, low, high)
+
     def _make_call(self, parts: list[Any], span: Span) -> tree.Expr:
         func, args = parts
         if not isinstance(func, (tree.Name, tree.Attribute)):
@@ -87,7 +92,8 @@ class ExpressionBuilder(Builder):
         return tuple(parts)
 
     def _make_number(self, parts: list[Any], span: Span) -> tree.Number:
-        return tree.Number(span=span, text=parts[0].text)
+        number, unit = parts
+        return tree.Number(span=span, text=number.text, unit=unit)
 
     def _make_boolean(self, parts: list[Any], span: Span) -> tree.Boolean:
         return tree.Boolean(span=span, value=parts[0].text == "true")

@@ -11,21 +11,32 @@ from arael.syntax.building.strings import make_string
 from arael.syntax.tokens import Token
 
 _PLACES: dict[str, tuple[type, ...]] = {
-    "struct": (tree.Field, tree.Constraint, tree.Key, tree.SkipSelfBlock),
+    "struct": (
+        tree.Field,
+        tree.Constraint,
+        tree.Prior,
+        tree.Fixed,
+        tree.Key,
+        tree.SkipSelfBlock,
+    ),
     "root": (
         tree.Field,
         tree.Constraint,
+        tree.Prior,
+        tree.Fixed,
         tree.Fit,
         tree.Marginalize,
         tree.SkipSelfBlock,
         tree.Solve,
     ),
-    "component": (tree.Field, tree.Symbolic, tree.Compute, tree.Update),
+    "component": (tree.Field, tree.Fixed, tree.Symbolic, tree.Compute, tree.Update),
 }
 
 
 _MEMBER_WORDS: dict[type, str] = {
     tree.Constraint: "constraint",
+    tree.Prior: "prior",
+    tree.Fixed: "fixed",
     tree.Fit: "fit",
     tree.Key: "key",
     tree.Marginalize: "marginalize",

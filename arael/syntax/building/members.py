@@ -51,6 +51,28 @@ class MemberBuilder(Builder):
             doc=self._docs.of(span),
         )
 
+    def _make_prior(self, parts: list[Any], span: Span) -> tree.Prior:
+        target, _, distribution, args, clauses = parts
+        if "into" in clauses:
+            where = clauses["into"][0].span
+            self._log.error(
+                "E0141",
+                "`prior` takes no `into`",
+                where.start,
+                where.end,
+                "it couples no two entities",
+                help="write a `constraint` to name Hessian blocks",
+            )
+        return tree.Prior(
+            span=span,
+            target=target,
+            distribution=distribution,
+            args=args or (),
+            guard=clauses.get("when"),
+            loss=clauses.get("loss"),
+            doc=self._docs.of(span),
+        )
+
     def _make_fit(self, parts: list[Any], span: Span) -> tree.Fit:
         collection, element, clauses, body = parts
         if "into" in clauses:
@@ -122,6 +144,9 @@ class MemberBuilder(Builder):
     def _make_let(self, parts: list[Any], span: Span) -> tree.Let:
         name, value = parts
         return tree.Let(span=span, name=name, value=value)
+
+    def _make_fixed(self, parts: list[Any], span: Span) -> tree.Fixed:
+        return tree.Fixed(span=span, paths=tuple(parts))
 
     def _make_key(self, parts: list[Any], span: Span) -> tree.Key:
         return tree.Key(span=span, field=parts[0])

@@ -19,6 +19,7 @@ class Facts:
     lists: set[int] = field(default_factory=set)
     units: dict[int, int] = field(default_factory=dict)
     dimensioned: set[int] = field(default_factory=set)
+    slices: set[int] = field(default_factory=set)
     lambdas: set[int] = field(default_factory=set)
     roots: set[int] = field(default_factory=set)
     steps: set[int] = field(default_factory=set)
@@ -38,6 +39,8 @@ def gather(file: tree.File) -> Facts:
             facts.signs.add(start)
         elif isinstance(node, tree.ListExpr):
             facts.lists.add(start)
+        elif isinstance(node, tree.Slice):
+            facts.slices.add(node.colon)
         elif isinstance(node, tree.Unit):
             facts.units[start] = node.span.end
         elif isinstance(node, tree.NamedType):

@@ -59,8 +59,11 @@ class Spacing:
         kind, last = token.type, before.type
         if kind in _TIGHT_BEFORE or last in _TIGHT_AFTER:
             return False
+        if before.start in self._facts.slices:
+            return False
         if kind == "COLON":
-            return before.start in self._facts.roots
+            after_comma = token.start in self._facts.slices and last == "COMMA"
+            return before.start in self._facts.roots or after_comma
         if last in ("MINUS", "PLUS") and before.start in self._facts.signs:
             return False
         if kind == "LPAR":

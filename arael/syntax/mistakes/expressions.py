@@ -76,6 +76,10 @@ def _insert_number(t: Trouble) -> None:
 
 ROWS = (
     Mistake(
+        "E0110", "stray character `~`", "write `not`",
+        token="TILDE", operand=True, repair="swap NOT",
+    ),
+    Mistake(
         "E0112", 'text is quoted with `"`', "`'` is the transpose", help='write `"{quoted}"`',
         place="span", token="QUOTE", when=_quoted, repair=_read_as_text,
     ),

@@ -1,0 +1,71 @@
+"""Rotations and transforms in constant expressions, by the formulas of `arael.symbolic`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from arael.check.typed import MatrixType, QuaternionType, ScalarType, ValueType, VectorType
+from arael.runtime.machine.tape import evaluate as run
+from arael.symbolic import linear, quaternion, rotation
+from arael.symbolic.graph import Graph
+
+Values = tuple[float, ...]
+Nodes = list[int]
+
+
+def _grid(type_: ValueType, nodes: Nodes) -> list[Nodes]:
+    assert isinstance(type_, MatrixType)
+    return linear.matrix(nodes, type_.rows, type_.columns)
+
+
+def _rotation_matrix(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    if isinstance(types[0], QuaternionType):
+        return linear.flatten(quaternion.rotation_matrix(g, args[0]))
+    if isinstance(types[0], ScalarType):
+        return linear.flatten(rotation.rotation_matrix2(g, args[0][0]))
+    return linear.flatten(rotation.rotation_matrix(g, args[0]))
+
+
+def _quaternion(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    return list(quaternion.from_rotation_matrix(g, _grid(types[0], args[0])))
+
+
+def _rigid(g: Graph, types: Sequence[ValueType], args: Sequence[Nodes]) -> Nodes:
+    if len(args) == 1:
+        rows = _grid(types[0], args[0])
+        turn = quaternion.from_rotation_matrix(g, [row[:3] for row in rows[:3]])
+        return [*(row[3] for row in rows[:3]), *turn]
+    at = 0 if isinstance(types[0], VectorType) else 1
+    turn = args[1 - at]
+    if isinstance(types[1 - at], MatrixType):
+        turn = _quaternion(g, types[1 - at :], args[1 - at :])
+    return [*args[at], *turn, *(n for a in args[2:] for n in a)]
+
+
+_OPERATIONS: dict[str, Callable[[Graph, Sequence[ValueType], Sequence[Nodes]], Nodes]] = {
+    "rotation_matrix": _rotation_matrix,
+    "quaternion": _quaternion,
+    "transform": _rigid,
+    "similarity": _rigid,
+    "rotation_vector": lambda g, t, a: list(rotation.rotation_vector(g, _grid(t[0], a[0]))),
+    "quat_exp": lambda g, t, a: list(quaternion.exp(g, a[0])),
+    "quat_log": lambda g, t, a: list(quaternion.log(g, a[0])),
+    "conj": lambda g, t, a: list(quaternion.conj(g, a[0])),
+    "rotate": lambda g, t, a: list(quaternion.rotate(g, a[0], a[1])),
+}
+
+
+def rotation_value(name: str, types: Sequence[ValueType], args: Sequence[Values]) -> Values | None:
+    """Value of an operation on rotations or transforms, flat; None for another operation."""
+    operation = _OPERATIONS.get(name)
+    if operation is None:
+        return None
+    g = Graph(simplify=False)
+    keys = [[(i, k) for k in range(len(values))] for i, values in enumerate(args)]
+    nodes = [[g.input(key) for key in some] for some in keys]
+    tape = g.tape(operation(g, types, nodes), inputs=[key for some in keys for key in some])
+    with np.errstate(all="ignore"):
+        found = run(tape, [np.array([x]) for values in args for x in values])
+    return tuple(float(np.asarray(found[o]).ravel()[0]) for o in tape.outputs)
