@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from arael.diagnostics.model_warnings import ModelWarning as ModelWarning
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
+    from arael.fitting.fit import fit as fit
+    from arael.fitting.result import Fit as Fit
     from arael.functions import Function as Function
     from arael.io import read as read
     from arael.io import write as write
@@ -41,6 +43,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "AraelError": "arael.diagnostics.records",
     "Diagnostic": "arael.diagnostics.records",
+    "Fit": "arael.fitting.result",
     "Function": "arael.functions",
     "LmConfig": "arael.config",
     "Model": "arael.model",
@@ -50,6 +53,7 @@ _HOMES = {
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",
     "Start": "arael.starts",
+    "fit": "arael.fitting.fit",
     "initialise": "arael.starts",
     "load": "arael.loading",
     "log_to": "arael.log",

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from arael.diagnose.freedom import FreeDirections
     from arael.diagnose.gradients import GradientCheck
     from arael.diagnose.jacobian import Jacobian
+    from arael.diagnose.profile import Profile
+    from arael.diagnose.report import Report
     from arael.residuals.collection import Residuals
     from arael.result import Result
     from arael.runtime.problem import Problem
@@ -205,17 +207,57 @@ class Model(Fields):
 
         return jacobian(self._problem())
 
-    def covariance(self) -> Covariance:
+    def covariance(self, scale: str = "known") -> Covariance:
         """Covariance of the solution: marginal, cross, conditional, relative.
+
+        Parameters
+        ----------
+        scale : ``"known"`` if residuals are whitened by known standard deviations; ``"residual"``
+            multiplies by the reduced chi-square, where these are not known
 
         Raises
         ------
         SolveError
             E1008: the system is singular; the free directions are named.
+        AraelError
+            E1015: an unknown scale, or no more residuals than parameters.
         """
         from arael.diagnose.covariance import covariance
 
-        return covariance(self._problem())
+        return covariance(self._problem(), scale)
+
+    def report(self, scale: str = "known") -> Report:
+        """Report on the current values: standard errors, correlations, chi-square, suspicions.
+
+        Parameters
+        ----------
+        scale : as of `covariance`
+        """
+        from arael.diagnose.report import report
+
+        return report(self._problem(), scale)
+
+    def profile(self, name: str, level: float = 0.95, scale: str = "known") -> Profile:
+        """Confidence interval of a scalar by profile likelihood; the model keeps its values.
+
+        The interval holds all values for which the best values of all other parameters raise the
+        cost by no more than the quantile of chi-square with one degree of freedom, or with
+        ``scale="residual"`` by the squared quantile of Student's t times the reduced chi-square.
+        Unlike ``value +- k sigma`` it needs no symmetry.
+
+        Parameters
+        ----------
+        name : of a scalar, as in `parameter_names`; not of a rotation
+        level : probability that the interval holds the true value
+
+        Raises
+        ------
+        AraelError
+            E1016: no such scalar or level, or a lower cost was found on the way.
+        """
+        from arael.diagnose.profile import profile
+
+        return profile(self, name, level, scale)
 
     def free_directions(self) -> FreeDirections:
         """Directions that change no residual, in words; empty if there are none."""

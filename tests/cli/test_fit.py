@@ -89,13 +89,13 @@ def test_mistakes(
 
 def test_a_file_that_is_no_table_of_numbers(arael: Arael, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
-    path.write_text("t,y,t\n1,2,3\n1,two,nan\n1,2\n")
+    path.write_text("t,y,t\n1,2,3\n1,two,inf\n1,2\n")
     done = arael("fit", "a * t", path)
     assert done.code == 2
     for part in (
         "error[E0718]: the column `t` is given twice",
         'error[E0703]: expected a number, found "two"\n --> bad.csv:3: y',
-        'error[E0705]: expected a finite number, found "nan"\n --> bad.csv:3: t',
+        'error[E0705]: expected a finite number, found "inf"\n --> bad.csv:3: t',
         "error[E0704]: expected 3 cells, found 2\n --> bad.csv:4",
     ):
         assert part in done.err
