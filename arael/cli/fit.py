@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 @click.option("--y", "target", metavar="COLUMN", help="Column that FORMULA predicts.  [default: y]")
 @click.option("--start", multiple=True, metavar="NAME=VALUE", help="Start value of a parameter.")
 @click.option(
-    "--bound", multiple=True, metavar="NAME=LOW:HIGH", help="Bounds of a parameter; either may lack."
+    "--bound",
+    multiple=True,
+    metavar="NAME=LOW:HIGH",
+    help="Bounds of a parameter; either may lack.",
 )
 @click.option("--fix", multiple=True, metavar="NAME=VALUE", help="A parameter that is not fitted.")
 @click.option(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import Source
 from arael.fitting.formula import Formula
-from arael.loading import Compiled
+from arael.loading import CompiledModel
 from arael.model import Model
 from arael.runtime.problem import Problem
 
@@ -116,7 +116,7 @@ class Curve:
         if not self.own:
             text = text[text.index("root") :]
         layout = compile_text(Source("fit", text)).layout
-        self.model = Model(Compiled(layout, None, None, "runtime", {}))
+        self.model = Model(CompiledModel(layout, None, None, "runtime", {}))
         if self.own:
             rows = len(groups)
             start = {p.name: [_inside(p, p.start)] * rows for p in self.own}
@@ -253,7 +253,7 @@ def _places(problem: Problem) -> _Places:
         problem.layout.entities, problem.structure.system.blocks, strict=True
     ):
         rows = problem.store.tables[entity.table].size
-        for row, start in enumerate(np.asarray(blocks.first)[:rows].tolist()):
+        for start in np.asarray(blocks.first)[:rows].tolist():
             if start >= 0:
                 column_of[start : start + entity.tangent] = size + np.arange(entity.tangent)
             size += entity.tangent

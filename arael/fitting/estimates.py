@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.report import Statistics
+from arael.analysis.report import Statistics
 from arael.fitting.curve import Curve
 
 Array = NDArray[np.float64]

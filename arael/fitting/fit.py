@@ -126,9 +126,7 @@ def _start(curve: Curve, formula: Formula) -> Array:
     return find_start(curve, formula.text, formula.predicts)
 
 
-def _points(
-    table: Table, formula: Formula, sigma: Any, group: str | None
-) -> tuple[Points, int]:
+def _points(table: Table, formula: Formula, sigma: Any, group: str | None) -> tuple[Points, int]:
     """The points that have all values, and the number of those that have not."""
     names = list(formula.columns)
     if isinstance(sigma, str):

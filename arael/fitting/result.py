@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.profile import Profile
-from arael.diagnose.report import Estimate, Report, strongest, suspicions
+from arael.analysis.profile import Profile
+from arael.analysis.report import Estimate, Report, strongest, suspicions
 from arael.fitting.curve import Curve
 from arael.fitting.estimates import Estimates
 from arael.fitting.formula import Formula
@@ -173,9 +173,7 @@ class Fit:
         sigma = np.sqrt(np.maximum(variance, 0))
         factor = self._quantile(level)
         # The scatter multiplies deviations that are given as ratios only.
-        measured = self.estimates.statistics.variance * float(
-            np.mean(self.curve.points.sigma**2)
-        )
+        measured = self.estimates.statistics.variance * float(np.mean(self.curve.points.sigma**2))
         wide = np.sqrt(variance + measured)
         return Bands(
             value,
@@ -234,14 +232,14 @@ class Fit:
         AraelError
             E0872: no such parameter; E1016: no profile.
         """
-        from arael.diagnose.profile import profile
+        from arael.analysis.profile import profile
         from arael.fitting.fit import check_parameter
 
         check_parameter(name, self.names, "profile")
         scale = "known" if self.known else "residual"
         return replace(profile(self.curve.model, self.curve.scalar(name), level, scale), name=name)
 
-    # --- reports -----------------------------------------------------------------------------------
+    # --- reports ---------------------------------------------------------------------------------
 
     def report(self, intervals: float | None = None) -> Report:
         """Everything about the fit, to print.

@@ -4,12 +4,13 @@ For given nonlinear parameters the best linear ones are a linear least-squares p
 search is over the nonlinear ones alone: variable projection (G. Golub and V. Pereyra, "The
 differentiation of pseudo-inverses and nonlinear least squares problems whose variables separate",
 1973). The search tries a fixed sequence of points that fills their space evenly (M. Roberts, "The
-unreasonable effectiveness of quasirandom sequences", 2018) over scales drawn from the data, improves
-the best along each parameter, and solves from several.
+unreasonable effectiveness of quasirandom sequences", 2018) over scales drawn from the data, follows
+the best of them by variable projection, and solves from several.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -83,10 +84,8 @@ def _best_of(curve: Curve, tries: list[Array]) -> Array:
         if not np.isfinite(curve.cost(start)):
             continue
         curve.put(start)
-        try:
+        with contextlib.suppress(SolveError):
             curve.model.solve(rel_precision=1e-6, max_iters=200)
-        except SolveError:
-            pass
         found = curve.get()
         cost = curve.cost(found)
         if cost < least * (1 - 1e-6):
@@ -194,9 +193,7 @@ def _projected(curve: Curve, x: Array, linear: NDArray[np.bool_]) -> tuple[float
         return (cost if np.isfinite(cost) else np.inf), x
 
 
-def _descended(
-    curve: Curve, x: Array, linear: NDArray[np.bool_], bent: NDArray[np.int64]
-) -> Array:
+def _descended(curve: Curve, x: Array, linear: NDArray[np.bool_], bent: NDArray[np.int64]) -> Array:
     """Lower the projected cost by damped Gauss-Newton steps over the nonlinear parameters.
 
     The derivative of the projected residuals without the change of the projection: L. Kaufman, "A

@@ -27,7 +27,7 @@ class Table(Protocol):
     """
 
     name: str
-    titles: Mapping[str, str]
+    titles: dict[str, str]
     size: int
 
     def columns(self, names: Iterable[str]) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import arael
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 from arael.runtime import machine
 from arael.runtime.assembling import OPERATIONS
 from arael.runtime.interpreter import GroupInterpreter

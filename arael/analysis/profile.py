@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.covariance import Covariance
-from arael.diagnose.report import Statistics, scalar_values
+from arael.analysis.covariance import Covariance
+from arael.analysis.report import Statistics, scalar_values
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 

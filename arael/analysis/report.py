@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.cost_table import cost_table
-from arael.diagnose.covariance import Covariance, check_scale
-from arael.diagnose.diagnosis import diagnose
-from arael.diagnose.scalars import tangent_units
-from arael.diagnose.sigmas import MOST_SCALARS, sigmas
+from arael.analysis.cost_table import cost_table
+from arael.analysis.covariance import Covariance, check_scale
+from arael.analysis.diagnosis import diagnose
+from arael.analysis.scalars import tangent_units
+from arael.analysis.sigmas import MOST_SCALARS, sigmas
 from arael.runtime.failures import SolveError
 from arael.runtime.problem import Problem
 
@@ -320,7 +320,7 @@ def scalar_values(problem: Problem) -> dict[str, float | None]:
 
 def _scalars(problem: Problem) -> Iterator[tuple[str, float | None, str]]:
     """Name, value and unit of every free scalar, in the order of the system."""
-    names, values, units = problem.parameter_names(), [], []
+    names = problem.parameter_names()
     system = problem.structure.system
     value_of: list[float | None] = [None] * problem.size
     unit_of = [""] * problem.size
@@ -341,6 +341,4 @@ def _scalars(problem: Problem) -> Iterator[tuple[str, float | None, str]]:
                     row, use.stored_start : use.stored_start + use.stored
                 ].tolist()
     for name, scalar in zip(names, problem.free.tolist(), strict=True):
-        values.append(value_of[scalar])
-        units.append(unit_of[scalar])
-    return zip(names, values, units, strict=True)
+        yield name, value_of[scalar], unit_of[scalar]
