@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from arael.analysis.jacobian import Jacobian
     from arael.analysis.profile import Profile
     from arael.analysis.report import Report
+    from arael.analysis.residual_values import ResidualValues
     from arael.config import LmConfig
     from arael.residuals.collection import Residuals
     from arael.result import Result
@@ -199,6 +200,22 @@ class Model(Fields):
         else:
             found = block_between(self._store, a, a if b is None else b)
         return found
+
+    def residual_values(self, label: str) -> ResidualValues:
+        """Residuals of one constraint, row by row: raw, whitened, and after the loss.
+
+        Parameters
+        ----------
+        label : of the constraint, ``"Sat.pseudorange"``, or of a residual added at run time
+
+        Raises
+        ------
+        AraelError
+            E1017: no such constraint, or the text of the model was changed since.
+        """
+        from arael.analysis.residual_values import residual_values
+
+        return residual_values(self, label)
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""

@@ -136,7 +136,8 @@ class Estimate:
         value = "" if self.value is None else f"{self.value:.8g}"
         percent = ""
         if self.sigma is not None and self.value and math.isfinite(self.sigma):
-            percent = f"({100 * self.sigma / abs(self.value):.2g} %)"
+            share = 100 * self.sigma / abs(self.value)
+            percent = f"({share:.3g} %)" if share < 1000 else ""
         parts = [value, spread, self.unit, percent]
         if self.interval is not None:
             parts.append(f"[{self.interval[0]:.6g}, {self.interval[1]:.6g}]")

@@ -57,6 +57,7 @@ ctypedef struct Settings:
     bint guarded          # whether a guard of the problem reads parameters
 
 
-cdef Settings settings_of(config, dtype, bint guarded, bint watched) except *
+cdef Settings settings_of(
+    config, dtype, bint guarded, bint watched, Py_ssize_t size) except *
 # How much worse a way to end is than others; all that count as solved are below 10.
 cdef int badness(int status) noexcept nogil
