@@ -39,9 +39,10 @@ class LmConfig:
         useful value depends on the units of the residuals.
     rel_precision :
         The same as a fraction of the cost. None: 1e-10; for a problem of up to 32 unknowns in f64,
-        where an attempt takes microseconds, 1e-14, which gives a fit six digits or more. 1e-4 for a
-        real-time pass that needs a good enough answer. A predicted decrease below the rounding
-        noise of the cost (`Result.noise_floor`) always counts as none.
+        where an attempt takes microseconds, the dogleg goes on to 1e-14 as long as steps succeed,
+        which gives a fit six digits or more. 1e-4 for a real-time pass that needs a good enough
+        answer. A predicted decrease below the rounding noise of the cost (`Result.noise_floor`)
+        always counts as none.
     max_iters :
         Maximum number of attempts, including rejected ones, of each connected component of the
         problem. About twice the number that the trace shows.
@@ -219,7 +220,13 @@ class LmConfig:
         """The value of `rel_precision` for a problem of `size` unknowns in f32 (`single`) or f64."""
         if self.rel_precision is not None:
             return self.rel_precision
-        return REL_PRECISION_SMALL if size <= SMALL and not single else REL_PRECISION
+        small = size <= SMALL and not single and self.chosen_strategy() != "damped"
+        return REL_PRECISION_SMALL if small else REL_PRECISION
+
+    @property
+    def enough(self) -> float:
+        """Predicted decrease, as a fraction of the cost, that need not be realised."""
+        return REL_PRECISION if self.rel_precision is None else self.rel_precision
 
     def validate(self) -> None:
         """Raise AraelError (E1010) naming the first setting that makes no sense."""

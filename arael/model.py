@@ -211,7 +211,7 @@ class Model(Fields):
         Raises
         ------
         AraelError
-            E1017: no such constraint, or the text of the model was changed since.
+            E1037: no such constraint, or the text of the model was changed since.
         """
         from arael.analysis.residual_values import residual_values
 
@@ -236,7 +236,7 @@ class Model(Fields):
         SolveError
             E1008: the system is singular; the free directions are named.
         AraelError
-            E1015: an unknown scale, or no more residuals than parameters.
+            E1035: an unknown scale, or no more residuals than parameters.
         """
         from arael.analysis.covariance import covariance
 
@@ -269,7 +269,7 @@ class Model(Fields):
         Raises
         ------
         AraelError
-            E1016: no such scalar or level, or a lower cost was found on the way.
+            E1036: no such scalar or level, or a lower cost was found on the way.
         """
         from arael.analysis.profile import profile
 

@@ -1,9 +1,9 @@
 """Digits of NIST's certified regressions: ``python -m benchmarks nist``.
 
 The log relative error is the number of correct digits of the worst parameter of a set, and of the
-worst standard error, at most 11 as certified. Every program runs at its default settings: `arael.fit`
-from both starts of the collection and from starts that it finds, a model file, SciPy's `curve_fit`,
-lmfit's `minimize`.
+worst standard error, at most 11 as certified. Every program runs at its default settings:
+`arael.fit` from both starts of the collection and from starts that it finds, a model file, SciPy's
+`curve_fit`, lmfit's `minimize`.
 """
 
 from __future__ import annotations
@@ -181,8 +181,8 @@ def run(plan: Plan, pictures: Path | None = None) -> list[str]:
     lines = [
         "## Certified regressions",
         "",
-        "Correct digits of the worst parameter / of the worst standard error (log relative error, at "
-        "most 11); `!`: the program reports that it has not converged, or failed. The standard "
+        "Correct digits of the worst parameter / of the worst standard error (log relative error, "
+        "at most 11); `!`: the program reports that it has not converged, or failed. The standard "
         "errors of Lanczos1 are rounding of its data, known to three digits.",
         "",
         *table(["set", *columns], [*texts, *totals]),

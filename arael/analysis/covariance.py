@@ -69,7 +69,7 @@ class Covariance:
     SolveError
         E1008: the system is singular; the free directions are named.
     AraelError
-        E1015: an unknown scale, or no degrees of freedom to estimate it from.
+        E1035: an unknown scale, or no degrees of freedom to estimate it from.
     """
 
     def __init__(self, problem: Problem, scale: str = "known") -> None:
@@ -348,11 +348,11 @@ def covariance(problem: Problem, scale: str = "known") -> Covariance:
 
 
 def check_scale(scale: str) -> None:
-    """Raise E1015 unless `scale` is one of `SCALES`."""
+    """Raise E1035 unless `scale` is one of `SCALES`."""
     if scale not in SCALES:
         raise AraelError(
             Diagnostic(
-                "E1015",
+                "E1035",
                 f"unknown scale {scale!r:.40}",
                 origin="covariance",
                 help=('write `"known"` for whitened residuals, `"residual"` for others',),
@@ -367,7 +367,7 @@ def _variance(problem: Problem, parameters: int) -> float:
     if count <= parameters:
         raise AraelError(
             Diagnostic(
-                "E1015",
+                "E1035",
                 f"{count} residuals and {parameters} parameters: the scatter of the residuals is "
                 "not known",
                 origin="covariance",

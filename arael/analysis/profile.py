@@ -200,4 +200,4 @@ def _advice(name: str, values: dict[str, float | None], covariance: Covariance) 
 
 def _wrong(message: str, advice: str) -> AraelError:
     help = (advice,) if advice else ()
-    return AraelError(Diagnostic("E1016", message, origin="profile", help=help))
+    return AraelError(Diagnostic("E1036", message, origin="profile", help=help))

@@ -24,6 +24,8 @@ CORRELATED = 0.9
 """Least correlation that is listed."""
 _NEARLY_ONE = 0.999
 _PAIRS = 10
+_CHANCE = 1e-4
+"""Probability of a chi-square, in one of its tails, below which it is suspicious."""
 _DENSE = 2000
 """Most scalars whose correlations are computed."""
 _SHOWN = 50
@@ -303,15 +305,26 @@ def suspicions(
         for a, b, rho in pairs
         if abs(rho) > _NEARLY_ONE
     ]
-    # The variance of a reduced chi-square is 2 / f.
-    beyond = 5 * math.sqrt(2 / statistics.freedom) if statistics.freedom > 0 else math.inf
-    if not statistics.scatter and not statistics.robust and abs(statistics.reduced - 1) > beyond:
+    if _is_off(statistics):
         wrong = "small" if statistics.reduced > 1 else "large"
         found.append(
             f"the reduced chi-square is {statistics.reduced:.3g}, expected near 1: the standard "
             f"deviations are too {wrong}, or the formula does not describe the data"
         )
     return found
+
+
+def _is_off(statistics: Statistics) -> bool:
+    """Whether a chi-square differs from its degrees of freedom noticeably, and not by chance."""
+    if statistics.scatter or statistics.robust or statistics.freedom <= 0:
+        return False
+    if 2 / 3 < statistics.reduced < 1.5:
+        return False
+    from scipy import special
+
+    below = float(special.chdtr(statistics.freedom, statistics.cost))
+    above = float(special.chdtrc(statistics.freedom, statistics.cost))
+    return min(below, above) < _CHANCE
 
 
 def scalar_values(problem: Problem) -> dict[str, float | None]:

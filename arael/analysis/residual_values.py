@@ -67,7 +67,7 @@ def residual_values(model: Any, label: str) -> ResidualValues:
     Raises
     ------
     AraelError
-        E1017: no such constraint, or its text is no longer there to be read.
+        E1037: no such constraint, or its text is no longer there to be read.
     """
     problem: Problem = model._problem()
     numbers = [k for k, group in enumerate(problem.layout.groups) if group.label == label]
@@ -186,4 +186,4 @@ def _changed(source: str) -> AraelError:
 
 
 def _wrong(message: str, advice: str) -> AraelError:
-    return AraelError(Diagnostic("E1017", message, origin="residual_values", help=(advice,)))
+    return AraelError(Diagnostic("E1037", message, origin="residual_values", help=(advice,)))

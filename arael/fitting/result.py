@@ -230,7 +230,7 @@ class Fit:
         Raises
         ------
         AraelError
-            E0872: no such parameter; E1016: no profile.
+            E0872: no such parameter; E1036: no profile.
         """
         from arael.analysis.profile import profile
         from arael.fitting.fit import check_parameter

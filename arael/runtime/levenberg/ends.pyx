@@ -155,6 +155,8 @@ cdef int out_of_means(const Component* c, const Settings* s) noexcept nogil:
     if s.dogleg and c.known and c.retry >= 2 and (
         c.region.radius <= s.epsilon * sqrt(c.energy) or c.region.radius < 1e-300
     ):
+        if not c.guarded and c.promise <= s.enough * c.before:
+            return CONVERGED
         return CONVERGED if promise_is_noise(c) else STALLED
     if s.retry_budget > 0 and c.retry >= s.retry_budget:
         return RETRY_BUDGET

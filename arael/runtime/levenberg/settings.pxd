@@ -35,6 +35,7 @@ cdef enum:
 ctypedef struct Settings:
     double abs_precision
     double rel_precision
+    double enough  # a promise up to this share of the cost that no step realises counts as none
     Py_ssize_t max_iters
     Py_ssize_t min_iters
     Py_ssize_t patience

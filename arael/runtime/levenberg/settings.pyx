@@ -37,6 +37,7 @@ cdef Settings settings_of(
     cdef Settings s
     s.abs_precision = config.abs_precision
     s.rel_precision = config.relative(size, dtype == np.float32)
+    s.enough = config.enough
     s.max_iters, s.min_iters, s.patience = config.max_iters, config.min_iters, config.patience
     s.initial_lambda = config.initial_lambda
     s.lambda_floor = config.floor(dtype == np.float32)
