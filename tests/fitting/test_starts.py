@@ -40,7 +40,7 @@ def test_linear_parameters_are_found() -> None:
         {"x": x, "y": x},
         start=dict(zip("abcd", [1] * 4, strict=True)),
         fixed={"a": 1.0},
-    ).curve  # noqa: E501
+    ).curve
     searched = np.ones(4, dtype=bool)
     at = np.array([[1.0, 2, 3, 0.5], [2.0, 1, 0, 1.5]])
     # One of a and b, which have a product, and c; not d.
@@ -97,6 +97,6 @@ def test_groups_with_different_nonlinear_parameters() -> None:
     y = np.where(g == "p", 2 * np.exp(-((x - 3) ** 2)), 5 * np.exp(-((x - 7) ** 2)))
     found = arael.fit(
         "y = h * exp(-(x - m)^2 / w^2)", {"x": x, "y": y, "g": g}, group="g", shared=["w"]
-    )  # noqa: E501
+    )
     assert found.parameters["m[p]"] == pytest.approx(3)
     assert found.parameters["m[q]"] == pytest.approx(7)
