@@ -217,7 +217,7 @@ class LmConfig:
         return FLOOR_F32 if single else FLOOR_F64
 
     def relative(self, size: int, single: bool) -> float:
-        """The value of `rel_precision` for a problem of `size` unknowns in f32 (`single`) or f64."""
+        """Value of `rel_precision` for a problem of `size` unknowns in f32 (`single`) or f64."""
         if self.rel_precision is not None:
             return self.rel_precision
         small = size <= SMALL and not single and self.chosen_strategy() != "damped"

@@ -301,7 +301,7 @@ def suspicions(
     """What the numbers of a solution give reason to doubt, in words."""
     found = [f"`{name}` is on {text}" for name, text in on_bound.items()]
     found += [
-        f"`{a}` and `{b}` are hardly told apart: their correlation is {rho:+.5f}"
+        f"`{a}` and `{b}` can hardly be distinguished: their correlation is {rho:+.5f}"
         for a, b, rho in pairs
         if abs(rho) > _NEARLY_ONE
     ]

@@ -23,8 +23,8 @@ struct Sat {
 root Gnss {
     param pos: vec2 [m] = [0.1, 0.2]
     sats: list of Sat
-    w: mat2 = 1
-    constraint prior { root.w * (root.pos - [1, 1]) }
+    w: vec2 = [2, 3]
+    constraint prior { root.w .* (root.pos - [1, 1]) }
 }
 """
 AT = np.array([[5.0, 0], [0, 6], [3, 4], [1, 1]])
@@ -34,9 +34,7 @@ RANGE = np.array([5.0, 6, 30, 2])
 @pytest.fixture
 def model(tmp_path: Path) -> arael.Model:
     path = tmp_path / "gnss.arael"
-    path.write_text(
-        TEXT.replace("w: mat2 = 1", "w: vec2 = [2, 3]").replace("root.w * (", "root.w .* (")
-    )
+    path.write_text(TEXT)
     found = arael.load(path, interpret=True)()
     found.sats.extend(range=RANGE, at=AT, used=[True, True, True, False])
     return found
