@@ -23,8 +23,8 @@ from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_fa
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
+from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.layout import Layout
-from arael.runtime.native_binding import Binding
 from arael.syntax.files import read_source
 
 if TYPE_CHECKING:

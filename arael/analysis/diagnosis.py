@@ -13,8 +13,8 @@ from arael.analysis.freedom import FreeDirections
 from arael.analysis.jacobian import Jacobian, jacobian
 from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.diagnosis import non_finite
 from arael.runtime.failures import listed
+from arael.runtime.levenberg.diagnosis import non_finite
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

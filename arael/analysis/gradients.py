@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.interpreter import GroupInterpreter, refresh
 from arael.runtime.layout import Entity
+from arael.runtime.machine.interpreter import GroupInterpreter, refresh
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.access import Walker
 from arael.runtime.layout import Block
 from arael.runtime.problem import Problem
+from arael.runtime.store.access import Walker
 from arael.runtime.system import row_name
 
 Floats = NDArray[np.float64]

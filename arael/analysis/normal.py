@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from arael.analysis.bounds import standing_on_bounds
 from arael.diagnostics.records import Diagnostic
+from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.sparse import SparseSolver
-from arael.runtime.positions import coordinates
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from arael.check.typed import ConstraintSite, TypedModel
 from arael.compiler.entities import model_state
 from arael.compiler.groups import Derivatives, derivatives
 from arael.compiler.scalar_programs import Functions
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.tape import NATIVE
 from arael.symbolic.functions import MAKERS
 
 

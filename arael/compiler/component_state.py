@@ -24,7 +24,7 @@ from arael.compiler.scalarise import Calls, Nodes, NoUses, Scalariser, width
 from arael.diagnostics.records import Span
 from arael.runtime import layout
 from arael.runtime.layout import Param, ParamUse
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.parameters import parameter_type
 

@@ -22,8 +22,8 @@ from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Raw, Use
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import Tape
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
 from arael.symbolic.jacobian import jacobian as differentiate

@@ -21,9 +21,9 @@ from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
 from arael.residuals.reading import Found, Reader, Surroundings, parameter_table, reader_for
 from arael.residuals.rows import RowsTable
-from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Table
-from arael.runtime.machine import Program
+from arael.runtime.machine.program import Program
 
 
 @dataclass

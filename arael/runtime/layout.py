@@ -28,7 +28,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 LAYOUT_VERSION = 3
 

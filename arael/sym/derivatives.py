@@ -226,7 +226,7 @@ def _slopes(name: str, count: int) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
 
 
 def _is_prescribed(name: str) -> bool:
-    from arael.runtime.tape import PRIMITIVES
+    from arael.runtime.machine.tape import PRIMITIVES
 
     return name not in PRIMITIVES and SCALARS[name].arity > 0
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.check.typed import BOOL
 from arael.diagnostics.suggest import closest
-from arael.runtime.tape import evaluate as run
+from arael.runtime.machine.tape import evaluate as run
 from arael.sym.errors import fail
 from arael.sym.expr import Expr
 from arael.sym.lowering import lower

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from arael.check.typed import BOOL, REAL, ScalarType
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.sym.errors import fail
 from arael.sym.value import Value
 from arael.symbolic.scalars import SCALARS
@@ -32,8 +32,8 @@ class Expr(Value):
 
     Attributes
     ----------
-    op : ``const``, ``symbol``, an operation of `arael.runtime.tape.PRIMITIVES`, the name of a
-        function of the language, or ``call`` of a user's function
+    op : ``const``, ``symbol``, an operation of `arael.runtime.machine.tape.PRIMITIVES`, the name
+        of a function of the language, or ``call`` of a user's function
     args : operands
     data : value of a constant, name of a symbol, function of a call
     """

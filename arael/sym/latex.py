@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 from arael.symbolic.printers.infix import ATOM, Form, Notation
 from arael.symbolic.scalars import SCALARS
 

@@ -23,7 +23,7 @@ from arael.runtime.layout import (
     Target,
     Use,
 )
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 ROOT = Slot((Step("root"),), "")
 

@@ -14,7 +14,7 @@ import pytest
 import scipy.special
 import sympy as sp
 
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers import (
     c,

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Form, Names, Notation, call, default_name, write
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import Names, default_name
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers.infix import ATOM, Form, Names, Notation, call, default_name, write
 
