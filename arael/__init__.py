@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from arael.diagnostics.model_warnings import ModelWarning as ModelWarning
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
+    from arael.fitting.fit import fit as fit
+    from arael.fitting.result import Fit as Fit
     from arael.functions import Function as Function
     from arael.io import read as read
     from arael.io import write as write
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AraelError": "arael.diagnostics.records",
     "Diagnostic": "arael.diagnostics.records",
+    "Fit": "arael.fitting.result",
     "Function": "arael.functions",
     "LmConfig": "arael.config",
     "Model": "arael.model",
@@ -51,6 +54,7 @@ _HOMES = {
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",
     "Start": "arael.starts",
+    "fit": "arael.fitting.fit",
     "initialise": "arael.starts",
     "load": "arael.loading",
     "loads": "arael.loading",

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from arael.analysis.freedom import FreeDirections
     from arael.analysis.gradients import GradientCheck
     from arael.analysis.jacobian import Jacobian
+    from arael.analysis.profile import Profile
+    from arael.analysis.report import Report
+    from arael.analysis.residual_values import ResidualValues
     from arael.config import LmConfig
     from arael.residuals.collection import Residuals
     from arael.result import Result
@@ -250,6 +253,22 @@ class Model(Displayed, Fields):
             found = block_between(self._store, a, a if b is None else b)
         return found
 
+    def residual_values(self, label: str) -> ResidualValues:
+        """Residuals of one constraint, row by row: raw, whitened, and after the loss.
+
+        Parameters
+        ----------
+        label : of the constraint, ``"Sat.pseudorange"``, or of a residual added at run time
+
+        Raises
+        ------
+        AraelError
+            E1037: no such constraint, or the text of the model was changed since.
+        """
+        from arael.analysis.residual_values import residual_values
+
+        return residual_values(self, label)
+
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""
         # imported here: start-up time
@@ -257,18 +276,58 @@ class Model(Displayed, Fields):
 
         return jacobian(self._problem())
 
-    def covariance(self) -> Covariance:
+    def covariance(self, scale: str = "known") -> Covariance:
         """Covariance of the solution: marginal, cross, conditional, relative.
+
+        Parameters
+        ----------
+        scale : ``"known"`` if residuals are whitened by known standard deviations; ``"residual"``
+            multiplies by the reduced chi-square, where these are not known
 
         Raises
         ------
         SolveError
             E1008: the system is singular; the free directions are named.
+        AraelError
+            E1035: an unknown scale, or no more residuals than parameters.
         """
         # imported here: start-up time
         from arael.analysis.covariance import covariance
 
-        return covariance(self._problem())
+        return covariance(self._problem(), scale)
+
+    def report(self, scale: str = "known") -> Report:
+        """Report on the current values: standard errors, correlations, chi-square, suspicions.
+
+        Parameters
+        ----------
+        scale : as of `covariance`
+        """
+        from arael.analysis.report import report
+
+        return report(self._problem(), scale)
+
+    def profile(self, name: str, level: float = 0.95, scale: str = "known") -> Profile:
+        """Confidence interval of a scalar by profile likelihood; the model keeps its values.
+
+        The interval holds all values for which the best values of all other parameters raise the
+        cost by no more than the quantile of chi-square with one degree of freedom, or with
+        ``scale="residual"`` by the squared quantile of Student's t times the reduced chi-square.
+        Unlike ``value +- k sigma`` it needs no symmetry.
+
+        Parameters
+        ----------
+        name : of a scalar, as in `parameter_names`; not of a rotation
+        level : probability that the interval holds the true value
+
+        Raises
+        ------
+        AraelError
+            E1036: no such scalar or level, or a lower cost was found on the way.
+        """
+        from arael.analysis.profile import profile
+
+        return profile(self, name, level, scale)
 
     def free_directions(self) -> FreeDirections:
         """Directions that change no residual, in words; empty if there are none."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks import (
     backends,
+    certified,
     cold,
     components,
     demo_seeds,
@@ -42,6 +43,7 @@ OWN: dict[str, Chapter] = {
     "threads": threads.run,
     "scale": scale.run,
     "strategies": strategies.run,
+    "nist": certified.run,
     "cold": cold.run,
     "optimum": optimum.run,
     "demo-seeds": demo_seeds.run,

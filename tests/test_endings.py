@@ -344,5 +344,7 @@ def test_certified_values_are_reached_from_both_starts(load: Load, name: str, st
     result = solved(model)
     assert result.status == "converged"
     found = [float(getattr(model, f"b{k + 1}").value) for k in range(len(values))]
-    np.testing.assert_allclose(found, values[:, 2], rtol=1e-4)
-    assert result.end_cost == pytest.approx(cost, rel=1e-6)
+    # Six certified digits, with default settings.
+    np.testing.assert_allclose(found, values[:, 2], rtol=1e-6)
+    # The certified cost of Lanczos1 has the rounding of its data.
+    assert result.end_cost == pytest.approx(cost, rel=1e-8 if name != "Lanczos1" else 0.01)

@@ -177,7 +177,7 @@ def test_passes_freeze_until_a_later_one_frees():
             {"rel_precision": -1.0},
             "E1010",
             "`rel_precision` is -1.0",
-            "it must be a number, zero or more",
+            "it must be None or a number, zero or more",
         ),
         (
             {"abs_precision": float("nan")},

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.cost_table import cost_table
 from arael.analysis.freedom import refuse_free_directions
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
@@ -25,8 +26,11 @@ from arael.runtime.problem import Problem
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# A row of the model: a ref (`poses[3]` of the Python face), its name, or (path of the table, row).
+# A row of the model: a ref (`poses[3]` of the Python face), its name, or (path of the table, row);
+# the model itself for the parameters of its root; or a list of such.
 Where = Any
+
+SCALES = ("known", "residual")
 
 _KEPT = 300
 """Number of cached columns of the inverse."""
@@ -37,12 +41,23 @@ class Covariance:
 
     Fixed parameters and parameters on an active bound have no variance: the solution does not
     change with the measurements there. A `where` is a ref (``path.landmarks[4]``), the name of a
-    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
+    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row);
+    the model itself for the parameters of its root; or a list of these, whose scalars follow in
+    its order.
     Entry (i, j) is in the unit of scalar i times that of scalar j (`units`); rotations are in
     radians of the parameter's own tangent: Euler angles directly, others by a rotation vector.
 
+    Parameters
+    ----------
+    problem : at its current values
+    scale : ``"known"``: residuals are whitened by known standard deviations. ``"residual"``: they
+        are not, or only ratios of these are known: all covariances are multiplied by the reduced
+        chi-square ``cost / (residuals - parameters)``, the estimated variance of a residual
+        (G. Seber and C. Wild, "Nonlinear regression", 1989, section 2.1.2).
+
     Attributes
     ----------
+    factor : by which ``(J'J)^-1`` is multiplied
     names : (n,) names of the scalars
     units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
         transform the translation has the declared unit, the rotation is in radians
@@ -53,9 +68,12 @@ class Covariance:
     ------
     SolveError
         E1008: the system is singular; the free directions are named.
+    AraelError
+        E1035: an unknown scale, or no degrees of freedom to estimate it from.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, scale: str = "known") -> None:
+        check_scale(scale)
         self._equations = NormalEquations(problem, hold_bounds=True)
         self._problem = problem
         self.on_bound = self._equations.on_bound
@@ -65,6 +83,7 @@ class Covariance:
         # Factorised here, so that a singular system is reported at once.
         refuse_free_directions(self._equations)
         self._solver = self._equations.solver
+        self.factor = 1.0 if scale == "known" else _variance(problem, len(self.names))
 
     @cached_property
     def units(self) -> list[str]:
@@ -79,7 +98,7 @@ class Covariance:
     @cached_property
     def matrix(self) -> Floats:
         """(n, n) the full dense covariance, for at most a few thousand scalars."""
-        return self._equations.solve(np.eye(len(self.names)))
+        return self._solve(np.eye(len(self.names)))
 
     @cached_property
     def _selected(self) -> SelectedInverse:
@@ -88,12 +107,12 @@ class Covariance:
     def sigma(self) -> Floats:
         """(n,) standard deviation of each scalar, in its unit; all in one sweep."""
         scale = self._equations.scale
-        variance = self._selected.diagonal() * scale**2
+        variance = self._selected.diagonal() * scale**2 * self.factor
         found: Floats = np.sqrt(variance[self._equations.free])
         return found
 
     def marginal(self, where: Where) -> Floats:
-        """(k, k) marginal covariance of an entity or of one parameter."""
+        """(k, k) marginal covariance of an entity or of one parameter; of a list, jointly."""
         found = self._scalars(where)
         return self._block(found, found)
 
@@ -116,8 +135,19 @@ class Covariance:
         free[self._equations.free] = True
         moves = free[first[rows, None] + np.arange(entity.tangent)]
         blocks *= (units * moves)[:, :, None] * (units * moves)[:, None, :]
-        found[rows] = blocks[:, tangents[:, None], tangents]
+        found[rows] = blocks[:, tangents[:, None], tangents] * self.factor
         return found
+
+    def correlation(self, where: Where | None = None) -> Floats:
+        """(k, k) correlations ``C_ij / sqrt(C_ii C_jj)`` within `where`; None: of all scalars."""
+        covariance = self.matrix if where is None else self.marginal(where)
+        sigma = np.sqrt(np.diag(covariance))
+        found: Floats = covariance / (sigma[:, None] * sigma[None, :])
+        return found
+
+    def names_of(self, where: Where) -> list[str]:
+        """(k,) names of the scalars within `where`, in the order of `marginal`."""
+        return [self.names[k] for k in self._scalars(where)]
 
     def cross(self, a: Where, b: Where) -> Floats:
         """(k, l) covariance between the scalars of `a` and those of `b`."""
@@ -134,7 +164,7 @@ class Covariance:
             unit = self._equations.scale[self._equations.free][mine]
             scaled = self._equations.matrix[mine][:, mine].toarray()
             found: Floats = np.linalg.inv(scaled) * unit[:, None] * unit[None, :]
-            return found
+            return found * self.factor
         known = self._scalars(given)
         if set(mine.tolist()) & set(known.tolist()):
             raise AraelError(
@@ -191,6 +221,9 @@ class Covariance:
 
     # --- entries -------------------------------------------------------------------------------
 
+    def _solve(self, right: Floats) -> Floats:
+        return self._equations.solve(right) * self.factor
+
     def _block(self, a: Ints, b: Ints) -> Floats:
         if "matrix" in self.__dict__:
             return self.matrix[np.ix_(a, b)]
@@ -198,7 +231,7 @@ class Covariance:
         if missing:
             unit = np.zeros((len(self.names), len(missing)))
             unit[missing, np.arange(len(missing))] = 1
-            solved = self._equations.solve(unit)
+            solved = self._solve(unit)
             if len(self._columns) + len(missing) > _KEPT:
                 kept = {int(i): self._columns[int(i)] for i in b if int(i) in self._columns}
                 self._columns = kept
@@ -230,11 +263,26 @@ class Covariance:
             return where
         if isinstance(where, tuple):
             path, row = where
+        elif not hasattr(where, "_handle"):
+            return ""  # the model: its root
         else:
             path, row = where._table.layout.path, where._table.row_of(where._handle)
         return str(self._problem.store.tables[path].row_name(row)) if path else ""
 
     def _scalars(self, where: Where) -> Ints:
+        if isinstance(where, list):
+            every = [self._scalars(one) for one in where]
+            joined = np.concatenate(every) if every else np.zeros(0, dtype=np.int64)
+            if len(set(joined.tolist())) < len(joined):
+                raise AraelError(
+                    Diagnostic(
+                        "E1009",
+                        f"{_shown(where)} name a parameter twice",
+                        origin="covariance",
+                        help=("leave out what another entry contains",),
+                    )
+                )
+            return joined
         return np.array(list(self._local_names(where).values()), dtype=np.int64)
 
     def _local_names(self, where: Where) -> dict[str, int]:
@@ -294,10 +342,42 @@ class Covariance:
         )
 
 
-def covariance(problem: Problem) -> Covariance:
+def covariance(problem: Problem, scale: str = "known") -> Covariance:
     """Covariance of all free scalars; see `Covariance`."""
-    return Covariance(problem)
+    return Covariance(problem, scale)
+
+
+def check_scale(scale: str) -> None:
+    """Raise E1035 unless `scale` is one of `SCALES`."""
+    if scale not in SCALES:
+        raise AraelError(
+            Diagnostic(
+                "E1035",
+                f"unknown scale {scale!r:.40}",
+                origin="covariance",
+                help=('write `"known"` for whitened residuals, `"residual"` for others',),
+            )
+        )
+
+
+def _variance(problem: Problem, parameters: int) -> float:
+    """Variance of a residual, from the scatter of all."""
+    table = cost_table(problem)
+    count = sum(table.residuals.values())
+    if count <= parameters:
+        raise AraelError(
+            Diagnostic(
+                "E1035",
+                f"{count} residuals and {parameters} parameters: the scatter of the residuals is "
+                "not known",
+                origin="covariance",
+                help=("add measurements, or whiten the residuals by known standard deviations",),
+            )
+        )
+    return float(table.total / (count - parameters))
 
 
 def _shown(where: Where) -> str:
+    if isinstance(where, list):
+        return ", ".join(f"`{_shown(one)}`" for one in where)
     return where if isinstance(where, str) else str(getattr(where, "name", where))

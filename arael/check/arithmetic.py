@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from arael.check.constant_rotations import rotation_value
 from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed

@@ -13,7 +13,6 @@ import click
 
 import arael
 from arael import starts
-from arael.cli import summary
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
 from arael.cli.options import (
@@ -64,6 +63,14 @@ if TYPE_CHECKING:
     metavar="NAME[FROM:TO]",
     help="Show solved rows of this collection; the first 5 without a range.",
 )
+@click.option("--summary", is_flag=True, help="Print a report: errors, correlations, chi-square.")
+@click.option(
+    "--scale",
+    type=click.Choice(["known", "residual"]),
+    default="known",
+    show_default=True,
+    help="Standard errors for whitened residuals, or scaled by their scatter; with --summary.",
+)
 @plot_option
 @click.option("--report", type=click.Path(dir_okay=False), help="Write an HTML page on the solve.")
 @json_option
@@ -83,6 +90,8 @@ def command(
     verbose: bool,
     covariance: str | None,
     shown: tuple[str, ...],
+    summary: bool,
+    scale: str,
     plot: str | None,
     report: str | None,
     as_json: bool,
@@ -106,10 +115,13 @@ def command(
         click.echo(str(start), err=True)
     result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
     solution = solution_of(instance, loaded.layout, shown)
+    details = instance.report(scale) if summary else None
     if not as_json:
         click.echo(str(result))
         for text in solution.lines():
             click.echo(text)
+        if details is not None:
+            click.echo(str(details))
         if result.status == "aborted":
             click.echo("interrupted: this is the best state found so far", err=True)
     if note:
@@ -125,16 +137,17 @@ def command(
         found = {
             "model": model,
             "data": data,
-            **({} if start is None else {"init": summary.plain(start.to_dict())}),
-            **summary.as_dict(result),
+            **({} if start is None else {"init": outcome.plain(start.to_dict())}),
+            **outcome.as_dict(result),
             **solution.as_dict(),
+            **({} if details is None else {"report": outcome.plain(details.to_dict())}),
             "written": written,
         }
         click.echo(json.dumps(found))
     else:
         for path in written:
             click.echo(f"wrote {path}")
-    return Exit.OK if summary.has_converged(result) else Exit.NOT_CONVERGED
+    return Exit.OK if outcome.has_converged(result) else Exit.NOT_CONVERGED
 
 
 def _initialise(instance: Any, init: str) -> Any:

@@ -14,21 +14,26 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io.csv_reader import csv_rows
+from arael.io.csv_separators import separated
 from arael.io.files import StrPath, check_name, read_bytes, shown, without_mark
 from arael.io.plain_numbers import real
 from arael.runtime.store.messages import problem, shorten
 
 MOST_MISTAKES = 20
 
-_COMMENT = re.compile(rb"^[ \t]*#[^\r\n]*", re.MULTILINE)
+MISSING = frozenset({"", "-", "?", "na", "n/a", "nan", "null", "none", "missing"})
+"""Texts of cells without a value, in lower case."""
+
+_COMMENT = re.compile(rb"^[ \t]*[#%][^\r\n]*", re.MULTILINE)
 _UNIT = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*$")
 
 
 class Points:
     """Rows of a CSV file below a line of names; cells are converted to numbers on demand.
 
-    Lines that begin with ``#`` are comments. The names may be in a comment, as `numpy.savetxt`
-    writes them.
+    Cells are separated by commas, tabs, semicolons, bars or spaces, whichever divides all lines
+    into equally many; a decimal comma is read where commas do not separate. Lines that begin with
+    ``#`` or ``%`` are comments. The names may be in a comment, as `numpy.savetxt` writes them.
 
     Parameters
     ----------
@@ -36,8 +41,10 @@ class Points:
 
     Attributes
     ----------
+    name : the file, for messages
     titles : maps the name of a column in formulas to its title in the file. ``Time (s)``
         is read as ``Time``, ``wheel speed`` as ``wheel_speed``.
+    size : number of rows
 
     Raises
     ------
@@ -48,36 +55,41 @@ class Points:
 
     def __init__(self, path: StrPath) -> None:
         path = check_name(path)
-        self._file = shown(os.path.basename(path))
-        content = without_mark(read_bytes(path), self._file)
+        self.name = shown(os.path.basename(path))
+        content = without_mark(read_bytes(path), self.name)
         text = _COMMENT.sub(b"", content)
         if not content.strip():
-            raise AraelError(problem("E0712", "the file is empty", self._file))
+            raise AraelError(problem("E0712", "the file is empty", self.name))
         if not text.strip():
-            raise AraelError(problem("E0711", "there are no rows, only comments", self._file))
-        header, rows, lines = csv_rows(text, self._file)
-        if _all_numbers(header):
+            raise AraelError(problem("E0711", "there are no rows, only comments", self.name))
+        text, delimiter = separated(text)
+        header, rows, lines = csv_rows(text, self.name, delimiter)
+        # With another separator than the comma, a comma between digits is a decimal point.
+        self._comma = delimiter not in (None, ",")
+        if all(self._number(cell) is not None for cell in header):
             first = 1 + text[: len(text) - len(text.lstrip())].count(b"\n")
             rows, lines = [header, *rows], [first, *lines]
             header = self._from_comment(content, header)
+        rows = [_without_ends(row, len(header)) for row in rows]
         self._header, self._rows, self._lines = header, rows, lines
+        self.size = len(rows)
         found: list[Diagnostic] = [
-            problem("E0718", f"the column `{shorten(title)}` is given twice", self._file)
+            problem("E0718", f"the column `{shorten(title)}` is given twice", self.name)
             for title, count in sorted(Counter(header).items())
             if count > 1
         ]
         if not rows:
             what = "there is no row below the names of the columns"
-            found.append(problem("E0711", what, self._file))
+            found.append(problem("E0711", what, self.name))
         for line, row in zip(lines, rows, strict=True):
             if len(row) != len(header) and len(found) < MOST_MISTAKES:
                 what = f"expected {len(header)} cells, found {len(row)}"
-                found.append(problem("E0704", what, f"{self._file}:{line}"))
+                found.append(problem("E0704", what, f"{self.name}:{line}"))
         self._wrong = found
         self.titles = readable_names(header)
 
     def columns(self, names: Iterable[str]) -> dict[str, NDArray[np.float64]]:
-        """Columns by name, each (rows,).
+        """Columns by name, each (rows,); NaN where a cell is empty or says that it has no value.
 
         Raises
         ------
@@ -87,24 +99,47 @@ class Points:
         """
         wanted = {self.titles[name]: name for name in names}
         found = list(self._wrong)
-        values: dict[str, Any] = {name: np.empty(len(self._rows)) for name in wanted.values()}
+        values: dict[str, Any] = {name: np.full(self.size, math.nan) for name in wanted.values()}
         for number, (line, row) in enumerate(zip(self._lines, self._rows, strict=True)):
             if len(row) != len(self._header):
                 continue
             for title, cell in zip(self._header, row, strict=True):
-                if title not in wanted or len(found) >= MOST_MISTAKES:
+                if (
+                    title not in wanted
+                    or cell.strip().lower() in MISSING
+                    or len(found) >= MOST_MISTAKES
+                ):
                     continue
-                value = _number(cell)
+                value = self._number(cell)
                 if value is None or not math.isfinite(value):
                     code = "E0703" if value is None else "E0705"
                     expected = "a number" if value is None else "a finite number"
                     what = f'expected {expected}, found "{shorten(cell)}"'
-                    found.append(problem(code, what, f"{self._file}:{line}: {title}"))
+                    found.append(problem(code, what, f"{self.name}:{line}: {title}"))
                 else:
                     values[wanted[title]][number] = value
         if found:
             raise AraelError(found)
         return values
+
+    def texts(self, name: str) -> list[str]:
+        """Cells of one column as they are written, for the names of groups.
+
+        Raises
+        ------
+        AraelError
+            Errors of the file as a whole.
+        """
+        if self._wrong:
+            raise AraelError(self._wrong)
+        at = self._header.index(self.titles[name])
+        return [row[at].strip() for row in self._rows]
+
+    def _number(self, cell: str) -> float | None:
+        text = cell.strip()
+        if self._comma and "." not in text and text.count(",") == 1:
+            text = text.replace(",", ".")
+        return _number(text)
 
     def _from_comment(self, content: bytes, first: list[str]) -> list[str]:
         """The names in the last comment above the first row, if their number fits."""
@@ -112,9 +147,9 @@ class Points:
         for line in content.decode().splitlines():
             if line.strip() and not line.lstrip().startswith("#"):
                 break
-            comments.append(line.lstrip(" \t#").rstrip())
+            comments.append(line.lstrip(" \t#%").rstrip())
         for comment in reversed(comments):
-            delimiter = next((d for d in ",\t;" if d in comment), ",")
+            delimiter = next((d for d in ",\t;|" if d in comment), None)
             names = [name.strip() for name in comment.split(delimiter)]
             if len(names) == len(first) and all(names) and not _all_numbers(names):
                 return names
@@ -122,7 +157,7 @@ class Points:
             problem(
                 "E0711",
                 "expected the names of the columns in the first line, found numbers",
-                self._file,
+                self.name,
                 help=f"put a line such as `{','.join('xyzuvw'[: len(first)])}` above them",
             )
         )
@@ -154,6 +189,14 @@ def _identifier(title: str) -> str:
     """A title as a name: other characters become ``_``; "" if nothing is left."""
     name = re.sub(r"\W+", "_", title, flags=re.ASCII).strip("_")
     return f"_{name}" if name[:1].isdigit() else name
+
+
+def _without_ends(row: list[str], count: int) -> list[str]:
+    """A row without the empty cells that separators at the end of its line make."""
+    kept = row
+    while len(kept) > count and not kept[-1].strip():
+        kept = kept[:-1]
+    return kept
 
 
 def _all_numbers(cells: list[str]) -> bool:

@@ -72,15 +72,23 @@ def choose(store: Store, name: str, collection: str | None) -> Table:
     raise error("E0713", what, name, help=suggestion(wanted, list(tables)) if tables else "")
 
 
-def csv_rows(content: bytes, name: str) -> tuple[list[str], list[list[str]], list[int]]:
-    """Return header, rows and the line of each row."""
+def csv_rows(
+    content: bytes, name: str, delimiter: str | None = None
+) -> tuple[list[str], list[list[str]], list[int]]:
+    """Return header, rows and the line of each row.
+
+    Parameters
+    ----------
+    delimiter : between cells; None: the first of comma, tab and semicolon that the header has
+    """
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as failure:
         line = content.count(b"\n", 0, failure.start) + 1
         raise error("E0711", "not UTF-8 text", f"{name}:{line}") from None
-    first = text.lstrip("\r\n").split("\n", 1)[0]
-    delimiter = next((d for d in ",\t;" if d in first), ",")
+    if delimiter is None:
+        first = text.lstrip("\r\n").split("\n", 1)[0]
+        delimiter = next((d for d in ",\t;" if d in first), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     rows, lines = [], []
     try:

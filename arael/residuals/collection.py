@@ -16,6 +16,7 @@ from arael.residuals.expression import (
     Definition,
     Expression,
     RuntimeResidual,
+    measured_part,
     require_residual,
 )
 from arael.residuals.messages import error
@@ -278,6 +279,27 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         if len(found) != 1:
             return found
         return float(found[0]) if found.ndim == 1 else found[0]
+
+    def unweighted(self, label: str) -> tuple[Array, Array]:
+        """Residuals (rows, m) of one without its loss: without factors of data alone, and with.
+
+        Raises
+        ------
+        AraelError
+            E0763: there is no such residual.
+        """
+        if label not in self._derived:
+            raise self._unknown(label)
+        residual = self._derived[label].residual
+        found = []
+        for text in (measured_part(residual), residual.text):
+            probe = RuntimeResidual(text, "value", when=residual.when)
+            probe.label, probe._data = label, residual._data
+            probe.entities = residual.entities
+            derived = self._derive(probe, constant_too=True)
+            posed = self._pose([derived])
+            found.append(self._rows_of(posed, len(posed.layout.groups) - 1))
+        return found[0], found[1]
 
     def __getitem__(self, label: str) -> RuntimeResidual:
         if label not in self._derived:

@@ -240,6 +240,29 @@ class RuntimeResidual(Expression):
         return self._owner._residuals_of(self.label)
 
 
+def measured_part(residual: RuntimeResidual) -> str:
+    """The formula without factors and divisors that are numbers and data columns alone."""
+    from arael.check.walk import subtrees
+    from arael.syntax import tree
+
+    def is_data(node: tree.Expr) -> bool:
+        return all(
+            isinstance(part, tree.Number | tree.Binary | tree.Unary)
+            or (isinstance(part, tree.Name) and part.id in residual._data)
+            for part in subtrees(node)
+        )
+
+    node = residual._tree
+    while isinstance(node, tree.Binary) and node.op in ("*", "/", ".*", "./"):
+        if is_data(node.right):
+            node = node.left
+        elif node.op in ("*", ".*") and is_data(node.left):
+            node = node.right
+        else:
+            break
+    return node.span.text
+
+
 def require_residual(given: object) -> None:
     """Raise E0760 unless `given` is a residual."""
     if isinstance(given, RuntimeResidual):

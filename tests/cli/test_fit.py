@@ -10,6 +10,7 @@ from scipy.optimize import curve_fit
 
 from arael.io.csv_numbers import readable_names
 from tests.cli.conftest import Arael
+from tests.optional import require
 
 FORMULA = "a * exp(-b * t) + c"
 
@@ -89,13 +90,13 @@ def test_mistakes(
 
 def test_a_file_that_is_no_table_of_numbers(arael: Arael, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
-    path.write_text("t,y,t\n1,2,3\n1,two,nan\n1,2\n")
+    path.write_text("t,y,t\n1,2,3\n1,two,inf\n1,2\n")
     done = arael("fit", "a * t", path)
     assert done.code == 2
     for part in (
         "error[E0718]: the column `t` is given twice",
         'error[E0703]: expected a number, found "two"\n --> bad.csv:3: y',
-        'error[E0705]: expected a finite number, found "nan"\n --> bad.csv:3: t',
+        'error[E0705]: expected a finite number, found "inf"\n --> bad.csv:3: t',
         "error[E0704]: expected 3 cells, found 2\n --> bad.csv:4",
     ):
         assert part in done.err
@@ -186,3 +187,136 @@ def test_titles_that_differ_in_their_unit_only() -> None:
     assert titles == {
         "v_m": "v (m)", "v_s": "v (s)", "w_m": "w (m)", "w": "w", "_2nd": "2nd", "ok": "ok"
     }  # fmt: skip
+
+
+def test_bounds_and_fixed_parameters(arael: Arael, points: Path) -> None:
+    done = arael("fit", FORMULA, points, "--bound", "c=0.35:", "--bound", "b=:5")
+    assert "c = 0.35 (on its lower bound 0.35)" in done.out
+    found = arael("fit", FORMULA, points, "--fix", "c=0.3", "--json").json
+    assert found["parameters"]["c"]["value"] == 0.3
+    assert "c = 0.3 (fixed)" in arael("fit", FORMULA, points, "--fix", "c=0.3").out
+
+
+def test_a_column_of_sigmas(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x [m];y [V];dy [V]\n1;1,1;0,1\n2;2,3;0,2\n3;2,9;0,1\n4;4,2;0,4\n")
+    found = arael("fit", "y = a * x", path, "--sigma", "dy", "--json").json["parameters"]["a"]
+    x, y, s = (
+        np.array([1, 2, 3, 4.0]),
+        np.array([1.1, 2.3, 2.9, 4.2]),
+        np.array([0.1, 0.2, 0.1, 0.4]),
+    )
+    weight = np.sum(x**2 / s**2)
+    assert found["value"] == pytest.approx(np.sum(x * y / s**2) / weight)
+    assert found["sigma"] == pytest.approx(weight**-0.5)
+    relative = arael("fit", "y = a * x", path, "--sigma", "dy", "--relative-sigma", "--json").json
+    reduced = np.sum(((y - found["value"] * x) / s) ** 2) / 3
+    assert relative["parameters"]["a"]["sigma"] == pytest.approx((reduced / weight) ** 0.5)
+    assert "no column 'dz'" in arael("fit", "y = a * x", path, "--sigma", "dz").err
+
+
+def test_groups_of_a_column_and_of_files(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,sample\n1,3,p\n2,5,p\n3,7,p\n1,4,q r\n2,7,q r\n3,10,q r\n")
+    done = arael("fit", "y = a * x + b", path, "--group", "sample", "--shared", "b")
+    assert done.code == 0
+    assert "a[p]   = 2" in done.out and "a[q r] = 3" in done.out
+    for name, slope in (("one", 2), ("two", 3)):
+        (tmp_path / f"{name}.csv").write_text(f"x,y\n1,{slope + 1}\n2,{2 * slope + 1}\n")
+    files = tmp_path / "one.csv", tmp_path / "two.csv"
+    both = arael("fit", "y = a * x + b", *files, "--group", "file", "--shared", "b", "--json").json
+    assert {k: round(p["value"], 9) for k, p in both["parameters"].items()} == {
+        "b": 1, "a[one]": 2, "a[two]": 3
+    }  # fmt: skip
+
+
+def test_summary_and_intervals(arael: Arael, points: Path) -> None:
+    done = arael("fit", FORMULA, points, "--summary", "--intervals", "--level", "0.9")
+    for text in ("degrees of freedom       37", "R squared", "AIC", "BIC", "residual deviation"):
+        assert text in done.out
+    found = arael("fit", FORMULA, points, "--intervals", "--level", "0.9", "--json").json
+    one = found["parameters"]["b"]
+    low, high = found["intervals"]["b"]
+    # Nearly linear: the profile is close to value +- t sigma.
+    assert low == pytest.approx(one["value"] - 1.687 * one["sigma"], rel=1e-3)
+    assert high == pytest.approx(one["value"] + 1.687 * one["sigma"], rel=1e-3)
+    assert found["degrees_of_freedom"] == 37 and found["aic"] < 0 and found["r_squared"] > 0.999
+
+
+def test_output_holds_points_curve_and_bands(arael: Arael, points: Path, tmp_path: Path) -> None:
+    out = tmp_path / "fit.csv"
+    done = arael("fit", FORMULA, points, "-o", out)
+    assert f"wrote {out}" in done.out
+    table = np.genfromtxt(out, delimiter=",", names=True)
+    assert table.dtype.names == (
+        "t", "y", "fit", "low", "high", "predicted_low", "predicted_high", "residual"
+    )  # fmt: skip
+    np.testing.assert_allclose(table["y"] - table["fit"], table["residual"], atol=1e-12)
+    assert (table["predicted_low"] < table["low"]).all()
+    written = tmp_path / "fit.json"
+    assert arael("fit", FORMULA, points, "--output", written).code == 0
+    assert '"predicts": "y"' in written.read_text()
+    wrong = arael("fit", FORMULA, points, "-o", tmp_path / "fit.xlsx")
+    assert wrong.code == 2 and "E0855" in wrong.err and "fit.csv" in wrong.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("--bound", "a=1"), "expected NAME=LOW:HIGH, found 'a=1'"),
+        (("--bound", "a=x:1"), "expected NAME=LOW:HIGH"),
+        (("--bound", "q=0:1"), "'q' is not a parameter of the formula; it has a, b, c"),
+        (("--bound", "a=2:1"), "the bounds 2 .. 1 of 'a' are empty"),
+        (("--fix", "a"), "expected NAME=NUMBER, found 'a'"),
+        (("--shared", "a"), "shared parameters need groups"),
+        (("--group", "q"), "no column 'q'"),
+        (("--sigma", "-1"), "the standard deviation of point 0 is -1"),
+        (("--level", "95"), "is not in the range"),
+    ],
+)
+def test_mistakes_in_options(
+    arael: Arael, points: Path, arguments: tuple[str, ...], text: str
+) -> None:
+    done = arael("fit", FORMULA, points, *arguments)
+    assert done.code == 2 and text in done.err
+
+
+def test_a_plot(arael: Arael, points: Path, tmp_path: Path) -> None:
+    require("matplotlib")
+    picture = tmp_path / "fit.svg"
+    assert arael("fit", FORMULA, points, "--plot", picture).code == 0
+    text = picture.read_text()
+    assert "<svg" in text and "residuals" in text
+    wrong = arael("fit", FORMULA, points, "--plot", tmp_path / "fit.bmp")
+    assert "E0861" in wrong.err
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x y\n1 3\n2 5\n3 7\n",
+        "x [m]  y [V]\n1   3\n2\t5\n3   7\n",
+        "x;y\n1,0;3,0\n2,0;5,0\n3,0;7,0\n",
+        "x\ty\n1\t3\n2\t5\n3\t7\n",
+        "x|y\n1|3\n2|5\n3|7\n",
+        "% made by hand\nx,y,\n1,3,\n2,5,\n3,7,\n",
+        "x,y\n1,3\nNA,4\n2,5\n2,\n3,7\n3,n/a\n",
+        'x,"y [V, peak]"\n1,3\n2,5\n3,7\n',
+        "# x y\n1 3\n2 5\n3 7\n",
+    ],
+    ids=["spaces", "units", "decimal comma", "tabs", "bars", "end", "missing", "quotes", "comment"],
+)
+def test_tables_as_instruments_write_them(arael: Arael, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    found = arael("fit", "y = a * x + b", path, "--json").json
+    values = {name: one["value"] for name, one in found["parameters"].items()}
+    assert values == pytest.approx({"a": 2, "b": 1})
+    assert found["points"] == 3
+    assert found["skipped"] == (3 if "NA" in text else 0)
+
+
+def test_rows_left_out_are_noted(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y\n1,3\n2,nan\n3,7\n4,9\n")
+    assert "note: 1 points without a value are left out" in arael("fit", "y = a*x + b", path).err

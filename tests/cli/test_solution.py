@@ -187,3 +187,17 @@ def test_csv_of_the_only_collection_needs_its_name_where_more_is_solved(
     (line / "line.json").write_text('{"ps": [{"x": 3}]}')
     done = arael("solve", "line.arael", "line.json", "--interpret", "-o", "out.csv")
     assert done.code == 0 and done.err == ""
+
+
+def test_a_summary(arael: Arael, tmp_path: Path) -> None:
+    (tmp_path / "line.arael").write_text(
+        "struct Point { x: real\n y: real\n constraint fit { root.a * x + root.b - y } }\n"
+        "root Line { param a: real = 0\n param b: real = 0\n points: list of Point }\n"
+    )
+    (tmp_path / "points.csv").write_text("x,y\n0,0.1\n1,0.9\n2,2.2\n3,2.8\n4,4.1\n")
+    files = tmp_path / "line.arael", tmp_path / "points.csv"
+    done = arael("solve", *files, "--summary", "--scale", "residual", "--interpret")
+    assert "degrees of freedom       3" in done.out and "residual deviation" in done.out
+    found = arael("solve", *files, "--summary", "--interpret", "--json").json["report"]
+    assert found["degrees_of_freedom"] == 3 and found["parameters"]["a"]["sigma"] > 0
+    assert found["chi_square"] == pytest.approx(found["aic"] - 4)

@@ -82,7 +82,7 @@ cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
     if not c.promise <= max(max(s.rel_precision * c.before, s.abs_precision), c.noise_floor):
         c.small_steps = 0
         return RUNNING
-    if c.damped > PROOF or (s.min_diagonal > 0 and c.added > 0.5 * c.promise):
+    if not is_undamped(c, s):
         if not s.dogleg and s.lambda_floor < PROOF and not c.proven:
             c.proven = True  # once a linearisation: it may fail
             c.damping = s.lambda_floor
@@ -91,6 +91,11 @@ cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
     if c.accepted and (c.steps < s.min_iters or c.small_steps <= s.patience):
         return RUNNING
     return CONVERGED
+
+
+cdef bint is_undamped(const Component* c, const Settings* s) noexcept nogil:
+    """Whether the promise is that of a step that neither damping nor added diagonals shorten."""
+    return c.damped <= PROOF and not (s.min_diagonal > 0 and c.added > 0.5 * c.promise)
 
 
 cdef bint promise_is_noise(const Component* c) noexcept nogil:
@@ -155,6 +160,8 @@ cdef int out_of_means(const Component* c, const Settings* s) noexcept nogil:
     if s.dogleg and c.known and c.retry >= 2 and (
         c.region.radius <= s.epsilon * sqrt(c.energy) or c.region.radius < 1e-300
     ):
+        if not c.guarded and c.promise <= s.enough * c.before and is_undamped(c, s):
+            return CONVERGED
         return CONVERGED if promise_is_noise(c) else STALLED
     if s.retry_budget > 0 and c.retry >= s.retry_budget:
         return RETRY_BUDGET

@@ -59,7 +59,8 @@ cdef class Minimiser(Attempt):
             raise ValueError("the linear solver and the problem differ in precision")
         self.evaluation, self.solver, self._box = evaluation, solver, box
         self.watch(watcher, min(config.max_iters, 1024) + 1)
-        self._settings = settings_of(config, evaluation.dtype, evaluation.guarded, watched)
+        self._settings = settings_of(
+            config, evaluation.dtype, evaluation.guarded, watched, evaluation.size)
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
         if partition is not None:

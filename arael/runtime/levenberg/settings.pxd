@@ -35,6 +35,7 @@ cdef enum:
 ctypedef struct Settings:
     double abs_precision
     double rel_precision
+    double enough  # a promise up to this share of the cost that no step realises counts as none
     Py_ssize_t max_iters
     Py_ssize_t min_iters
     Py_ssize_t patience
@@ -57,6 +58,7 @@ ctypedef struct Settings:
     bint guarded          # whether a guard of the problem reads parameters
 
 
-cdef Settings settings_of(config, dtype, bint guarded, bint watched) except *
+cdef Settings settings_of(
+    config, dtype, bint guarded, bint watched, Py_ssize_t size) except *
 # How much worse a way to end is than others; all that count as solved are below 10.
 cdef int badness(int status) noexcept nogil

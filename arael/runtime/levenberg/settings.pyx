@@ -31,9 +31,13 @@ cdef int badness(int status) noexcept nogil:
     return BADNESS[status]
 
 
-cdef Settings settings_of(config, dtype, bint guarded, bint watched) except *:
+cdef Settings settings_of(
+    config, dtype, bint guarded, bint watched, Py_ssize_t size
+) except *:
     cdef Settings s
-    s.abs_precision, s.rel_precision = config.abs_precision, config.rel_precision
+    s.abs_precision = config.abs_precision
+    s.rel_precision = config.relative(size, dtype == np.float32)
+    s.enough = config.enough
     s.max_iters, s.min_iters, s.patience = config.max_iters, config.min_iters, config.patience
     s.initial_lambda = config.initial_lambda
     s.lambda_floor = config.floor(dtype == np.float32)

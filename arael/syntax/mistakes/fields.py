@@ -9,8 +9,8 @@ from arael.syntax.mistakes.table import Mistake, Names, is_kind, span
 from arael.syntax.trouble import Trouble
 
 _MEMBER_WORDS = (
-    "param", "skip", "constraint", "prior", "fixed", "fit", "key", "marginalize", "solve", "symbolic",
-    "compute",
+    "param", "skip", "constraint", "prior", "fixed", "fit", "key", "marginalize", "solve",
+    "symbolic", "compute",
     "update",
 )  # fmt: skip
 # Words of other languages and tools before a field or constraint.

@@ -1,4 +1,4 @@
-"""Interpretation of the formula of `arael fit`: columns and parameters."""
+"""Interpretation of the formula of a fit: columns and parameters."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import click
-
 from arael import sym
 from arael.diagnostics.records import AraelError
 from arael.diagnostics.suggest import closest
+from arael.fitting.messages import mistake
 
 if TYPE_CHECKING:
     from arael.sym import Expr
@@ -28,12 +27,14 @@ class Formula:
     Attributes
     ----------
     residual : the formula to minimise
+    text : the formula of the predicted column, without what is on the left of ``=``
     predicts : name of the predicted column; None if the formula is the residual itself
     columns : names of the columns that it reads
     parameters : names of the parameters
     """
 
     residual: str
+    text: str
     predicts: str | None
     columns: tuple[str, ...]
     parameters: tuple[str, ...]
@@ -45,30 +46,32 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
     Parameters
     ----------
     text : the formula
-    target : the column given by ``--y``
-    titles : titles of the file's columns by their names in formulas
-    data : the file's name, for messages
+    target : the column that the formula predicts, if it is given apart from the formula
+    titles : titles of the table's columns by their names in formulas
+    data : the table's name, for messages
 
     Raises
     ------
     AraelError
-        With every mistake in the formula at its place in it.
-    click.BadParameter
-        A missing column, a parameter that cancels out, a Python expression.
+        With every mistake in the formula at its place in it; E0870: a parameter that cancels out,
+        a Python expression, no parameters; E0871: a missing column.
     """
     if module := _MODULE.search(text):
         name = _known_function(module[2])
-        raise click.BadParameter(
+        raise mistake(
+            "E0870",
             f"write '{name}' for '{module[0]}': formulas are in arael's language, not in Python",
-            param_hint="'FORMULA'",
+            "formula",
         )
     formula, left = text, None
     if equation := _EQUATION.fullmatch(text):
         left, formula = equation[1], equation[2]
         if target is not None and _column(target, titles) != _column(left, titles):
-            raise click.BadParameter(
+            raise mistake(
+                "E0870",
                 f"'{left}' is on the left of FORMULA, and '{target}' is given with --y",
-                param_hint="'--y'",
+                "formula",
+                "give one of the two",
             )
 
     parsed = sym.parse(formula)
@@ -77,21 +80,31 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
     if own or (left == "0" and target is None):
         measured, residual = None, formula
     else:
-        measured = _measured(left or target or "y", titles, data, left is not None)
+        measured = measured_column(left or target or "y", titles, data)
         residual = f"({formula}) - {measured}"
         if measured in names:
-            raise click.BadParameter(
-                f"'{measured}' is the column that the formula predicts, and also occurs in it; "
+            raise mistake(
+                "E0870",
+                f"'{measured}' is the column that the formula predicts, and also occurs in it",
+                "formula",
                 f'write a residual as "0 = {formula.strip()}"',
-                param_hint="'FORMULA'",
             )
     parameters = [name for name in names if name not in titles]
+    if not parameters and not _NAME.findall(formula):
+        raise mistake("E0870", "the formula has no parameter: there is nothing to fit", "formula")
     _refuse_what_cancels(formula, parsed, parameters, titles)
+    if not parameters:
+        raise mistake(
+            "E0870",
+            f"every name in it is a column ({', '.join(titles)}): there is nothing to fit",
+            "formula",
+        )
     read = [name for name in dict.fromkeys([*names, measured]) if name in titles]
-    return Formula(residual, measured, tuple(read), tuple(parameters))
+    return Formula(residual, formula.strip(), measured, tuple(read), tuple(parameters))
 
 
-def _measured(wanted: str, titles: Mapping[str, str], data: str, equation: bool) -> str:
+def measured_column(wanted: str, titles: Mapping[str, str], data: str) -> str:
+    """The name of an existing column given by its name or its title; E0871 if there is none."""
     name = _column(wanted, titles)
     if name in titles:
         return name
@@ -99,9 +112,8 @@ def _measured(wanted: str, titles: Mapping[str, str], data: str, equation: bool)
     advice = f"did you mean '{near[0]}'? " if near else ""
     if wanted == "y" and not near:
         advice = "name what FORMULA predicts, NAME = FORMULA or --y NAME, or write 0 = FORMULA; "
-    raise click.BadParameter(
-        f"{data} has no column '{wanted}'; {advice}it has {', '.join(titles)}",
-        param_hint="'FORMULA'" if equation else "'--y'",
+    raise mistake(
+        "E0871", f"{data} has no column '{wanted}'; {advice}it has {', '.join(titles)}", data
     )
 
 
@@ -135,10 +147,12 @@ def _refuse_what_cancels(
     gone = [name for name in gone if name not in parameters or _is_flat(parsed, name)]
     if gone:
         which = ", ".join(f"'{name}'" for name in gone)
-        raise click.BadParameter(
+        raise mistake(
+            "E0870",
             f"the formula does not depend on {which}: its derivative is zero everywhere, so the "
-            "points do not determine it; remove it",
-            param_hint="'FORMULA'",
+            "points do not determine it",
+            "formula",
+            "remove it",
         )
 
 

@@ -1,0 +1,203 @@
+"""Confidence intervals by profile likelihood.
+
+The profile of a parameter is the least cost over all others as a function of its value. Where the
+model is linear it is a parabola and the interval is ``value +- k sigma``; elsewhere the interval
+follows the cost (D. Bates and D. Watts, "Nonlinear regression analysis and its applications", 1988,
+section 6.1).
+
+The parameter need not be held: a residual ``w (p - c)`` that pulls it to c moves the minimum along
+the profile, since for the value of p where it ends all other parameters are at their best. The pull
+c is changed until the cost without that residual has risen by the wanted amount.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.analysis.covariance import Covariance
+from arael.analysis.report import Statistics, scalar_values
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
+
+Floats = NDArray[np.float64]
+
+_LABEL = "profile_pull"
+_CLOSE = 1e-7
+_MOST = 40
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Interval of one scalar by profile likelihood.
+
+    Attributes
+    ----------
+    value : of the solution
+    low, high : ends of the interval; infinite where the cost never rises enough, a bound of the
+        parameter where it stops there
+    level : of confidence
+    values : (k,) values of the parameter on the way, ascending
+    increase : (k,) rise of the cost there over the solution's
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    level: float
+    values: Floats = field(repr=False)
+    increase: Floats = field(repr=False)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name} = {self.value:.6g} in [{self.low:.6g}, {self.high:.6g}] "
+            f"at {100 * self.level:g} %"
+        )
+
+
+def profile(model: Any, name: str, level: float, scale: str) -> Profile:
+    """Interval of a scalar of a solved model; see `arael.Model.profile`."""
+    if not (isinstance(level, int | float) and 0 < level < 1):
+        raise _wrong(f"the level is {level!r:.40}", "it lies between 0 and 1, such as 0.95")
+    problem = model._problem()
+    values = scalar_values(problem)
+    covariance = Covariance(problem)
+    if values.get(name) is None or name not in covariance.names:
+        raise _wrong(f"`{name}` has no profile", _advice(name, values, covariance))
+    start = values[name]
+    assert start is not None
+    sigma = float(covariance.sigma()[covariance.names.index(name)])
+    base = model.cost()
+    statistics = Statistics(base, _count(problem), len(covariance.names), scale == "residual")
+    rise = threshold(statistics, level)
+    if math.isnan(rise):
+        raise _wrong("as many parameters as residuals: their scatter is not known", "")
+    before = model.serialize()
+    label = _free_label(model)
+    model.residuals.add(
+        f"({name} - target_) * pull_", label=label, data={"target_": start, "pull_": 1 / sigma}
+    )
+    pull = _Pull(model, model.residuals[label], name, start, sigma, base, rise)
+    try:
+        ends = []
+        for side in (-1.0, 1.0):
+            model.deserialize(before)
+            ends.append(pull.end(side))
+    finally:
+        model.residuals.remove(label)
+        model.deserialize(before)
+    order = np.argsort(pull.seen, kind="stable")
+    return Profile(
+        name,
+        start,
+        ends[0],
+        ends[1],
+        float(level),
+        np.array(pull.seen)[order],
+        np.array(pull.rises)[order],
+    )
+
+
+def threshold(statistics: Statistics, level: float) -> float:
+    """Rise of the cost at the end of an interval; NaN where the scatter is not known."""
+    from scipy import special
+
+    if not statistics.scatter:
+        return float(special.chdtri(1, 1 - level))
+    if statistics.freedom <= 0 or not statistics.reduced > 0:
+        return math.nan
+    return float(special.stdtrit(statistics.freedom, (1 + level) / 2) ** 2 * statistics.reduced)
+
+
+class _Pull:
+    """Solves with the parameter pulled to one side, at increasing rises of the cost."""
+
+    def __init__(
+        self,
+        model: Any,
+        residual: Any,
+        name: str,
+        start: float,
+        sigma: float,
+        base: float,
+        rise: float,
+    ) -> None:
+        self.model, self.residual, self.name = model, residual, name
+        self.start, self.sigma, self.base, self.rise = start, sigma, base, rise
+        self.seen = [start]
+        self.rises = [0.0]
+
+    def end(self, side: float) -> float:
+        """The end of the interval on one side."""
+        step = 2 * math.sqrt(self.rise) * self.sigma
+        inner, outer = (0.0, 0.0, self.start), None  # pull, relative rise, value
+        pull = step
+        for _ in range(_MOST):
+            value, high = self._at(self.start + side * pull)
+            if abs(high - 1) <= _CLOSE:
+                return value
+            if high < 1:
+                if outer is None and inner[0] and value == inner[2]:
+                    return value  # it stands on a bound
+                inner = (pull, high, value)
+            else:
+                outer = (pull, high, value)
+            if outer is None:
+                pull *= 2 if high < 0.2 else min(2.0, 1.1 / high)
+                continue
+            # Of the square root of the rise, which is nearly linear in the pull.
+            share = (1 - inner[1]) / (outer[1] - inner[1])
+            pull = inner[0] + min(max(share, 0.02), 0.98) * (outer[0] - inner[0])
+            if outer[0] - inner[0] <= 1e-12 * outer[0]:
+                return value
+        return value if outer is not None else side * math.inf
+
+    def _at(self, target: float) -> tuple[float, float]:
+        """Value of the parameter, and square root of the rise as a share of the wanted one."""
+        self.residual.set_data(target_=target)
+        self.model.solve(passes=[], rel_precision=1e-14)
+        value = scalar_values(self.model._problem())[self.name]
+        assert value is not None
+        rise = self.model.cost() - ((value - target) / self.sigma) ** 2 - self.base
+        if rise < -1e-4 * self.rise - 1e-9 * self.base:
+            raise _wrong(
+                f"`{self.name}` = {value:.6g} has a lower cost, {self.base + rise:.8g}, than the "
+                f"values of the model, {self.base:.8g}",
+                "solve the model first; a profile begins at a minimum",
+            )
+        self.seen.append(value)
+        self.rises.append(rise)
+        return value, math.sqrt(max(rise, 0.0) / self.rise)
+
+
+def _count(problem: Any) -> int:
+    return sum(
+        int(problem.evaluation.acting(number).sum()) * group.residuals
+        for number, group in enumerate(problem.layout.groups)
+    )
+
+
+def _free_label(model: Any) -> str:
+    label = _LABEL
+    while label in model.residuals:
+        label += "_"
+    return label
+
+
+def _advice(name: str, values: dict[str, float | None], covariance: Covariance) -> str:
+    if name in covariance.on_bound:
+        return f"it is on {covariance.on_bound[name]}"
+    if name in values:
+        return "it is a scalar of a rotation, which has no stored value"
+    near = closest(name, list(values))
+    return f"did you mean `{near[0]}`?" if near else "`parameter_names()` lists what is solved for"
+
+
+def _wrong(message: str, advice: str) -> AraelError:
+    help = (advice,) if advice else ()
+    return AraelError(Diagnostic("E1036", message, origin="profile", help=help))

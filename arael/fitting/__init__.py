@@ -1,0 +1,1 @@
+"""Curve fitting: a formula and a table of points; see README.md."""

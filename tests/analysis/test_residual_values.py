@@ -1,0 +1,97 @@
+"""Residuals by row: raw, whitened, after the loss."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import arael
+from arael.diagnostics.records import AraelError
+
+TEXT = """
+struct Sat {
+    range: real [m]
+    sigma: real [m] = 2
+    at: vec2 [m]
+    used: bool = true
+    constraint pseudorange when used loss huber(1.5) { (norm(root.pos - at) - range) / sigma }
+    constraint plane when used { let d = root.pos - at
+        [-(0.5 * d), 2 * (d.x - 1) / sigma] }
+}
+root Gnss {
+    param pos: vec2 [m] = [0.1, 0.2]
+    sats: list of Sat
+    w: vec2 = [2, 3]
+    constraint prior { root.w .* (root.pos - [1, 1]) }
+}
+"""
+AT = np.array([[5.0, 0], [0, 6], [3, 4], [1, 1]])
+RANGE = np.array([5.0, 6, 30, 2])
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> arael.Model:
+    path = tmp_path / "gnss.arael"
+    path.write_text(TEXT)
+    found = arael.load(path, interpret=True)()
+    found.sats.extend(range=RANGE, at=AT, used=[True, True, True, False])
+    return found
+
+
+def test_values_before_and_after_whitening_and_loss(model: arael.Model) -> None:
+    found = model.residual_values("Sat.pseudorange")
+    assert found.rows == ("sats[0]", "sats[1]", "sats[2]") and len(found) == 3
+    raw = np.linalg.norm([0.1, 0.2] - AT[:3], axis=1) - RANGE[:3]
+    np.testing.assert_allclose(found.raw[:, 0], raw)
+    np.testing.assert_allclose(found.whitened[:, 0], raw / 2)
+    square = (raw / 2) ** 2
+    huber = np.where(square < 2.25, square, 3 * np.sqrt(square) - 2.25)
+    np.testing.assert_allclose(found.cost, huber)
+    np.testing.assert_allclose(found.robust[:, 0], np.sign(raw) * np.sqrt(huber))
+    np.testing.assert_allclose(found.weight, huber / square)
+
+
+def test_the_costs_are_those_of_the_cost_table(model: arael.Model) -> None:
+    for label, cost in model.cost_table().items():
+        assert model.residual_values(label).cost.sum() == pytest.approx(cost)
+
+
+def test_factors_of_data_are_left_out_and_signs_kept(model: arael.Model) -> None:
+    found = model.residual_values("Sat.plane")
+    d = np.array([0.1, 0.2]) - AT[:3]
+    np.testing.assert_allclose(found.whitened, np.column_stack([-0.5 * d, d[:, 0] - 1]))
+    np.testing.assert_allclose(found.raw, np.column_stack([-d, d[:, 0] - 1]))
+    prior = model.residual_values("Gnss.prior")
+    assert prior.rows == ("Gnss",)
+    np.testing.assert_allclose(prior.raw, [[-0.9, -0.8]])
+    np.testing.assert_allclose(prior.whitened, [[-1.8, -2.4]])
+
+
+def test_residuals_added_at_run_time(model: arael.Model) -> None:
+    model.residuals.add(
+        "2 * (pos.x - b) / s", label="left", data={"b": [1, 2], "s": 0.5}, loss="cauchy(1)"
+    )
+    found = model.residual_values("left")
+    np.testing.assert_allclose(found.raw[:, 0], [-0.9, -1.9])
+    np.testing.assert_allclose(found.whitened[:, 0], [-3.6, -7.6])
+    np.testing.assert_allclose(found.cost, np.log1p([3.6**2, 7.6**2]))
+    assert found.rows == ("row 0", "row 1")
+
+
+def test_an_unknown_constraint(model: arael.Model) -> None:
+    with pytest.raises(AraelError, match="E1037") as caught:
+        model.residual_values("Sat.pseudo_range")
+    assert "did you mean `Sat.pseudorange`?" in str(caught.value)
+
+
+@pytest.mark.parametrize("change", ["other", "gone"])
+def test_a_file_that_was_changed(model: arael.Model, tmp_path: Path, change: str) -> None:
+    path = tmp_path / "gnss.arael"
+    if change == "gone":
+        path.unlink()
+    else:
+        path.write_text(path.read_text().replace("- range", "- 2 * range"))
+    with pytest.raises(AraelError, match=r"E1037.*is not what was compiled"):
+        model.residual_values("Sat.pseudorange")

@@ -1,0 +1,260 @@
+"""`arael.fit` against SciPy, and against data whose truth is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.optimize import curve_fit, least_squares
+
+import arael
+from arael.diagnostics.records import AraelError
+
+FORMULA = "y = a * exp(-b * x) + c"
+X = np.linspace(0, 5, 40)
+Y = 2.5 * np.exp(-0.7 * X) + 0.3 + 0.01 * np.random.default_rng(0).normal(size=40)
+DATA = {"x": X, "y": Y}
+
+
+def curve(x: Any, a: float, b: float, c: float) -> Any:
+    return a * np.exp(-b * x) + c
+
+
+def test_values_and_covariance_are_those_of_scipy() -> None:
+    found = arael.fit(FORMULA, DATA)
+    best, covariance = curve_fit(curve, X, Y, [1, 1, 1], xtol=1e-14, ftol=1e-14)
+    np.testing.assert_allclose(list(found.parameters.values()), best, rtol=1e-7)
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-4)
+    sigma = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(
+        found.correlation, covariance / np.outer(sigma, sigma), atol=1e-5, rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize("absolute", [True, False])
+def test_a_sigma_for_each_point(absolute: bool) -> None:
+    deviation = np.linspace(0.005, 0.03, 40)
+    best, covariance = curve_fit(
+        curve, X, Y, [1, 1, 1], deviation, absolute, xtol=1e-14, ftol=1e-14
+    )
+    by_array = arael.fit(FORMULA, DATA, sigma=deviation, absolute_sigma=absolute)
+    by_name = arael.fit(FORMULA, {**DATA, "s": deviation}, sigma="s", absolute_sigma=absolute)
+    for found in (by_array, by_name):
+        np.testing.assert_allclose(list(found.parameters.values()), best, rtol=1e-6)
+        np.testing.assert_allclose(found.covariance, covariance, rtol=1e-4)
+
+
+def test_bounds_hold_and_are_reported() -> None:
+    found = arael.fit(FORMULA, DATA, bounds={"c": (0.35, None), "b": (None, 5)})
+    best = least_squares(
+        lambda p: curve(X, *p) - Y, [2, 0.5, 0.4], bounds=([-9, -9, 0.35], [9, 5, 9]), xtol=1e-14
+    ).x
+    np.testing.assert_allclose(list(found.parameters.values()), best, rtol=1e-5)
+    assert found.on_bound == {"c": "its lower bound 0.35"}
+    assert found.sigma["c"] == 0
+    assert "`c` is on its lower bound 0.35" in str(found.report())
+    free = arael.fit(FORMULA, DATA, bounds={"c": (0, 10)})
+    assert not free.on_bound
+
+
+def test_fixed_parameters_are_not_fitted() -> None:
+    found = arael.fit(FORMULA, DATA, fixed={"c": 0.25})
+    best, covariance = curve_fit(lambda x, a, b: curve(x, a, b, 0.25), X, Y, [1, 1], xtol=1e-14)
+    assert found.parameters["c"] == 0.25 and found.sigma["c"] == 0
+    np.testing.assert_allclose(list(found.parameters.values())[:2], best, rtol=1e-6)
+    np.testing.assert_allclose(found.covariance[:2, :2], covariance, rtol=1e-4)
+    assert "c = 0.25 (fixed)" in str(found)
+
+
+def test_a_robust_loss_resists_outliers() -> None:
+    wrong = Y.copy()
+    wrong[::8] += 1
+    plain = arael.fit(FORMULA, {"x": X, "y": wrong}, sigma=0.01)
+    robust = arael.fit(FORMULA, {"x": X, "y": wrong}, sigma=0.01, loss="cauchy(2)")
+    assert abs(plain.parameters["c"] - 0.3) > 0.03
+    assert abs(robust.parameters["c"] - 0.3) < 0.02
+    # The cost is not a likelihood of normal errors.
+    assert robust.r_squared is None and np.isnan(robust.estimates.statistics.aic)
+
+
+def test_groups_have_parameters_of_their_own_and_share_others() -> None:
+    rng = np.random.default_rng(3)
+    sample = np.repeat(["left", "right", "top"], 30)
+    x = np.tile(np.linspace(0, 4, 30), 3)
+    amplitude = np.repeat([1.0, 2.0, 5.0], 30)
+    y = amplitude * np.exp(-0.8 * x) + 0.01 * rng.normal(size=90)
+    found = arael.fit(
+        "y = a * exp(-b * x)", {"x": x, "y": y, "sample": sample}, group="sample", shared=["b"]
+    )
+    assert found.names == ("b", "a[left]", "a[right]", "a[top]")
+
+    def off(p: Any) -> Any:
+        return p[np.repeat([1, 2, 3], 30)] * np.exp(-p[0] * x) - y
+
+    best = least_squares(off, [1, 1, 2, 5], xtol=1e-15, ftol=1e-15, method="lm")
+    np.testing.assert_allclose(found.values, best.x, rtol=1e-7)
+    variance = np.linalg.inv(best.jac.T @ best.jac) * (best.fun @ best.fun) / 86
+    np.testing.assert_allclose(found.covariance, variance, rtol=1e-4)
+    np.testing.assert_allclose(
+        found.predict({"x": 1.0}, "top"), best.x[3] * np.exp(-best.x[0]), rtol=1e-7
+    )
+    each = arael.fit("y = a * exp(-b * x)", {"x": x, "y": y, "sample": sample}, group="sample")
+    assert each.names == tuple(f"{p}[{g}]" for g in ("left", "right", "top") for p in "ab")
+
+
+def test_groups_by_a_column_of_numbers_and_parameters_named_as_methods() -> None:
+    """A parameter may have the name of a method of models or collections."""
+    data = {"x": [1.0, 2, 3, 1, 2, 3], "y": [2.0, 4, 6, 3, 6, 9], "run": [1, 1, 1, 2, 2, 2]}
+    found = arael.fit("y = size * x + report", data, group="run", shared=["report"])
+    assert found.parameters == pytest.approx({"report": 0, "size[1]": 2, "size[2]": 3}, abs=1e-9)
+
+
+def test_bands_are_those_of_linear_regression() -> None:
+    """The textbook formulas for a line."""
+    x, y = np.array([1.0, 2, 4, 7, 8]), np.array([1.2, 1.9, 4.5, 6.6, 8.4])
+    bands = arael.fit("y = a * x + b", {"x": x, "y": y}).bands({"x": [0.0, 5.0]}, level=0.9)
+    slope, offset = np.polyfit(x, y, 1)
+    s2 = np.sum((y - slope * x - offset) ** 2) / 3
+    at = np.array([0.0, 5.0])
+    share = 1 / 5 + (at - x.mean()) ** 2 / np.sum((x - x.mean()) ** 2)
+    t = stats.t.ppf(0.95, 3)
+    np.testing.assert_allclose(bands.value, slope * at + offset)
+    np.testing.assert_allclose(bands.low, bands.value - t * np.sqrt(s2 * share))
+    np.testing.assert_allclose(bands.predicted_high, bands.value + t * np.sqrt(s2 * (1 + share)))
+
+
+def test_known_sigmas_give_bands_of_the_normal_distribution() -> None:
+    found = arael.fit("y = a * x", {"x": [1.0, 2], "y": [1.0, 2.3]}, sigma=0.5)
+    bands = found.bands({"x": 2})
+    z, sigma = stats.norm.ppf(0.975), 0.5 / np.sqrt(5)
+    np.testing.assert_allclose(bands.high - bands.value, z * 2 * sigma)
+    np.testing.assert_allclose(bands.predicted_high - bands.value, z * np.sqrt(4 * sigma**2 + 0.25))
+
+
+def test_figures_of_the_report() -> None:
+    found = arael.fit(FORMULA, DATA)
+    of, n = found.estimates.statistics, 40
+    cost = float(np.sum(found.residuals**2))
+    assert of.cost == pytest.approx(cost)
+    assert of.freedom == 37 and of.reduced == pytest.approx(cost / 37)
+    assert found.r_squared == pytest.approx(1 - cost / np.sum((Y - Y.mean()) ** 2))
+    # The log likelihood of normal errors with the variance cost / n.
+    likelihood = stats.norm.logpdf(found.residuals, scale=np.sqrt(cost / n)).sum()
+    assert of.aic == pytest.approx(-2 * likelihood + 2 * 4)
+    assert of.bic == pytest.approx(-2 * likelihood + np.log(n) * 4)
+    text = str(found.report())
+    for line in ("degrees of freedom       37", "R squared", "AIC", "BIC"):
+        assert line in text
+    known = arael.fit(FORMULA, DATA, sigma=0.01)
+    assert known.estimates.statistics.aic == pytest.approx(cost / 1e-4 + 2 * 3)
+    wrong = arael.fit(FORMULA, DATA, sigma=1.0)
+    assert "the reduced chi-square is 7" in str(wrong.report()) and "too large" in str(wrong)
+
+
+def test_correlated_parameters_are_listed() -> None:
+    far = {"x": X + 1000, "y": Y}
+    found = arael.fit("y = a * x + b", far).report()
+    ((a, b, rho),) = found.correlations
+    assert {a, b} == {"a", "b"} and rho < -0.999
+    assert any("hardly be distinguished" in text for text in found.findings)
+
+
+def test_points_without_a_value_are_left_out() -> None:
+    x, y = X.copy(), Y.copy()
+    x[3] = y[7] = np.nan
+    found = arael.fit(FORMULA, {"x": x, "y": y})
+    whole = np.isfinite(x) & np.isfinite(y)
+    without = arael.fit(FORMULA, {"x": X[whole], "y": Y[whole]})
+    assert found.skipped == 2 and found.parameters == without.parameters
+    assert "2 points without a value are left out" in str(found)
+
+
+def test_data_frames_and_records() -> None:
+    records = np.rec.fromarrays([X, Y], names=["x", "y"])
+
+    class Frame:
+        columns = ("x", "y")
+
+        def __getitem__(self, name: str) -> Any:
+            return DATA[name]
+
+    expected = arael.fit(FORMULA, DATA).parameters
+    assert arael.fit(FORMULA, records).parameters == expected
+    assert arael.fit(FORMULA, Frame()).parameters == expected
+
+
+def test_several_files_and_the_group_of_each(tmp_path: Path) -> None:
+    for name, slope in (("one", 2), ("two", 3)):
+        rows = "\n".join(f"{x},{slope * x + 1}" for x in range(4))
+        (tmp_path / f"{name}.csv").write_text(f"x,y\n{rows}\n")
+    files = [tmp_path / "one.csv", tmp_path / "two.csv"]
+    together = arael.fit("y = a * x + b", files)
+    assert together.curve.points.size == 8
+    assert together.parameters["a"] == pytest.approx(2.5)
+    found = arael.fit("y = a * x + b", files, group="file", shared=["b"])
+    assert found.parameters == pytest.approx({"b": 1, "a[one]": 2, "a[two]": 3})
+
+
+def test_a_residual_formula() -> None:
+    found = arael.fit("0 = (a * x + b - y) / 0.1", DATA)
+    assert found.formula.predicts is None and found.r_squared is None
+    slope, offset = np.polyfit(X, Y, 1)
+    assert found.parameters == pytest.approx({"a": slope, "b": offset})
+    with pytest.raises(AraelError, match="E0874"):
+        found.bands({"x": 1})
+
+
+def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
+    model = arael.fit(FORMULA, DATA).curve.model
+    assert model.parameter_names() == ["a", "b", "c"]
+    assert model.diagnose().cost == pytest.approx(model.cost())
+    assert model.residual_values("formula").raw.shape == (40, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        ({"formula": "y = a * z"}, "", ""),
+        ({"formula": "q = a * x"}, "E0871", "data has no column 'q'; it has x, y"),
+        ({"formula": "y = 2 * x"}, "E0870", "there is nothing to fit"),
+        ({"formula": "y = 3"}, "E0870", "nothing to fit"),
+        ({"start": {"d": 1}}, "E0872", "'d' is not a parameter of the formula; it has a, b, c"),
+        ({"bounds": {"a": (2, 1)}}, "E0872", "the bounds 2 .. 1 of 'a' are empty"),
+        ({"bounds": {"a": 3}}, "E0872", "the bounds of 'a' are 3"),
+        ({"bounds": {"a": (0, 1)}, "start": {"a": 2}}, "E0872", "is beyond 0 .. 1"),
+        ({"start": {"a": "one"}}, "E0872", "expected a number for 'a', found 'one'"),
+        ({"shared": ["a"]}, "E0872", "shared parameters need groups"),
+        ({"sigma": 0}, "E0873", "the standard deviation of point 0 is 0"),
+        ({"sigma": [1, 2]}, "E0873", "expected a number or 40 numbers"),
+        ({"sigma": "s"}, "E0871", "no column 's'"),
+        ({"data": {"x": [1, 2], "y": [1]}}, "E0873", "differ in length: x: 2, y: 1"),
+        ({"data": {"x": ["p"], "y": [1]}}, "E0873", "the column 'x' is not numbers"),
+        ({"data": {"x": [np.inf], "y": [1]}}, "E0873", "is infinite in row 0"),
+        ({"data": {"x": [[1]], "y": [1]}}, "E0873", "has shape (1, 1)"),
+        ({"data": {"x": [np.nan], "y": [1]}}, "E0873", "no point has all the values"),
+        ({"data": 3}, "E0873", "expected columns by name or a file, found int"),
+        ({"data": {}}, "E0873", "there are no points"),
+        ({"loss": "cauchi(2)"}, "E0640", "cauchi"),
+        ({"max_iter": 3}, "E1010", "did you mean `max_iters`?"),
+    ],
+)  # fmt: skip
+def test_mistakes(arguments: dict[str, Any], code: str, text: str) -> None:
+    given = {"formula": FORMULA, "data": DATA, **arguments}
+    if not code:  # an unknown name is a parameter
+        found = arael.fit("y = a * x + z", DATA)
+        assert set(found.parameters) == {"a", "z"}
+        return
+    with pytest.raises(AraelError) as caught:
+        arael.fit(given.pop("formula"), given.pop("data"), **given)
+    (first, *_) = caught.value.diagnostics
+    assert text in str(caught.value)
+    assert first.code == code
+
+
+def test_what_the_points_do_not_determine_is_named() -> None:
+    with pytest.raises(arael.SolveError, match="E1008") as caught:
+        arael.fit("y = (a + b) * x", DATA)
+    assert "+1 a -1 b" in str(caught.value)
