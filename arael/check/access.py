@@ -336,8 +336,7 @@ def _part(t: Typist, node: tree.Index, value: Typed, sizes: Sequence[int]) -> Bi
     type_ = MatrixType(*kept) if len(kept) == 2 else VectorType(*kept)
     items = [Component(type=REAL, span=node.span, of=value, index=at) for at in places]
     for item in items:
-        t.units.note(t, item)
-    t.kept.extend(items)
+        t.units.note(item)
     return t.make(Pack(type=type_, span=node.span, items=tuple(items)))
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from arael.check.typed import MatrixType, QuaternionType, ScalarType, ValueType, VectorType
-from arael.runtime.machine.tape import evaluate as run
 from arael.symbolic import linear, quaternion, rotation
 from arael.symbolic.graph import Graph
 
@@ -62,10 +60,8 @@ def rotation_value(name: str, types: Sequence[ValueType], args: Sequence[Values]
     operation = _OPERATIONS.get(name)
     if operation is None:
         return None
-    g = Graph(simplify=False)
-    keys = [[(i, k) for k in range(len(values))] for i, values in enumerate(args)]
-    nodes = [[g.input(key) for key in some] for some in keys]
-    tape = g.tape(operation(g, types, nodes), inputs=[key for some in keys for key in some])
-    with np.errstate(all="ignore"):
-        found = run(tape, [np.array([x]) for values in args for x in values])
-    return tuple(float(np.asarray(found[o]).ravel()[0]) for o in tape.outputs)
+    g = Graph()
+    nodes = [[g.const(x) for x in values] for values in args]
+    # Operations on constants are constants.
+    found = [g.value(node) for node in operation(g, types, nodes)]
+    return tuple(math.nan if value is None else value for value in found)

@@ -237,7 +237,7 @@ def _over_sigma(t: Typist, node: tree.Prior, difference: Typed, sigma: Typed) ->
     operation = "div" if isinstance(sigma.type, ScalarType) else "ediv"
     whitened = _apply(t, node, operation, [difference, sigma], difference.type)
     if whitened is not None and t.units.of(sigma) is NUMBER:
-        t.units.known[id(whitened)] = ONE  # a literal number takes the unit of the parameter
+        t.units.known[whitened] = ONE  # a literal number takes the unit of the parameter
     return whitened or BROKEN
 
 
@@ -247,8 +247,7 @@ def _spread(t: Typist, value: Typed, size: int) -> list[Typed]:
         return [value] * size
     items = [Component(type=REAL, span=value.span, of=value, index=k) for k in range(size)]
     for item in items:
-        t.units.note(t, item)
-    t.kept.extend(items)
+        t.units.note(item)
     return list(items)
 
 

@@ -13,6 +13,7 @@ import click
 
 import arael
 from arael import starts
+from arael.cli import summary as outcome
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
 from arael.cli.options import (
