@@ -191,6 +191,7 @@ class Model(Displayed, Fields):
 
         Independent of later changes of this model until `TangentProblem.write_back`.
         """
+        # imported here: start-up time
         from arael.tangent_problem import TangentProblem
 
         self._store.check_complete()
