@@ -33,6 +33,7 @@ def load_ipython_extension(shell: Any) -> None:
 
 def _read(line: str) -> tuple[str, dict[str, Any]]:
     """Name and options of a magic's line; UsageError for others."""
+    # imported here: start-up time
     from IPython.core.error import UsageError
 
     words, name = line.split(), ""

@@ -174,6 +174,7 @@ class TangentProblem:
 
     def _linearised(self) -> tuple[Floats, Any]:
         """Residuals (m,) and their derivatives (m, size) by a further small step, CSR."""
+        # imported here: start-up time
         from scipy.sparse import csr_array
 
         problem = self._problem
@@ -285,6 +286,7 @@ class TangentProblem:
 
 def _block_diagonal(found: list[tuple[NDArray[np.int64], Floats]], size: int) -> Any:
     """CSR array (size, size) of the identity with blocks (n, k, k) at first scalars (n,)."""
+    # imported here: start-up time
     from scipy.sparse import csr_array
 
     plain = np.ones(size, dtype=bool)

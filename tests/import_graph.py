@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FACADE = "arael"
 """``arael/__init__.py`` imports nothing but on demand, and stands for every package."""
 
-REASON = "# imported here: "
+REASON = "# imported here"
 
 
 @dataclass(frozen=True)
@@ -59,18 +59,13 @@ def imports_of(text: str, name: str) -> list[Edge]:
     lines = text.splitlines()
     found: list[Edge] = []
 
-    def visit(body: Iterable[ast.AST], inside: bool, typing: bool) -> None:
-        reason, last = "", 0  # of the last import, with which others form a block
+    def visit(body: Iterable[ast.AST], inside: bool, typing: bool, start: int = 1) -> None:
         for node in body:
             if isinstance(node, ast.Import | ast.ImportFrom):
-                between = "\n".join(lines[last or node.lineno - 2 : node.lineno - 1])
-                comment = between.partition(REASON)[2].partition("\n")[0]
-                reason = comment or (reason if last and not between.strip() else "")
+                reason = _reason(lines[start - 1 : node.lineno - 1])
                 for target in _targets(node):
                     found.append(Edge(name, target, node.lineno, inside, typing, reason))
-                last = node.end_lineno or node.lineno
                 continue
-            last = 0
             function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
             for field, value in ast.iter_fields(node):
                 children = value if isinstance(value, list) else [value]
@@ -78,10 +73,17 @@ def imports_of(text: str, name: str) -> list[Edge]:
                     [child for child in children if isinstance(child, ast.AST)],
                     inside or function,
                     typing or (field == "body" and _is_type_checking(node)),
+                    node.lineno if function else start,  # type: ignore[attr-defined]
                 )
 
     visit(ast.parse(text).body, inside=False, typing=False)
     return found
+
+
+def _reason(lines: Iterable[str]) -> str:
+    """The comment on imports among the lines of a function before one; "" without one."""
+    comments = " ".join(line.strip() for line in lines if line.strip().startswith("#"))
+    return comments if REASON in comments.lower() else ""
 
 
 def _is_type_checking(node: ast.AST) -> bool:

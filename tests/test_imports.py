@@ -27,10 +27,10 @@ KNOWN = {
 }
 
 # Packages without a circle even where imports for types only count.
-STRICT = ("check", "compiler", "syntax", "residuals", "io", "analysis", "plot", "starts", "cli")
+STRICT = ("analysis", "check", "cli", "compiler", "io", "plot", "residuals", "starts", "syntax")
 
-# Still to be untangled: they hold circles or imports in functions that state no reason.
-PENDING = ("arael.runtime", "arael.sym", "arael.symbolic")
+# Still to be untangled: the expressions of `arael.sym`, and the bridge to SymPy.
+PENDING = ("arael.sym.", "arael.symbolic.printers.")
 
 # What a package may import of arael, as in the table of the design: nothing else is known to it.
 DATA = {"diagnostics", "config", "statuses", "result"}
@@ -85,7 +85,7 @@ def test_no_circle_of_packages() -> None:
 
 def test_at_most_two_circles_of_modules() -> None:
     graph = graph_of(edge for edge in own(edges()) if not edge.typing)
-    found = {circle for circle in circles(graph) if package(circle[0]) not in PENDING}
+    found = {circle for circle in circles(graph) if not circle[0].startswith(PENDING)}
     assert found <= KNOWN
     assert len(KNOWN) <= 2
     assert all(len({package(name) for name in circle}) == 1 for circle in KNOWN)
@@ -126,11 +126,11 @@ def test_imports_in_functions_state_their_reason() -> None:
     """Start-up time, or one of the known circles."""
     in_circles = {name for circle in KNOWN for name in circle}
     for edge in edges():
-        if edge.inside and not edge.typing and package(edge.source) not in PENDING:
+        if edge.inside and not edge.typing and not edge.source.startswith(PENDING):
             allowed = "start-up time" in edge.reason or (
                 "circle" in edge.reason and edge.source in in_circles
             )
-            assert allowed, f"{edge}: write `{import_graph.REASON}start-up time`, or move it up"
+            assert allowed, f"{edge}: write `{import_graph.REASON}: start-up time`, or move it up"
 
 
 def test_the_reader_of_imports() -> None:
@@ -155,8 +155,9 @@ def test_the_reader_of_imports() -> None:
         False,
     ]
     assert not found["numpy"].inside and found["os"].inside
-    assert found["re"].reason == found["arael.check.typed"].reason == "start-up time"
-    assert found["os"].reason == ""
+    assert found["re"].reason == found["os"].reason == "# imported here: start-up time"
+    (bare,) = imports_of("def f():\n    x = 1  # imported here: no\n    import re\n", "x")
+    assert bare.inside and bare.reason == ""
 
 
 def test_circles_are_found() -> None:
@@ -168,13 +169,11 @@ def test_circles_are_found() -> None:
 IDENTITIES = {"arael.face.ref": 1}
 
 
-@pytest.mark.parametrize(
-    "name", ["check", "compiler", "diagnostics", "face", "residuals", "syntax"]
-)
+@pytest.mark.parametrize("name", sorted({package(one) for one in modules()} - {"arael.sym"}))
 def test_no_cache_is_keyed_by_id(name: str) -> None:
     """A key outlives what it was the `id` of; nodes are keys themselves."""
     for module, path in modules().items():
-        if package(module) == f"arael.{name}":
+        if package(module) == name:
             calls = [
                 node
                 for node in ast.walk(ast.parse(path.read_text()))

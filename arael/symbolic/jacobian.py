@@ -66,6 +66,7 @@ def derive(
     methods: Sequence[Method] = ("forward", "eliminate"),
 ) -> Shared[Seed]:
     """Differentiate as `jacobian` does, without writing the derivatives into the graph."""
+    # imported here: start-up time, since these import SymPy
     from arael.symbolic.elimination import eliminate
     from arael.symbolic.forward import forward
     from arael.symbolic.sharing import Shared
