@@ -72,7 +72,7 @@ class ExpressionBuilder(Builder):
     def _make_slice(self, parts: list[Any], span: Span) -> tree.Slice:
         low, colon, high = parts
         node = tree.Slice(span=span, low=low, high=high, colon=colon.start)
-        return self._measured(node, low, high)
+        return self._measured(node, *(end for end in (low, high) if end is not None))
 
     def _make_call(self, parts: list[Any], span: Span) -> tree.Expr:
         func, args = parts
