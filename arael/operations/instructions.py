@@ -25,8 +25,10 @@ def header() -> str:
     Operands are A, B and C; ``CALL(sin)`` is the C function of the precision.
     """
     lines = ["/* Written by setup.py from arael/operations/table.py. */"]
+    names = instructions(OPERATIONS.values())
+    lines.append(f"#define ARAEL_INSTRUCTION_COUNT {len(names)}")
     lines.append("#define ARAEL_INSTRUCTIONS(EACH) \\")
-    for number, name in enumerate(instructions(OPERATIONS.values())):
+    for number, name in enumerate(names):
         lines.append(f"    EACH({number}, {_expression(OPERATIONS[name])}) \\")
     lines[-1] = lines[-1].removesuffix(" \\")
     return "\n".join(lines) + "\n"

@@ -33,9 +33,16 @@ class exp2(sp.Function):
     def fdiff(self, argindex=1):
         return self * sp.log(2)
 
+class fdim(sp.Function):
+    def fdiff(self, argindex=1):
+        return sp.Integer(1 if argindex == 1 else -1)
+
 OPERATIONS["exp2"] = Operation(
     "exp2", 1, np.exp2, "__main__:exp2", "pure", "exp2(x) ln 2", latex="\\\\exp_{2}",
     domain=Domain("x < 1024", lambda x: x < 1024))
+
+OPERATIONS["fdim"] = Operation(
+    "fdim", 2, lambda x, y: np.maximum(x - y, 0.0), "__main__:fdim", "joined", "1; -1")
 
 import arael
 from arael import sym
@@ -57,6 +64,8 @@ runtime = arael.runtime_model()
 added = runtime.residuals.add("exp2(b) - 2", label="machine", parameters={"b": 0.0})
 runtime.solve()
 found["machine"] = float(runtime.residuals.parameters["b"])
+runtime.residuals.add("fdim(c, 1) - 2 + fdim(1, c)", label="two", parameters={"c": 2.5})
+found["two operands"] = runtime.cost()
 f = sym.parse("exp2(x)")
 found["latex"] = f.latex()
 found["slope"] = f.diff("x").eval(x=3.0)
@@ -88,6 +97,7 @@ def test_a_function_is_added_in_one_place(tmp_path: object) -> None:
     assert found["latex"].startswith("\\exp_{2}")
     assert found["slope"] == pytest.approx(8 * math.log(2), rel=1e-14)
     assert found["calculator"] == ["32"]
+    assert found["two operands"] == pytest.approx(0.25, rel=1e-12)
     assert "`exp2(x)` takes x < 1024" in found["domain"]
 
 

@@ -45,7 +45,10 @@ cdef class Groups:
         self.raised = Raised(natives)
         programs = [None] * len(groups) if programs is None else list(programs)
         if kernels is None:
-            programs = [p or group_program(layout, g) for p, g in zip(programs, groups, strict=True)]
+            programs = [
+                one or group_program(layout, group)
+                for one, group in zip(programs, groups, strict=True)
+            ]
         self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
         self.states = StatePair(
             layout.entities, system, stored, self.single, kernels, self.raised)

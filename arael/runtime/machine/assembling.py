@@ -162,7 +162,8 @@ def _words(
             words.append((_CALL, register[node], *called[node], 0))
             continue
         if op in _AT:
-            words.append((_LIBRARY, register[node], register[tape.args[node][0]], 0, _AT[op]))
+            a, b = (*(register[x] for x in tape.args[node]), -1)[:2]
+            words.append((_LIBRARY, register[node], a, b, _AT[op]))
             continue
         a, b, c = (*(register[x] for x in tape.args[node]), 0, 0)[:3]
         words.append((_NUMBER[op], register[node], a, b, c))
@@ -187,4 +188,5 @@ def _products(
                 offsets = i * width + j, j * height + i, max(i, j) * width + min(i, j)
                 factor = 2 if i == j else 1
                 found.append((left, right, pair_of(a, b), *offsets, factor))
-    return found
+    # Those of different residuals that are added to the same place follow each other.
+    return sorted(found, key=lambda product: product[2:])

@@ -18,6 +18,7 @@ from cython cimport floating
 from libc.math cimport NAN
 from libc.stdint cimport SIZE_MAX, int32_t
 from libc.stdlib cimport free, malloc
+from libc.string cimport memcmp
 
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport Lanes, Native
@@ -31,6 +32,7 @@ WIDTH = LANES
 """Instances of a block, and lanes of the arrays that programs read."""
 
 cdef extern from "machine.h":
+    const int ARAEL_INSTRUCTION_COUNT
     void execute_f64(
         int operation, int n, double* t, const double* a, const double* b, const double* c
     ) noexcept nogil
@@ -42,8 +44,12 @@ cdef extern from "machine.h":
 cdef int CALL = len(INSTRUCTIONS)
 cdef int LIBRARY_CALL = CALL + 1
 
+if len(INSTRUCTIONS) != ARAEL_INSTRUCTION_COUNT:
+    raise ImportError("the table of operations has other instructions than this module: build it")
+
 # Functions of the C library that have no instruction, by address.
 ctypedef double (*unary)(double) noexcept nogil
+ctypedef double (*binary)(double, double) noexcept nogil
 
 cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
 
@@ -90,8 +96,13 @@ cdef void run(
         if op == LIBRARY_CALL:
             t, a = registers[word[1]], registers[word[2]]
             function = functions[word[4]]
-            for w in range(n):
-                t[w] = <floating>function(a[w])
+            if word[3] >= 0:
+                b = registers[word[3]]
+                for w in range(n):
+                    t[w] = <floating>(<binary>function)(a[w], b[w])
+            else:
+                for w in range(n):
+                    t[w] = <floating>function(a[w])
             continue
         t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
         if floating is float:
@@ -176,7 +187,6 @@ cdef class Program:
             rows_of[float](self, lanes, exhausted, <float*>residuals, <float*>entries)
         else:
             rows_of[double](self, lanes, exhausted, <double*>residuals, <double*>entries)
-
 
     cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
         if self.single:
@@ -375,16 +385,29 @@ cdef void add_products(
     cdef const int32_t* product
     cdef const floating* i
     cdef const floating* j
+    cdef floating[LANES] sums
     cdef int turn
     cdef double total
+    cdef bint begins = True
     for k in range(p._product_count):
         product = p._products + 7 * k
         i, j = registers[product[0]], registers[product[1]]
+        if begins:
+            for w in range(n):
+                sums[w] = i[w] * j[w]
+        else:
+            for w in range(n):
+                sums[w] += i[w] * j[w]
+        # Products of other residuals that go to the same place are added first.
+        begins = k + 1 == p._product_count or memcmp(
+            product + 2, product + 9, 5 * sizeof(int32_t)) != 0
+        if not begins:
+            continue
         first = (block * pairs + product[2]) * LANES
         if shared:
             total = 0
             for w in range(n):
-                total += <double>(i[w] * j[w])
+                total += <double>sums[w]
             turn = lanes.turn[first]
             if turn == 2:
                 total *= product[6]
@@ -393,7 +416,7 @@ cdef void add_products(
             for w in range(n):
                 turn = lanes.turn[first + w]
                 values[lanes.block_at[first + w] + product[3 + turn]] += (
-                    i[w] * j[w] * (product[6] if turn == 2 else 1)
+                    sums[w] * (product[6] if turn == 2 else 1)
                 )
 
 
