@@ -86,7 +86,7 @@ def bind_formula(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Br
     if isinstance(value, Broken):
         return BROKEN
     node, column, slot = place.struct.formulas[name], place.prefix + name, t.slots.of(entity)
-    if isinstance(node, tree.Symbolic):
+    if isinstance(node, tree.Symbolic | tree.Tie):
         if isinstance(value, Read):
             return value
         written = Formula(type=value.type, span=span, of=value, slot=slot, column=column)
@@ -114,7 +114,7 @@ def definition(t: Typist, entity: Entity, name: str, span: Span) -> Typed | Brok
     return t.fail(
         "E0442",
         node.name.span,
-        f"`{name}` of the component {place.struct.name} depends on itself",
+        f"`{name}` of the {place.struct.node.kind} {place.struct.name} depends on itself",
         label="circular definition",
         labels=[Label(span, "used again here")],
         help=["use parameters, stored data and formulas that do not depend on this one"],
