@@ -83,7 +83,28 @@ class Components:
                 inner = place.values[field.name]
                 found += self.of(inner)
                 found.append(self._site(inner))
+        if place.struct.formulas and not place.struct.component:
+            found.append(self._ties(place))
         return tuple(found)
+
+    def _ties(self, place: Place) -> ComponentSite:
+        """The parameters of a struct that are derived from others, as a component that never moves.
+
+        Allowed: ``param b = 2 * a + 1`` over parameters of the struct, constants and functions.
+        Not allowed: data, parameters of other structs, a formula without a parameter.
+        """
+        home = Entity((), place)
+        t = self._typist(home)
+        found: list[Definition] = []
+        with t.knowing(frozenset[Fact](((), o) for o in place.optionals)):
+            for name, node in place.struct.formulas.items():
+                bind_formula(t, home, name, node.value.span)
+                value = definition(t, home, name, node.value.span)
+                if isinstance(value, Typed) and _is_tie(t, node, value):
+                    check_refreshed(t, value)
+                    found.append(Definition(place.prefix + name, value))
+        span = place.struct.node.name.span
+        return ComponentSite(place.struct.name, span, (), (), tuple(found), ())
 
     def _site(self, place: Place) -> ComponentSite:
         """Type everything, so that mistakes in unused formulas are reported too."""
@@ -122,6 +143,33 @@ class Components:
         )
         t.scope = scope_within(t, home)
         return t
+
+
+def _is_tie(t: Typist, node: tree.Symbolic | tree.Compute | tree.Tie, value: Typed) -> bool:
+    """Whether a derived parameter reads parameters alone; reports an error if not."""
+    reads = [n for n in postorder([value]) if isinstance(n, Read)]
+    data = next((n for n in reads if n.version != "trial"), None)
+    if reads and data is None:
+        return True
+    name = node.name.id
+    if data is None:
+        t.fail(
+            "E0663",
+            node.value.span,
+            f"`{name}` is derived from no parameter",
+            label="this is a constant",
+            help=[f"declare its type for a parameter: `param {name}: real = ...`, or use `const`"],
+        )
+    else:
+        t.fail(
+            "E0663",
+            data.span,
+            f"`{name}` is derived from more than parameters",
+            label="not a parameter of this struct",
+            labels=t.origin(data),
+            help=["use parameters of the struct and constants; or write the formula with `let`"],
+        )
+    return False
 
 
 def check_refreshed(t: Typist, value: Typed) -> None:

@@ -68,7 +68,7 @@ class StructDecl:
     fits: list[tree.Fit] = field(default_factory=list)
     marginalize: list[tree.Marginalize] = field(default_factory=list)
     solve: tree.Solve | None = None
-    formulas: dict[str, tree.Symbolic | tree.Compute] = field(default_factory=dict)
+    formulas: dict[str, tree.Symbolic | tree.Compute | tree.Tie] = field(default_factory=dict)
     update: tree.Update | None = None
     key: str = ""
 

@@ -82,7 +82,7 @@ def bind_formula(t: Context, entity: Entity, name: str, span: Span) -> Typed | B
     if isinstance(value, Broken):
         return BROKEN
     node, column, slot = place.struct.formulas[name], place.prefix + name, t.slots.of(entity)
-    if isinstance(node, tree.Symbolic):
+    if isinstance(node, tree.Symbolic | tree.Tie):
         if isinstance(value, Read):
             return value
         written = Formula(type=value.type, span=span, of=value, slot=slot, column=column)
@@ -110,7 +110,7 @@ def definition(t: Context, entity: Entity, name: str, span: Span) -> Typed | Bro
     return t.fail(
         "E0442",
         node.name.span,
-        f"`{name}` of the component {place.struct.name} depends on itself",
+        f"`{name}` of the {place.struct.node.kind} {place.struct.name} depends on itself",
         label="circular definition",
         labels=[Label(span, "used again here")],
         help=["use parameters, stored data and formulas that do not depend on this one"],

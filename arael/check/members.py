@@ -37,7 +37,7 @@ def sort_members(struct: StructDecl, report: Reporter) -> None:
                 struct.fits.append(member)
             case tree.Marginalize():
                 struct.marginalize.append(member)
-            case tree.Symbolic() | tree.Compute():
+            case tree.Symbolic() | tree.Compute() | tree.Tie():
                 if member.name.id not in fields:
                     struct.formulas[member.name.id] = member
                 _own_name(member.name, fields, "E0207", "field", report)

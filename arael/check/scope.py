@@ -114,6 +114,17 @@ class BodyScope:
                     f"self.{name}",
                 )
             )
+        if name in own.place.struct.formulas and not own.place.struct.component:
+            node = own.place.struct.formulas[name]
+            found.append(
+                Candidate(
+                    f"a field of {own.place.struct.name}",
+                    node.name.span,
+                    lambda span: self.bind(own, name, span),
+                    None,
+                    f"self.{name}",
+                )
+            )
         for what, entity, longer in self._entities(name):
             found.append(
                 Candidate(what, None, lambda _, e=entity: e, entity, longer)  # type: ignore[misc]
@@ -144,6 +155,7 @@ class BodyScope:
         return [
             *self.lets,
             *self.own.place.struct.fields,
+            *self.own.place.struct.formulas,
             self.own.place.struct.name.lower(),
             self.paths.root_name,
             "self",
@@ -195,6 +207,8 @@ class ComponentScope:
 
     def advice(self, name: str) -> list[str]:
         """Help for the unknown name `name`."""
+        if not self.own.place.struct.component:
+            return ["a derived parameter uses parameters of its own struct, and constants"]
         if name in ("root", "parent", "self"):
             return ["a component uses its own members and constants only; store other values in it"]
         return []

@@ -268,6 +268,15 @@ class Field(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tie(Node):
+    """``param b = 2 * a + 1``: derived from other parameters, not solved for."""
+
+    name: Ident
+    value: Expr
+    doc: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Let(Node):
     """``let name = value``."""
 
@@ -406,6 +415,7 @@ class Update(Node):
 
 Member = (
     Field
+    | Tie
     | Constraint
     | Prior
     | Fixed

@@ -38,6 +38,7 @@ struct Pose {
     param a:   real [m] in 0 .. 10 = 4 [m]
     param b:   real in 0 ..
     param c:   vec<4> in .. -3
+    param d = 2 * a + b
     gps:       GpsData?
     weight:    real [rad/s/sqrt(Hz)] = 1.0
     features:  list of PointFeature

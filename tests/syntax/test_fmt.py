@@ -45,6 +45,7 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "root R { prior  a.x~normal( 1,2 )when b loss huber( 1 ); prior: real }",
             "root R { prior a.x ~ normal(1, 2) when b loss huber(1); prior: real }\n",
         ),
+        ("struct A { param  b=2*a+1 }", "struct A { param b = 2 * a + 1 }\n"),
         (
             "struct A { fixed  f.x,g; fixed: real }",
             "struct A { fixed f.x, g; fixed: real }\n",

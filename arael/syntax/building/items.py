@@ -13,6 +13,7 @@ from arael.syntax.tokens import Token
 _PLACES: dict[str, tuple[type, ...]] = {
     "struct": (
         tree.Field,
+        tree.Tie,
         tree.Constraint,
         tree.Prior,
         tree.Fixed,
@@ -21,6 +22,7 @@ _PLACES: dict[str, tuple[type, ...]] = {
     ),
     "root": (
         tree.Field,
+        tree.Tie,
         tree.Constraint,
         tree.Prior,
         tree.Fixed,
@@ -34,6 +36,7 @@ _PLACES: dict[str, tuple[type, ...]] = {
 
 
 _MEMBER_WORDS: dict[type, str] = {
+    tree.Tie: "param",
     tree.Constraint: "constraint",
     tree.Prior: "prior",
     tree.Fixed: "fixed",

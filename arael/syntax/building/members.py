@@ -26,6 +26,10 @@ class MemberBuilder(Builder):
             doc=self._docs.of(span),
         )
 
+    def _make_tie(self, parts: list[Any], span: Span) -> tree.Tie:
+        _, name, value = parts
+        return tree.Tie(span=span, name=name, value=value, doc=self._docs.of(span))
+
     def _make_bounds(self, parts: list[Any], span: Span) -> tree.Bounds:
         _, low, _, high = parts
         if low is None and high is None:
