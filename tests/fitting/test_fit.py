@@ -227,6 +227,7 @@ def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
         ({"bounds": {"a": (0, 1)}, "start": {"a": 2}}, "E0872", "is beyond 0 .. 1"),
         ({"start": {"a": "one"}}, "E0872", "expected a number for 'a', found 'one'"),
         ({"shared": ["a"]}, "E0872", "shared parameters need groups"),
+        ({"fixed": {"a": 1, "b": 1, "c": 1}}, "E0872", "all parameters are fixed"),
         ({"sigma": 0}, "E0873", "the standard deviation of point 0 is 0"),
         ({"sigma": [1, 2]}, "E0873", "expected a number or 40 numbers"),
         ({"sigma": "s"}, "E0871", "no column 's'"),
