@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from arael.fitting.result import Fit
 
 
-@click.command("fit", short_help="Fit a formula to the columns of CSV files.")
+@click.command("fit", short_help="Fit a formula to the columns of a CSV file.")
 @click.argument("formula")
 @click.argument("data", nargs=-1, required=True)
 @click.option("--y", "target", metavar="COLUMN", help="Column that FORMULA predicts.  [default: y]")
