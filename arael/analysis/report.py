@@ -81,7 +81,7 @@ class Statistics:
             return math.nan
         if not self.scatter:
             return self.cost
-        if not self.cost > 0:
+        if not self.cost > 0 or self.freedom <= 0:
             return math.nan
         return self.residuals * (math.log(2 * math.pi * self.cost / self.residuals) + 1)
 
@@ -306,10 +306,12 @@ def suspicions(
         if abs(rho) > _NEARLY_ONE
     ]
     if _is_off(statistics):
-        wrong = "small" if statistics.reduced > 1 else "large"
+        why = "small, or the model does not describe the data"
+        if statistics.reduced < 1:
+            why = "large, or parameters follow the noise"
         found.append(
             f"the reduced chi-square is {statistics.reduced:.3g}, expected near 1: the standard "
-            f"deviations are too {wrong}, or the formula does not describe the data"
+            f"deviations are too {why}"
         )
     return found
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from arael.fitting.result import Fit
 
 
-@click.command("fit", short_help="Fit a formula to the columns of CSV files.")
+@click.command("fit", short_help="Fit a formula to the columns of a CSV file.")
 @click.argument("formula")
 @click.argument("data", nargs=-1, required=True)
 @click.option("--y", "target", metavar="COLUMN", help="Column that FORMULA predicts.  [default: y]")
@@ -206,7 +206,7 @@ def _write(found: Fit, output: str | None, plot: str | None, level: float) -> li
 def _outcome(found: Fit) -> dict[str, Any]:
     of = found.estimates.statistics
     return {
-        "status": found.result.status,
+        "status": _status(found),
         "converged": found.converged,
         "predicts": found.formula.predicts,
         "parameters": {
@@ -225,6 +225,11 @@ def _outcome(found: Fit) -> dict[str, Any]:
         "iterations": found.result.iterations,
         "starts": found.starts,
     }
+
+
+def _status(found: Fit) -> str:
+    """The status of the solve, unless its last digits were reached after it."""
+    return "converged" if found.converged else found.result.status
 
 
 def _figures(report: Any) -> dict[str, Any]:
@@ -260,8 +265,10 @@ def _show(found: Fit) -> None:
             text = f"+- {spread}"
         click.echo(f"{name:<{width}} = {value:.6g} {text}")
     unit = "" if scatter else " sigmas"
-    ended = "converged" if found.converged else found.result.status
-    texts = [f"{ended} after {found.result.iterations} iterations", f"{of.residuals} points"]
+    texts = [
+        f"{_status(found)} after {found.result.iterations} iterations",
+        f"{of.residuals} points",
+    ]
     texts.append(f"rms {of.rms:.3g}{unit}")
     if of.freedom > 0:
         texts.append(f"residual standard deviation {math.sqrt(of.reduced):.3g}{unit}")

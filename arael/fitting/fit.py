@@ -192,6 +192,8 @@ def _parameters(
     for what, given in (("start", start), ("bounds", bounds), ("fixed", fixed), ("shared", shared)):
         for name in given:
             check_parameter(name, formula.parameters, what)
+    if all(name in fixed for name in formula.parameters):
+        raise mistake("E0872", "all parameters are fixed: there is nothing to fit", "fixed")
     common = set(shared)
     return [
         _parameter(

@@ -204,9 +204,15 @@ class Fit:
                 raise mistake("E0871", f"the column '{name}' is missing", "predict")
         given = [np.atleast_1d(np.asarray(data[name], dtype=np.float64)) for name in read]
         numbers = np.atleast_1d(self._groups(group))
-        *columns, numbers = np.broadcast_arrays(*given, numbers)
+        # A formula without columns has a value for each point as well.
+        points = [] if read else [np.atleast_1d(column) for column in data.values()]
+        *columns, numbers = np.broadcast_arrays(*given, numbers, *points)[: len(read) + 1]
         found = dict(zip(read, columns, strict=True))
-        return self.curve.predict(self.formula.text, self.values, found, numbers)
+        value, matrix = self.curve.predict(self.formula.text, self.values, found, numbers)
+        size = len(numbers)
+        if len(value) == size:
+            return value, matrix
+        return np.broadcast_to(value, size), np.broadcast_to(matrix, (size, matrix.shape[1]))
 
     def _groups(self, group: Any) -> NDArray[np.int64]:
         groups = self.curve.points.groups

@@ -69,7 +69,7 @@ def curve_figure(fit: Fit, level: float) -> Figure:
             axes[0].set_xlabel("fitted")
             axes[0].set_ylabel(f"measured {formula.predicts}")
         residuals.set_ylabel("measured - fitted")
-        if len(groups) <= _MOST:
+        if len(groups) <= _MOST and axes[0].get_legend_handles_labels()[1]:
             axes[0].legend(fontsize=8)
     for one in axes:
         one.grid(True)

@@ -151,7 +151,7 @@ def test_figures_of_the_report() -> None:
     known = arael.fit(FORMULA, DATA, sigma=0.01)
     assert known.estimates.statistics.aic == pytest.approx(cost / 1e-4 + 2 * 3)
     wrong = arael.fit(FORMULA, DATA, sigma=1.0)
-    assert "the reduced chi-square is 7" in str(wrong.report()) and "too large" in str(wrong)
+    assert "the reduced chi-square is 6.18e-05" in str(wrong) and "too large" in str(wrong)
 
 
 def test_correlated_parameters_are_listed() -> None:
@@ -227,6 +227,7 @@ def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
         ({"bounds": {"a": (0, 1)}, "start": {"a": 2}}, "E0872", "is beyond 0 .. 1"),
         ({"start": {"a": "one"}}, "E0872", "expected a number for 'a', found 'one'"),
         ({"shared": ["a"]}, "E0872", "shared parameters need groups"),
+        ({"fixed": {"a": 1, "b": 1, "c": 1}}, "E0872", "all parameters are fixed"),
         ({"sigma": 0}, "E0873", "the standard deviation of point 0 is 0"),
         ({"sigma": [1, 2]}, "E0873", "expected a number or 40 numbers"),
         ({"sigma": "s"}, "E0871", "no column 's'"),
@@ -258,3 +259,17 @@ def test_what_the_points_do_not_determine_is_named() -> None:
     with pytest.raises(arael.SolveError, match="E1008") as caught:
         arael.fit("y = (a + b) * x", DATA)
     assert "+1 a -1 b" in str(caught.value)
+
+
+def test_a_constant_and_its_table() -> None:
+    found = arael.fit("y = a", {"y": Y})
+    assert found.parameters["a"] == pytest.approx(Y.mean())
+    assert found.sigma["a"] == pytest.approx(Y.std(ddof=1) / np.sqrt(40))
+    assert {len(column) for column in found.table().values()} == {40}
+
+
+def test_as_many_parameters_as_points() -> None:
+    found = arael.fit("y = a * x + b", {"x": [1, 2], "y": [1, 2]})
+    assert np.isnan(found.sigma["a"]) and "AIC" not in str(found)
+    assert "standard errors cannot be estimated" in str(found)
+    assert np.isnan(found.bands({"x": 1}).high).all()

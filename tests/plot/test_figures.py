@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import arael
 from arael.diagnostics.records import AraelError
 from arael.plot import figure as figures
 from arael.plot.fit import Line, fit_figure
@@ -15,7 +16,7 @@ from arael.plot.problem import map_figure
 from arael.plot.scene import View, scene_figure
 from arael.plot.sparsity import sparsity_figure
 from arael.scenes import demo_config, make_scene
-from tests.optional import needs
+from tests.optional import needs, require
 
 
 def view(landmarks: bool = True) -> View:
@@ -138,3 +139,23 @@ def test_missing_matplotlib_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_beside() -> None:
     assert figures.beside(Path("a/run.png"), "hessian") == Path("a/run-hessian.png")
+
+
+@pytest.mark.parametrize(
+    ("formula", "group"),
+    [
+        ("y = a * x + b", None),
+        ("y = a * x + b", "g"),
+        ("y = a * x + b * z", None),
+        ("0 = a * x - y", None),
+        ("y = a", None),
+    ],
+)
+def test_fitted_curves(formula: str, group: str | None, recwarn: pytest.WarningsRecorder) -> None:
+    require("matplotlib")
+    x = np.arange(8.0)
+    data = {"x": x, "z": x**2, "y": 2 * x + 1 + np.sin(7 * x), "g": np.repeat(["p", "q"], 4)}
+    figure = arael.fit(formula, data, group=group).plot(level=0.9)
+    assert len(figure.axes) == (1 if formula.startswith("0") else 2)
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles[-1] == "residuals" and not recwarn.list
