@@ -91,6 +91,102 @@ def information_of(factor):
     return found, coupled
 
 
+cdef inline bint solved_triangle(
+    const double* matrix, Py_ssize_t stride, double* factor, Py_ssize_t d, double least
+) noexcept nogil:
+    """Lower Cholesky factor of the leading d x d of a matrix; False if a pivot is below `least`."""
+    cdef Py_ssize_t i, j, k
+    cdef double total
+    for j in range(d):
+        for i in range(j, d):
+            total = matrix[i * stride + j]
+            for k in range(j):
+                total -= factor[i * d + k] * factor[j * d + k]
+            if i > j:
+                factor[i * d + j] = total / factor[j * d + j]
+            elif total > least:
+                factor[j * d + j] = sqrt(total)
+            else:
+                return False
+    return True
+
+
+def marginal_of(information):
+    """Information of rotations alone: the Schur complement of the positions.
+
+    Parameters
+    ----------
+    information : (m, k, k)
+
+    Returns
+    -------
+    marginal : (m, r, r)
+    left : (m,) bool, edges that are not computed, since their positions are hardly measured
+    """
+    cdef Py_ssize_t m = information.shape[0], k = information.shape[1]
+    cdef Py_ssize_t d = 2 if k == 3 else 3, r = k - d, e, i, j, c
+    cdef const double* w = reals(information, m * k * k)
+    found, left = np.empty((m, r, r)), np.zeros(m, dtype=np.uint8)
+    cdef double* to = filled(found)
+    cdef uint8_t* out = <uint8_t*>writable(left, np.uint8)
+    cdef double[9] factor, mixed
+    cdef double most
+    with nogil:
+        for e in range(m):
+            most = 0
+            for i in range(d):
+                most = max(most, w[i * k + i])
+            out[e] = not solved_triangle(w, k, factor, d, FLAT * most)
+            if not out[e]:
+                for c in range(r):      # forward substitution of the coupling's columns
+                    for i in range(d):
+                        mixed[i * r + c] = w[i * k + d + c]
+                        for j in range(i):
+                            mixed[i * r + c] -= factor[i * d + j] * mixed[j * r + c]
+                        mixed[i * r + c] /= factor[i * d + i]
+                for i in range(r):
+                    for j in range(r):
+                        to[i * r + j] = w[(d + i) * k + d + j]
+                        for c in range(d):
+                            to[i * r + j] -= mixed[c * r + i] * mixed[c * r + j]
+            w += k * k
+            to += r * r
+    return found, left.view(np.bool_)
+
+
+def spatial_weights(information, double least):
+    """Weights ``tr(W) / 2 I - W`` of chordal residuals in space.
+
+    Parameters
+    ----------
+    information : (m, 3, 3) of rotations
+    least : part of the trace below which no eigenvalue of a weight should be
+
+    Returns
+    -------
+    weight : (m, 3, 3)
+    below : (m,) bool, weights with an eigenvalue below that, or nearly
+    """
+    cdef Py_ssize_t m = len(information), e, i
+    cdef const double* w = reals(information, 9 * m)
+    found, below = np.empty((m, 3, 3)), np.zeros(m, dtype=np.uint8)
+    cdef double* to = filled(found)
+    cdef uint8_t* out = <uint8_t*>writable(below, np.uint8)
+    cdef double trace
+    cdef double[9] shifted, factor
+    with nogil:
+        for e in range(m):
+            trace = w[0] + w[4] + w[8]
+            for i in range(9):
+                to[i] = 0.5 * trace * (i % 4 == 0) - w[i]
+                shifted[i] = to[i] - least * trace * (i % 4 == 0)
+            # All eigenvalues are above the limit if what is left without it is positive definite.
+            out[e] = not solved_triangle(shifted, 3, factor, 3, 0)
+            w += 9
+            to += 9
+    return found, below.view(np.bool_)
+
+
 def planar(angle):
     """(n,) angles -> (n, 2, 2) rotations."""
     angle = np.ascontiguousarray(angle, dtype=np.float64)

@@ -12,7 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.starts.arithmetic import add_rows, position_blocks, projected, rotation_blocks
+from arael.starts.arithmetic import (
+    add_rows,
+    position_blocks,
+    projected,
+    rotation_blocks,
+    spatial_weights,
+)
 from arael.starts.graph import PoseGraph, Poses
 from arael.starts.relaxation import Coupling, Relaxation
 
@@ -81,15 +87,12 @@ def _chordal_weight(information: Array, d: int) -> Array:
     if d == 2:
         planar: Array = information * np.eye(2)
         return planar
-    trace = np.trace(information, axis1=1, axis2=2)
-    raw = 0.5 * trace[:, None, None] * np.eye(3) - information
-    diagonal = np.diagonal(raw, axis1=1, axis2=2)
-    if np.count_nonzero(raw) == np.count_nonzero(diagonal):  # as in most files: nothing to find
-        alone: Array = np.maximum(diagonal, _LEAST * trace[:, None])[:, :, None] * np.eye(3)
-        return alone
-    values, vectors = np.linalg.eigh(raw)
-    values = np.maximum(values, _LEAST * trace[:, None])
-    found: Array = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
+    found, below = spatial_weights(np.ascontiguousarray(information), _LEAST)
+    if below.any():
+        trace = np.trace(information[below], axis1=1, axis2=2)
+        values, vectors = np.linalg.eigh(found[below])
+        values = np.maximum(values, _LEAST * trace[:, None])
+        found[below] = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
     return found
 
 

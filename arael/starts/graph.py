@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.starts.arithmetic import marginal_of
 from arael.starts.components import components
 
 Array = NDArray[np.float64]
@@ -130,6 +131,10 @@ class PoseGraph:
         whole = self.information
         if not self.coupled:  # as in most files
             return whole[:, d:, d:]
-        # The information of a position may be singular: hence the pseudo-inverse.
-        back = np.linalg.pinv(whole[:, :d, :d], hermitian=True)
-        return whole[:, d:, d:] - whole[:, d:, :d] @ back @ whole[:, :d, d:]
+        found, left = marginal_of(whole)
+        if left.any():
+            # The information of a position may be singular: hence the pseudo-inverse.
+            some = whole[left]
+            back = np.linalg.pinv(some[:, :d, :d], hermitian=True)
+            found[left] = some[:, d:, d:] - some[:, d:, :d] @ back @ some[:, :d, d:]
+        return found

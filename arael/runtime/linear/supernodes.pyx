@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from libc.stdlib cimport qsort
+
 from arael.runtime.linear.front_time cimport front_time
 
 from arael.runtime.linear.siblings import join_siblings
@@ -172,6 +174,27 @@ cdef _amalgamate(first, parents, weight, below):
     return owner.astype(np.int64), parent_kept.astype(np.int64)
 
 
+cdef int _ascending(const void* a, const void* b) noexcept nogil:
+    cdef long long x = (<const long long*>a)[0], y = (<const long long*>b)[0]
+    return (x > y) - (x < y)
+
+
+cdef void _sort(long long* values, Py_ssize_t count) noexcept nogil:
+    """Sort in place; most lists are short, and nearly in order."""
+    cdef Py_ssize_t i, j
+    cdef long long value
+    if count > 32:
+        qsort(values, count, sizeof(long long), _ascending)
+        return
+    for i in range(1, count):
+        value = values[i]
+        j = i
+        while j > 0 and values[j - 1] > value:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = value
+
+
 cdef _structure(start, neighbours, order, begin, tree):
     """Rows below each supernode: those of the matrix and those of its children."""
     cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count
@@ -212,7 +235,8 @@ cdef _structure(start, neighbours, order, begin, tree):
                     count += 1
             c = sibling[c]
         rs[s + 1] = count
-        rows[rs[s]:count].sort()
+        if count > rs[s] + 1:
+            _sort(&r[rs[s]], count - rs[s])
         if parent[s] >= 0:
             sibling[s] = head[parent[s]]
             head[parent[s]] = s
