@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from arael.runtime.access import Array, Ints, StoreLike, gather
+from arael.runtime.access import Array, Ints, StoreLike, gather_all
 from arael.runtime.layout import Group
 from arael.runtime.rearranged import aligned_empty, spread_rows
 from arael.runtime.tape import Natives, evaluate
@@ -67,7 +67,7 @@ def gather_instances(
     data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
-        inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
+        inputs = gather_all(store, group.slots, slot_rows, group.raw)
         values = evaluate(group.prepare, inputs, np.float64, natives)
         found = [values[k] for k in group.prepare.outputs]
         with np.errstate(over="ignore", invalid="ignore"):

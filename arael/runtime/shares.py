@@ -62,9 +62,9 @@ _WIDE_ROOM = 0.05
 
 _NONE: Ints = np.zeros((0, 3), dtype=np.int64)
 
-# Values that fit into the first-level cache: finding first writers takes longer than zeroing them
-# in thousands of linearisations.
-_CACHED = 4096
+# Values that fit into the first-level cache, or nearly: finding first writers takes longer than
+# zeroing them in thousands of linearisations.
+_CACHED = 8192
 
 # Scalars of a cache line, so that two shares never write to the same.
 _LINE = 16

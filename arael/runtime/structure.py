@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.access import Bools, Ints, StoreLike, Walker, gather, outputs
@@ -34,6 +35,7 @@ class Structure:
     pattern: BlockPattern
     placements: tuple[Placement, ...]
     trash: int  # scalars behind the gradient; its square behind the values
+    coupled: tuple[NDArray[np.uint8], ...]  # of each group's uses, as `Layout.coupled`
     idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
     shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     # Of the components, once they were asked for; see `components.py`.
@@ -80,6 +82,7 @@ def structure_of(
         pattern,
         tuple(placements),
         trash,
+        layout.coupled,
     )
 
 
