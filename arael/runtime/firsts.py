@@ -24,6 +24,9 @@ _NEAR = 64
 # Scalars of a cache line.
 _LINE = 16
 
+# Numbers with which each place is compared, rather than all being sorted.
+_SEVERAL = 8
+
 # Of `turn`: onto a diagonal block, of which there is more than the pair's own.
 _DIAGONAL = 2
 
@@ -81,7 +84,7 @@ def plan_firsts(
             for b in range(a):
                 pair = pair_of(a, b)
                 at = block_at[:, pair]
-                counted = real & ~np.isin(at, nowhere)
+                counted = real & _somewhere(at, nowhere)
                 if not counted.any():
                     continue
                 ats.append(at[counted])
@@ -109,6 +112,16 @@ def plan_firsts(
         areas.append(np.full(len(stored), area, dtype=np.int64))
     cleared = _between(np.concatenate(starts), np.concatenate(areas), room)
     return Firsts(first, *_cut(cleared, parts))
+
+
+def _somewhere(at: Ints, nowhere: Ints) -> NDArray[np.bool_]:
+    """Whether each place is none of `nowhere`."""
+    if len(nowhere) > _SEVERAL:
+        return ~np.isin(at, nowhere)
+    found = at != nowhere[0]
+    for one in nowhere[1:]:
+        found &= at != one
+    return np.asarray(found)
 
 
 def _alone_and_first(at: Ints, seq: Ints) -> NDArray[np.bool_]:
@@ -143,6 +156,8 @@ def _cut(ranges: Ints, parts: int) -> tuple[Ints, Ints]:
     """The ranges cut where equal parts of them begin, and the first range of each part."""
     if not len(ranges):
         return ranges, np.zeros(parts + 1, dtype=np.int64)
+    if parts == 1:
+        return np.ascontiguousarray(ranges), np.array([0, len(ranges)], dtype=np.int64)
     lengths = ranges[:, 1] - ranges[:, 0]
     done = np.concatenate(([0], np.cumsum(lengths)))
     shares = done[-1] * np.arange(1, parts) // parts

@@ -124,11 +124,12 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     at_noise = how == "auto" and costs["file"] < _AT_NOISE * residuals_of(store)
     if how == "file" or at_noise or not store.tables["edges"].size:
         return "file", costs
-    graph = graph_of(store)
+    rotation = rotation_column(store)
+    graph = graph_of(store, rotation)
     if (graph.fixed_position & graph.fixed_rotation).all():
         return "file", costs
     # `put` does not change fixed parts, so the columns are restored directly.
-    columns = ("t", rotation_column(store))
+    columns = ("t", rotation)
     table = store.tables["poses"]
     before = {path: table.column(path).copy() for path in columns}
     found: dict[str, Poses] = {}
@@ -141,7 +142,7 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
                 if how != "auto":
                     raise _undetermined(store) from None
                 continue
-            put(store, found[name])
+            put(store, found[name], rotation)
             placed = name
             _load(problem, columns)
             costs[name] = problem.cost()
@@ -154,7 +155,7 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     if chosen != placed:
         _restore(table, before)
         if chosen != "file":
-            put(store, found[chosen])
+            put(store, found[chosen], rotation)
     return chosen, costs
 
 

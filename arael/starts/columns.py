@@ -43,9 +43,9 @@ def rotation_column(store: Store) -> str:
     return ""
 
 
-def graph_of(store: Store) -> PoseGraph:
-    """The pose graph of a model, as copies in f64."""
-    name = rotation_column(store)
+def graph_of(store: Store, name: str = "") -> PoseGraph:
+    """The pose graph of a model, as copies in f64; `name` is its `rotation_column`, if known."""
+    name = name or rotation_column(store)
     poses, edges = store.tables["poses"], store.tables["edges"]
     information, coupled = information_of(_copied(edges, "u"))
     return PoseGraph(
@@ -67,9 +67,9 @@ def residuals_of(store: Store) -> int:
     return table.size * table.data["u"].shape[0]
 
 
-def put(store: Store, found: Poses) -> None:
-    """Write poses into the model, except fixed parts."""
-    name = rotation_column(store)
+def put(store: Store, found: Poses, name: str = "") -> None:
+    """Write poses into the model, except fixed parts; `name` is its `rotation_column`, if known."""
+    name = name or rotation_column(store)
     table = store.tables["poses"]
     values = angles(found.rotation) if name == "th" else quaternions(found.rotation)
     for path, new in (("t", found.position), (name, values)):

@@ -44,7 +44,7 @@ _MANY = 2000
 _KIND = 0.6
 
 # To compare orderings takes so many milliseconds, and so many for each block of the matrix.
-_COMPARING = 0.1, 0.5e-3
+_COMPARING = 0.3, 0.5e-3
 
 # Scalars of the matrix above which freed memory is returned to the system, which takes
 # milliseconds.

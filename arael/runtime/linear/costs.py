@@ -49,18 +49,19 @@ def predict(pattern: BlockPattern, single: bool, analysis: Analysis) -> dict[str
     # The index work of CHOLMOD is per scalar.
     scattered = _scattered(pattern, analysis)
     cholmod = 20_000.0 + 150.0 * n + 8.0 * analysis.nnz + analysis.flops / 25.0 + scattered * 1e6
+    sparse = (SINGLE if single else 1.0) * (100e-6 + analysis.milliseconds + scattered)
     return {
         "dense": dense_cost(n, single),
-        "band": band_cost(pattern, single),
-        "sparse": sparse_cost(pattern, single, analysis),
+        "band": band_cost(pattern, single, kd),
+        "sparse": Cost(analysis.flops, analysis.nnz, sparse),
         "lapack_band": Cost(*banded, scale * lapack * 1e-6),
         "cholmod": Cost(analysis.flops, analysis.nnz, cholmod * 1e-6),
     }
 
 
-def band_cost(pattern: BlockPattern, single: bool) -> Cost:
-    """Cost of the band solver; it needs no symbolic factor."""
-    n, kd = pattern.size, half_bandwidth(pattern)
+def band_cost(pattern: BlockPattern, single: bool, reach: int | None = None) -> Cost:
+    """Cost of the band solver, of half-bandwidth `reach` if given; it needs no symbolic factor."""
+    n, kd = pattern.size, half_bandwidth(pattern) if reach is None else reach
     flops = band_flops(n, kd)
     # A wide band leaves the second cache.
     rate = 90.0 if kd <= _NARROW else 65.0
