@@ -141,7 +141,7 @@ def plan_shares(
         tuple(bounds),
         orders,
         tuple(
-            _lanes_of(p.arrays(order), width)
+            [in_lanes(array, width, order) for array in p.in_order()]
             for p, order, width in zip(structure.placements, orders, widths, strict=True)
         ),
         structure.system.size + structure.trash,

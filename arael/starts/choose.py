@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.watch import places_of
 from arael.starts.chordal import chordal_poses
 from arael.starts.columns import graph_of, put, residuals_of, rotation_column
 from arael.starts.graph import PoseGraph, Poses
@@ -168,9 +167,9 @@ def _poses(name: str, graph: PoseGraph, problem: Problem) -> Poses:
 
 def _load(problem: Problem, columns: tuple[str, ...]) -> None:
     """Take over the poses of the store; all else only if guards or data may follow from them."""
-    values = {("poses", column) for column in columns}
-    groups = problem.layout.groups
-    if any(group.guard is not None or places_of(group) & values for group in groups):
+    layout = problem.layout
+    read = any(("poses", column) in layout.readers for column in columns)
+    if read or any(group.guard is not None for group in layout.groups):
         problem.refresh()
     else:
         problem.load_values()
