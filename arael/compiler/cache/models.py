@@ -22,7 +22,6 @@ from arael.diagnostics.records import AraelError, Source
 from arael.runtime.layout import Layout
 from arael.runtime.relocation import attached
 
-
 # Models of a process whose layouts are kept; an entry has some tens of kilobytes.
 _RECENT = 16
 

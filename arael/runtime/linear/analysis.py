@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.linear.dissection import apart, nested_dissection
-from arael.runtime.linear.front_time import time_of_front
 from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.linear.supernodes import Supernodes, find_supernodes
+from arael.runtime.linear.supernodes import Supernodes, find_supernodes, price_of
 from arael.runtime.linear.symbolic import adjacency
 
 Ints = NDArray[np.int64]
@@ -36,6 +35,8 @@ class Analysis:
         Predicted time of a refactorisation, f64, one core.
     tried : dict
         Flops of each ordering that was tried.
+    scattered : float
+        Columns of blocks that are added to fronts beyond the second-level cache.
     """
 
     ordering: str
@@ -44,6 +45,7 @@ class Analysis:
     flops: float
     milliseconds: float
     tried: dict[str, float]
+    scattered: float
 
 
 def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
@@ -165,13 +167,6 @@ def _price(
     order: Ints,
 ) -> Analysis:
     supernodes = find_supernodes(start, neighbours, pattern.sizes, order)
-    width = pattern.sizes[supernodes.order]
-    offset = np.concatenate(([0], np.cumsum(width)))
-    k = np.diff(offset[supernodes.start]).astype(np.float64)
-    below = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
-    r = np.diff(below[supernodes.row_start]).astype(np.float64)
-    flops = float((k**3 / 3 + k * k * r + k * r * r).sum())
-    nnz = int((k * (k + 1) / 2 + k * r).sum())
-    return Analysis(
-        name, supernodes, nnz, flops, float(time_of_front(k, r).sum()) * 1e-6, {name: flops}
-    )
+    nnz, flops, nanoseconds, scattered = price_of(supernodes, pattern.sizes)
+    tried = {name: flops}
+    return Analysis(name, supernodes, nnz, flops, 1e-6 * nanoseconds, tried, scattered)

@@ -11,6 +11,10 @@ from arael.runtime.linear.siblings import join_siblings
 from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
 
 
+cdef enum:
+    CACHE = 128 * 1024      # scalars of the second-level cache
+
+
 cdef class Supernodes:
     """Symbolic factor: the columns of each supernode and the rows below them.
 
@@ -69,6 +73,48 @@ def find_supernodes(start, neighbours, weights, order):
         order, begin, tree = _gather(order, owner, tree)
         row_start, rows = _structure(start, neighbours, order, begin, tree)
     return Supernodes(order, begin, tree, row_start, rows)
+
+
+def price_of(Supernodes nodes, sizes):
+    """Cost of a symbolic factor.
+
+    Parameters
+    ----------
+    nodes : Supernodes
+    sizes : (n,) int64
+        Scalars of each block, in the original order.
+
+    Returns
+    -------
+    nnz : int
+        Scalars of the factor's lower triangle, explicit zeros included.
+    flops : float
+    nanoseconds : float
+        By the model of fronts.
+    scattered : float
+        Columns of blocks that are added to fronts beyond the second-level cache.
+    """
+    cdef Py_ssize_t ns = len(nodes.parent), s, p
+    cdef const long long[::1] start = nodes.start, parent = nodes.parent, order = nodes.order
+    cdef const long long[::1] row_start = nodes.row_start, rows = nodes.rows
+    cdef const long long[::1] size = sizes
+    cdef double[::1] own = np.zeros(ns), below = np.zeros(ns)
+    cdef double k, r, flops = 0, time = 0, scattered = 0
+    cdef long long nnz = 0
+    for s in range(ns):
+        for p in range(start[s], start[s + 1]):
+            own[s] += size[order[p]]
+        for p in range(row_start[s], row_start[s + 1]):
+            below[s] += size[order[rows[p]]]
+        k, r = own[s], below[s]
+        nnz += <long long>(k * (k + 1) / 2 + k * r)
+        flops += k * k * k / 3 + k * k * r + k * r * r
+        time += front_time(k, r)
+    for s in range(ns):
+        p = parent[s]
+        if p >= 0 and (own[p] + below[p]) * (own[p] + below[p]) > CACHE:
+            scattered += below[s] * max(row_start[s + 1] - row_start[s], 1) / 2.0
+    return nnz, flops, time, scattered
 
 
 def _gather(order, owner, tree):
