@@ -70,14 +70,14 @@ def information_of(factor):
     information : (m, k, k), u' u
     coupled : bool
     """
-    cdef Py_ssize_t m = factor.shape[0], k = factor.shape[1], d = 2 if k == 3 else 3, e, i, j, r
+    cdef Py_ssize_t m = factor.shape[0], k = factor.shape[1], d = 2 if k == 3 else 3, _, i, j, r
     cdef const double* u = reals(factor, m * k * k)
     found = np.empty((m, k, k))
     cdef double* to = filled(found)
     cdef double total
     cdef bint coupled = False
     with nogil:
-        for e in range(m):
+        for _ in range(m):
             for i in range(k):
                 for j in range(i + 1):
                     total = 0
@@ -276,13 +276,13 @@ def rotation_blocks(step, weight):
     -------
     (m, d, d) each: of `a` with `a`, of `a` with `b`, of `b` with `b`
     """
-    cdef Py_ssize_t m = step.shape[0], d = step.shape[1], e, i
+    cdef Py_ssize_t m = step.shape[0], d = step.shape[1], _, i
     cdef const double* r = reals(step, m * d * d)
     cdef const double* w = reals(weight, m * d * d)
     first, mixed = np.empty((m, d, d)), np.empty((m, d, d))
     cdef double* aa = filled(first)
     cdef double* ab = filled(mixed)
-    for e in range(m):
+    for _ in range(m):
         product(r, w, ab, d, False)
         product_turned(ab, r, aa, d)
         for i in range(d * d):
@@ -393,7 +393,7 @@ def projected(relaxed):
     rotation : (n, d, d), transposed: body to world
     left : (n,) bool, matrices that are singular or reflections, whose rotation is not computed
     """
-    cdef Py_ssize_t n = relaxed.shape[0], d = relaxed.shape[1], k, i, j, turn
+    cdef Py_ssize_t n = relaxed.shape[0], d = relaxed.shape[1], k, i, j, _
     cdef const double* x = reals(relaxed)
     found, left = np.empty((n, d, d)), np.zeros(n, dtype=np.uint8)
     cdef double* to = filled(found)
@@ -412,7 +412,7 @@ def projected(relaxed):
         for i in range(9):
             y[i] = x[i]
         out[k] = True
-        for turn in range(ROUNDS):
+        for _ in range(ROUNDS):
             size = other = 0
             for i in range(3):
                 for j in range(3):

@@ -29,7 +29,7 @@ cdef class _Graph:
     cdef Py_ssize_t n, free, room
     cdef int[::1] at, length, elements, weight, degree, kind
     cdef Py_ssize_t[::1] start
-    cdef int[::1] head, tail, after, before # doubly linked lists by degree
+    cdef int[::1] head, tail, after, before     # doubly linked queues by degree
     cdef int lightest
     cdef long long[::1] mark                # of an element: outside weight, offset by `stamp`
     cdef long long stamp
