@@ -8,6 +8,7 @@ import numbers
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, Literal, cast
 
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -209,6 +210,10 @@ class LmConfig:
         """The strategy used with a direct linear solver: `strategy`, with ``auto`` resolved."""
         if self.strategy != "auto":
             return self.strategy
+        return self._automatic
+
+    @cached_property
+    def _automatic(self) -> str:
         changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)
         return "damped" if changed else "dogleg"
 

@@ -147,7 +147,11 @@ def gather_all(
     """
     columns: dict[tuple[int, str], list[int]] = {}
     for number, raw in enumerate(raws):
-        columns.setdefault((raw.slot, raw.column), []).append(number)
+        key = raw.slot, raw.column
+        if key in columns:
+            columns[key].append(number)
+        else:
+            columns[key] = [number]
     found: list[Any] = [None] * len(raws)
     for (slot, column), numbers in columns.items():
         path = slots[slot].table
