@@ -98,7 +98,9 @@ def plan_firsts(
     if not writes:
         return Firsts(first, *_cut(np.array([[0, room]], dtype=np.int64), parts))
     at, seq, key = np.concatenate(ats), np.concatenate(seqs), np.concatenate(keys)
-    alone = _alone_and_first(at, seq)
+    # Blocks do not overlap: divided by the least of their areas, their offsets still differ.
+    least = min(area for _, _, area in writes)
+    alone = _alone_and_first(at // least, seq, room // least + 1)
     starts, areas = [], []
     steps = np.zeros(len(groups), dtype=np.int64)
     steps[list(order)] = np.cumsum([0, *(len(first[g]) for g in order)])[:-1]
@@ -124,16 +126,27 @@ def _somewhere(at: Ints, nowhere: Ints) -> NDArray[np.bool_]:
     return np.asarray(found)
 
 
-def _alone_and_first(at: Ints, seq: Ints) -> NDArray[np.bool_]:
-    """Whether each write is the first to its place, and the only one of its block of lanes."""
-    order = np.lexsort((seq, at))
-    place, turn = at[order], seq[order]
-    opens = np.diff(place, prepend=-1) != 0
-    # The next write is to the same place, by the same block of lanes.
-    again = np.append(~opens[1:] & (turn[1:] == turn[:-1]), False)
-    found = np.zeros(len(at), dtype=bool)
-    found[order] = opens & ~again
-    return found
+def _alone_and_first(at: Ints, seq: Ints, room: int) -> NDArray[np.bool_]:
+    """Whether each write is the first to its place, and the only one of its block of lanes.
+
+    Parameters
+    ----------
+    at : (n,) places, below `room`
+    seq : (n,) block of lanes that writes there
+    """
+    if (seq[1:] < seq[:-1]).any():
+        order = np.argsort(seq, kind="stable")
+        found = np.empty(len(at), dtype=bool)
+        found[order] = _alone_and_first(at[order], seq[order], room)
+        return found
+    number = np.arange(len(at))
+    # Only places that are written to are read, so that the rest needs no value.
+    first = np.empty(room, dtype=np.int64)
+    first[at[::-1]] = number[::-1]  # of several assignments the last one stays
+    first = first[at]
+    alone = first == number
+    alone[first[~alone & (seq == seq[first])]] = False
+    return alone
 
 
 def _between(starts: Ints, areas: Ints, room: int) -> Ints:
