@@ -144,7 +144,7 @@ def _alone_and_first(at: Ints, seq: Ints, room: int) -> NDArray[np.bool_]:
     first = np.empty(room, dtype=np.int64)
     first[at[::-1]] = number[::-1]  # of several assignments the last one stays
     first = first[at]
-    alone = first == number
+    alone: NDArray[np.bool_] = first == number
     alone[first[~alone & (seq == seq[first])]] = False
     return alone
 
