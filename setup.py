@@ -13,6 +13,9 @@ from setuptools.command.build_py import build_py
 ROOT = Path(__file__).resolve().parent
 RUNTIME = Path("arael", "runtime")
 
+# Where the .pyx files of the package are; those of `arael/models` are made with the models.
+COMPILED = (RUNTIME, Path("arael", "starts"))
+
 # Code that Cython would otherwise repeat in every module: memoryviews, above all.
 SHARED = "arael.runtime._cyutility"
 SHARED_C = RUNTIME / "_cyutility.c"
@@ -54,8 +57,8 @@ def extension(source):
 
 
 def extensions():
-    """One extension per .pyx file of the runtime, and the one that they share."""
-    sources = [p.relative_to(ROOT) for p in (ROOT / RUNTIME).rglob("*.pyx")]
+    """One extension per .pyx file of the package, and the one that they share."""
+    sources = [p.relative_to(ROOT) for part in COMPILED for p in (ROOT / part).rglob("*.pyx")]
 
     def order(path):
         return path.stem not in LONGEST, str(path)

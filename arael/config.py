@@ -8,7 +8,8 @@ import numbers
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from functools import cached_property
+from typing import Any, Literal, cast
 
 from arael.diagnostics.records import AraelError, Diagnostic
 
@@ -190,23 +191,36 @@ class LmConfig:
         """A checked copy with some settings changed; AraelError E1010 for unknown or bad ones."""
         if not settings and self.__dict__.get("_checked"):
             return self  # frozen, and no check needs repeating
-        known = [f.name for f in fields(self)]
+        # 1, 1.0 and True are equal, but not equally valid.
+        key = tuple((name, type(value), value) for name, value in settings.items())
+        made = self.__dict__.setdefault("_made", {})
+        plain = all(kind in _PLAIN for _, kind, _ in key)
+        if plain and key in made:
+            return cast(LmConfig, made[key])
         for name in settings:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
+            if name not in _NAMES:
+                near = difflib.get_close_matches(name, _NAMES, 1)
                 raise _refused(
                     f"there is no solver setting `{name}`",
-                    f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(known)}",
+                    f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(_NAMES)}",
                 )
         found = replace(self, **settings) if settings else self
         found.validate()
         object.__setattr__(found, "_checked", True)
+        if plain and found is not self:
+            if len(made) >= _MOST_MADE:
+                made.clear()
+            made[key] = found
         return found
 
     def chosen_strategy(self) -> str:
         """The strategy used with a direct linear solver: `strategy`, with ``auto`` resolved."""
         if self.strategy != "auto":
             return self.strategy
+        return self._automatic
+
+    @cached_property
+    def _automatic(self) -> str:
         changed = any(getattr(self, name) != getattr(_DEFAULT, name) for name in _OF_DAMPING)
         return "damped" if changed else "dogleg"
 
@@ -325,5 +339,12 @@ def _is_number(value: object) -> bool:
 def _refused(message: str, help_text: str) -> AraelError:
     return AraelError(Diagnostic("E1010", message, origin="LmConfig", help=(help_text,)))
 
+
+_NAMES = tuple(f.name for f in fields(LmConfig))
+
+# Copies with changed settings are kept with a configuration, at most so many: a program that solves
+# again and again passes the same ones. Values of other types than these may keep objects alive.
+_PLAIN = (bool, int, float, str, type(None))
+_MOST_MADE = 32
 
 _DEFAULT = LmConfig()

@@ -92,7 +92,7 @@ def solve(
         settings["observer"] = observer
     base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
-    configs = [base.with_(**one.config).with_(**settings) for one in schedule]
+    configs = [base.with_(**{**one.config, **settings}) for one in schedule]
     given = [freeze] if isinstance(freeze, str) else list(freeze)
     frozen = held_by(layout, given) if given else frozenset()
     check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])

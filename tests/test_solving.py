@@ -606,3 +606,16 @@ def test_a_derivative_that_underflows_is_not_called_zero(tmp_path, slope, text):
     with pytest.raises(SolveError, match=text) as caught:
         tiny.solve()
     assert code_of(caught) == "E1004" and "`b`" in str(caught.value)
+
+
+def test_the_same_settings_give_the_same_configuration_and_bad_ones_never_pass() -> None:
+    base = arael.LmConfig()
+    assert base.with_(max_iters=1) is base.with_(max_iters=1)
+    assert base.with_(max_iters=1) is not base.with_(max_iters=2)
+    for bad in (1.0, True):  # equal to 1, and no whole number of attempts
+        with pytest.raises(arael.AraelError, match="max_iters"):
+            base.with_(max_iters=bad)
+
+    def observe(record: object) -> None: ...
+
+    assert base.with_(observer=observe) is not base.with_(observer=observe)

@@ -442,6 +442,15 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         return tuple(coupled_pairs(group) for group in self.groups)
 
     @cached_property
+    def readers(self) -> dict[tuple[str, str], tuple[int, ...]]:
+        """Table and column of all data -> numbers of the groups that are prepared from it."""
+        found: dict[tuple[str, str], list[int]] = {}
+        for number, group in enumerate(self.groups):
+            for place in {(group.slots[raw.slot].table, raw.column) for raw in group.raw}:
+                found.setdefault(place, []).append(number)
+        return {place: tuple(numbers) for place, numbers in found.items()}
+
+    @cached_property
     def _by_path(self) -> dict[str, Table]:
         return {table.path: table for table in self.tables}
 

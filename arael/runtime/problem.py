@@ -191,6 +191,13 @@ class Problem:
         for number in self._watch.changed(self.store):
             self.instances[number] = self._gather(number)
             self.evaluation.replace(number, self.instances[number])
+        self.load_values()
+        self.number_instances()
+        self.seconds = time.perf_counter() - began
+        return True
+
+    def load_values(self) -> None:
+        """Start at the current values of the store; data and flags must be those of before."""
         for number, entity in enumerate(self.layout.entities):
             version = self.store.tables[entity.table].values_version
             # An interrupted solve may have changed the state after its last write-back.
@@ -199,9 +206,6 @@ class Problem:
                 self.evaluation.start_at(number, values)
                 self._loaded[number] = version
         self.state_dirty = False
-        self.number_instances()
-        self.seconds = time.perf_counter() - began
-        return True
 
     @property
     def size(self) -> int:

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.session import session_of
 from arael.solving import problem_of
 from arael.starts.chordal import chordal_poses
-from arael.starts.columns import graph_of, put, rotation_column
+from arael.starts.columns import graph_of, put, residuals_of, rotation_column
 from arael.starts.graph import PoseGraph, Poses
-from arael.starts.relaxation import SingularError
+from arael.starts.relaxation import Coupling, SingularError
 from arael.starts.tree import tree_poses
+
+if TYPE_CHECKING:
+    from arael.runtime.problem import Problem
 
 How = Literal["auto", "file", "tree", "chordal"]
 WAYS: tuple[How, ...] = get_args(How)
-
-# In the order of computation by `auto`.
-_CANDIDATES: dict[str, Callable[[PoseGraph], Poses]] = {
-    "chordal": chordal_poses,
-    "tree": tree_poses,
-}
 
 # `auto` stops at a start with a cost per residual below this: noise alone gives about 1, and the
 # solver reduces the rest.
@@ -123,37 +119,71 @@ def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
     store = model._store
     problem = session.keep(problem_of(model))
     costs = {"file": problem.cost()}
-    graph = graph_of(store)
-    nothing_to_do = not len(graph.a) or (graph.fixed_position & graph.fixed_rotation).all()
-    at_noise = how == "auto" and costs["file"] < _AT_NOISE * graph.residuals
-    if how == "file" or nothing_to_do or at_noise:
+    near = _NEAR * residuals_of(store)
+    at_noise = how == "auto" and costs["file"] < _AT_NOISE * residuals_of(store)
+    if how == "file" or at_noise or not store.tables["edges"].size:
+        return "file", costs
+    rotation = rotation_column(store)
+    graph = graph_of(store, rotation)
+    if (graph.fixed_position & graph.fixed_rotation).all():
         return "file", costs
     # `put` does not change fixed parts, so the columns are restored directly.
-    columns = ("t", rotation_column(store))
+    columns = ("t", rotation)
     table = store.tables["poses"]
     before = {path: table.column(path).copy() for path in columns}
     found: dict[str, Poses] = {}
+    placed = "file"
     try:
-        for name in _CANDIDATES if how == "auto" else (how,):
+        for name in ("chordal", "tree") if how == "auto" else (how,):
             try:
-                found[name] = _CANDIDATES[name](graph)
+                found[name] = _poses(name, graph, problem)
             except SingularError:
                 if how != "auto":
                     raise _undetermined(store) from None
                 continue
-            put(store, found[name])
-            problem.refresh()
+            put(store, found[name], rotation)
+            placed = name
+            _load(problem, columns)
             costs[name] = problem.cost()
-            if costs[name] < min(costs["file"], _NEAR * graph.residuals):
+            if costs[name] < min(costs["file"], near):
                 break
     except BaseException:
         _restore(table, before)
         raise
     chosen = how if how != "auto" else min(costs, key=lambda n: _comparable(costs[n]))
-    _restore(table, before)
-    if chosen != "file":
-        put(store, found[chosen])
+    if chosen != placed:
+        _restore(table, before)
+        if chosen != "file":
+            put(store, found[chosen], rotation)
     return chosen, costs
+
+
+def _poses(name: str, graph: PoseGraph, problem: Problem) -> Poses:
+    """Poses of a start by its name."""
+    if name == "tree":
+        return tree_poses(graph)
+    return chordal_poses(graph, _coupling(problem))
+
+
+def _load(problem: Problem, columns: tuple[str, ...]) -> None:
+    """Take over the poses of the store; all else only if guards or data may follow from them."""
+    layout = problem.layout
+    read = any(("poses", column) in layout.readers for column in columns)
+    if read or any(group.guard is not None for group in layout.groups):
+        problem.refresh()
+    else:
+        problem.load_values()
+
+
+def _coupling(problem: Problem) -> Coupling | None:
+    """The pattern of a problem if its blocks are poses as a whole, else None."""
+    structure = problem.structure
+    for entity, blocks in zip(problem.layout.entities, structure.system.blocks, strict=True):
+        if entity.table != "poses" or not {"t", "th", "q"} > {use.column for use in entity.params}:
+            continue
+        if int((blocks.block >= 0).sum()) == structure.pattern.block_count:
+            return Coupling(structure.pattern, blocks.block)
+    return None
 
 
 def _restore(table: Any, before: dict[str, Any]) -> None:

@@ -12,9 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.store.rotations import quaternion_from_matrix
+from arael.starts.arithmetic import (
+    add_rows,
+    position_blocks,
+    projected,
+    rotation_blocks,
+    spatial_weights,
+)
 from arael.starts.graph import PoseGraph, Poses
-from arael.starts.relaxation import Relaxation
+from arael.starts.relaxation import Coupling, Relaxation
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -25,18 +31,22 @@ Bools = NDArray[np.bool_]
 _LEAST = 1e-3
 
 
-def chordal_poses(graph: PoseGraph) -> Poses:
+def chordal_poses(graph: PoseGraph, coupling: Coupling | None = None) -> Poses:
     """Poses of the chordal relaxation, each measurement weighted by its information.
 
     Two sparse linear solves with the same pattern. Poses that are fixed keep their values; a
     component without a fixed pose or an anchor keeps its first pose.
+
+    Parameters
+    ----------
+    coupling : pattern of the problem, whose ordering is then used
 
     Raises
     ------
     SingularError
         If the measurements do not determine every pose.
     """
-    relaxation = Relaxation(len(graph.poses), graph.dimension, graph.a, graph.b)
+    relaxation = Relaxation(len(graph.poses), graph.dimension, graph.a, graph.b, coupling)
     rotation = _rotations(graph, relaxation)
     return Poses(rotation, _positions(graph, relaxation, rotation))
 
@@ -61,16 +71,14 @@ def _rotations(graph: PoseGraph, relaxation: Relaxation) -> Array:
     columns = 1 if d == 2 else 3
     step = graph.measured.rotation
     weight = _chordal_weight(graph.rotation_information, d)
-    back = step @ weight
-    blocks = (back @ step.transpose(0, 2, 1), -back, weight)
+    blocks = rotation_blocks(np.ascontiguousarray(step), np.ascontiguousarray(weight))
     square = anchors.rotation_weight**2 / (1 if d == 2 else 2)
-    own = relaxation.summed(anchors.pose, square[:, None, None] * np.eye(d))
     target = anchors.measured.rotation.transpose(0, 2, 1)[:, :, :columns]
-    right = relaxation.summed(anchors.pose, square[:, None, None] * target)
+    own, right = _absolute(graph, square, target)
     held = _held(graph, graph.fixed_rotation, anchors.rotation_weight)
     at = graph.poses.rotation.transpose(0, 2, 1)[:, :, :columns]
     relaxed = relaxation.solved(blocks, own, right, held, at)
-    found = _projected(relaxed).transpose(0, 2, 1)
+    found = _projected(relaxed)
     return np.where(held[:, None, None], graph.poses.rotation, found)
 
 
@@ -79,63 +87,47 @@ def _chordal_weight(information: Array, d: int) -> Array:
     if d == 2:
         planar: Array = information * np.eye(2)
         return planar
-    trace = np.trace(information, axis1=1, axis2=2)
-    raw = 0.5 * trace[:, None, None] * np.eye(3) - information
-    diagonal = np.diagonal(raw, axis1=1, axis2=2)
-    if np.count_nonzero(raw) == np.count_nonzero(diagonal):  # as in most files: nothing to find
-        alone: Array = np.maximum(diagonal, _LEAST * trace[:, None])[:, :, None] * np.eye(3)
-        return alone
-    values, vectors = np.linalg.eigh(raw)
-    values = np.maximum(values, _LEAST * trace[:, None])
-    found: Array = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
+    found, below = spatial_weights(np.ascontiguousarray(information), _LEAST)
+    if below.any():
+        trace = np.trace(information[below], axis1=1, axis2=2)
+        values, vectors = np.linalg.eigh(found[below])
+        values = np.maximum(values, _LEAST * trace[:, None])
+        found[below] = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
     return found
 
 
+def _absolute(graph: PoseGraph, square: Array, target: Array) -> tuple[Array, Array]:
+    """(n, d, d) diagonal blocks and (n, d, k) right-hand sides of absolute measurements."""
+    n, d = len(graph.poses), graph.dimension
+    own, right = np.zeros((n, d, d)), np.zeros((n, d, target.shape[2]))
+    if len(square):
+        weight = square[:, None, None]
+        add_rows(own, graph.anchors.pose, weight * np.eye(d), 1.0)
+        add_rows(right, graph.anchors.pose, np.ascontiguousarray(weight * target), 1.0)
+    return own, right
+
+
 def _projected(relaxed: Array) -> Array:
-    """(n, d, d) nearest rotations: of 3 x 3 matrices by SVD, of planar columns by their length."""
-    if relaxed.shape[1] == 2:
-        x, y = relaxed[:, 0, 0], relaxed[:, 1, 0]
-        angle = np.arctan2(y, x)
-        c, s = np.cos(angle), np.sin(angle)
-        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-    u, _, vt = np.linalg.svd(relaxed)
-    turned = np.ones((len(relaxed), 3))
-    turned[:, 2] = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)
-    found: Array = (u * turned[:, None, :]) @ vt
+    """(n, d, d) nearest rotations, transposed: of 3 x 3 matrices, of planar columns by length."""
+    found, left = projected(relaxed)
+    if left.any():
+        u, _, vt = np.linalg.svd(relaxed[left])
+        turned = np.ones((len(u), 3))
+        turned[:, 2] = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)
+        found[left] = ((u * turned[:, None, :]) @ vt).transpose(0, 2, 1)
     return found
 
 
 def _positions(graph: PoseGraph, relaxation: Relaxation, rotation: Array) -> Array:
     """(n, d) positions that minimise the cost at these rotations: it is quadratic in them."""
-    d, a, b, anchors = graph.dimension, graph.a, graph.b, graph.anchors
-    turn = rotation[a].transpose(0, 2, 1)
-    measured = graph.measured.position
-    error = graph.measured.rotation.transpose(0, 2, 1) @ turn @ rotation[b]
-    if d == 2:  # in planar models the position error is in the measured frame of b
-        back = graph.measured.rotation.transpose(0, 2, 1)
-        turn = back @ turn
-        measured = np.einsum("mij,mj->mi", back, measured)
-        turned = np.arctan2(error[:, 1, 0], error[:, 0, 0])[:, None]
-    else:
-        turned = _twice_quaternion_vector(error)
-    weight = graph.information[:, :d, :d]
-    wanted = np.einsum("mij,mj->mi", weight, measured)
-    wanted -= np.einsum("mij,mj->mi", graph.information[:, :d, d:], turned)
-    pull = np.einsum("mji,mj->mi", turn, wanted)[:, :, None]
-    block = turn.transpose(0, 2, 1) @ weight @ turn
-    square = anchors.position_weight**2
-    own = relaxation.summed(anchors.pose, square[:, None, None] * np.eye(d))
-    target = square[:, None, None] * anchors.measured.position[:, :, None]
-    right = relaxation.summed(anchors.pose, target)
-    right = right + relaxation.summed(b, pull) - relaxation.summed(a, pull)
+    a, b, anchors = graph.a, graph.b, graph.anchors
+    block, pull = position_blocks(
+        graph.measured.rotation, graph.measured.position, graph.information, rotation, a, b
+    )
+    own, right = _absolute(graph, anchors.position_weight**2, anchors.measured.position[:, :, None])
+    add_rows(right, b, pull, 1.0)
+    add_rows(right, a, pull, -1.0)
     held = _held(graph, graph.fixed_position, anchors.position_weight)
     at = graph.poses.position[:, :, None]
     found = relaxation.solved((block, -block, block), own, right, held, at)[:, :, 0]
     return np.where(held[:, None], graph.poses.position, found)
-
-
-def _twice_quaternion_vector(rotation: Array) -> Array:
-    """(m, 3) twice the vector part of the quaternion with w >= 0, the error of spatial models."""
-    q = quaternion_from_matrix(rotation)
-    found: Array = np.where(q[:, :1] < 0, -2.0, 2.0) * q[:, 1:]
-    return found

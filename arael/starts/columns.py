@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.store import Store, Table, rotations
+from arael.runtime.store import Store, Table
+from arael.starts.arithmetic import angles, information_of, matrices, planar, quaternions
 from arael.starts.graph import Anchors, PoseGraph, Poses
+
+__all__ = ["angles", "graph_of", "planar", "put", "quaternions", "residuals_of", "rotation_column"]
 
 Array = NDArray[np.float64]
 
@@ -40,55 +43,49 @@ def rotation_column(store: Store) -> str:
     return ""
 
 
-def graph_of(store: Store) -> PoseGraph:
-    """The pose graph of a model, as copies in f64."""
-    name = rotation_column(store)
+def graph_of(store: Store, name: str = "") -> PoseGraph:
+    """The pose graph of a model, as copies in f64; `name` is its `rotation_column`, if known."""
+    name = name or rotation_column(store)
     poses, edges = store.tables["poses"], store.tables["edges"]
-    factor = edges.column("u").astype(np.float64)
+    information, coupled = information_of(_copied(edges, "u"))
     return PoseGraph(
         _poses(poses, name),
         edges.target_rows("a").copy(),
         edges.target_rows("b").copy(),
         _poses(edges, name),
-        factor.transpose(0, 2, 1) @ factor,
+        information,
         ~poses.free("t"),
         ~poses.free(name),
         _anchors(store, name),
+        coupled,
     )
 
 
-def put(store: Store, found: Poses) -> None:
-    """Write poses into the model, except fixed parts."""
-    name = rotation_column(store)
+def residuals_of(store: Store) -> int:
+    """Number of residuals of the edges."""
+    table = store.tables["edges"]
+    return table.size * table.data["u"].shape[0]
+
+
+def put(store: Store, found: Poses, name: str = "") -> None:
+    """Write poses into the model, except fixed parts; `name` is its `rotation_column`, if known."""
+    name = name or rotation_column(store)
     table = store.tables["poses"]
     values = angles(found.rotation) if name == "th" else quaternions(found.rotation)
     for path, new in (("t", found.position), (name, values)):
         free = table.free(path)
-        table.column(path)[free] = new[free]
-
-
-def planar(angle: Array) -> Array:
-    """(n,) angles -> (n, 2, 2) rotations."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-
-
-def angles(rotation: Array) -> Array:
-    """(n, 2, 2) rotations -> (n,) angles in [-pi, pi]."""
-    found: Array = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    return found
-
-
-def quaternions(rotation: Array) -> Array:
-    """(n, 3, 3) rotations -> (n, 4) unit quaternions, scalar first."""
-    found: Array = rotations.normalised(rotations.quaternion_from_matrix(rotation))
-    return found
+        np.copyto(table.column(path), new, where=free.reshape(-1, *[1] * (new.ndim - 1)))
 
 
 def _poses(table: Table, name: str) -> Poses:
-    rotation = table.column(name).astype(np.float64)
-    turned = planar(rotation) if name == "th" else rotations.matrix_from_quaternion(rotation)
-    return Poses(turned, table.column("t").astype(np.float64))
+    rotation = _copied(table, name)
+    turned = planar(rotation) if name == "th" else matrices(rotation)
+    return Poses(turned, _copied(table, "t"))
+
+
+def _copied(table: Table, path: str) -> Array:
+    """A column as an array of its own, f64."""
+    return np.array(table.column(path), dtype=np.float64, order="C")
 
 
 def _anchors(store: Store, name: str) -> Anchors:

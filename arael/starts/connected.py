@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.union_find import connected
+
 Ints = NDArray[np.int64]
 
 
 def components(count: int, a: Ints, b: Ints) -> Ints:
     """Component of each node, named by its smallest node.
-
-    The roots of the two ends of each edge are joined and paths halved until no edge connects two
-    components: O(log count) rounds over all edges. (`scipy.sparse.csgraph` does the same, but
-    importing it takes longer than a whole solve of most pose graphs.)
 
     Parameters
     ----------
@@ -24,12 +22,9 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     -------
     (count,) int64
     """
-    root = np.arange(count, dtype=np.int64)
-    while True:
-        ends = root[a], root[b]
-        low, high = np.minimum(*ends), np.maximum(*ends)
-        if np.array_equal(low, high):
-            return root
-        np.minimum.at(root, high, low)
-        while not np.array_equal(root, root[root]):
-            root = root[root]
+    alone, nothing = np.zeros(count + 1, np.int64), np.zeros(0, np.int64)
+    ends = np.ascontiguousarray(a, np.int64), np.ascontiguousarray(b, np.int64)
+    _, labels = connected(alone, nothing, ends[0], ends[1], np.zeros(count, np.uint8))
+    # Labels are numbered in order of their first nodes.
+    first = np.flatnonzero(np.diff(np.maximum.accumulate(labels), prepend=-1))
+    return np.asarray(first[labels], np.int64)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.starts.arithmetic import marginal_of
 from arael.starts.connected import components
 
 Array = NDArray[np.float64]
@@ -89,7 +91,7 @@ class PoseGraph:
     information : (m, k, k), inverse covariance of position and rotation vector (k = 3 or 6)
     fixed_position, fixed_rotation : (n,) masks of fixed parts
     anchors : absolute measurements
-    component : (n,) connected component of each pose, named by its first pose
+    coupled : whether the information of some edge couples position and rotation
     """
 
     poses: Poses
@@ -100,21 +102,17 @@ class PoseGraph:
     fixed_position: Bools
     fixed_rotation: Bools
     anchors: Anchors
-    component: Ints = field(init=False)
+    coupled: bool = True
 
-    def __post_init__(self) -> None:
-        found = components(len(self.poses), self.a, self.b)
-        object.__setattr__(self, "component", found)
+    @cached_property
+    def component(self) -> Ints:
+        """(n,) connected component of each pose, named by its first pose."""
+        return components(len(self.poses), self.a, self.b)
 
     @property
     def dimension(self) -> int:
         """2 or 3."""
         return self.poses.dimension
-
-    @property
-    def residuals(self) -> int:
-        """Number of residuals of the edges."""
-        return len(self.a) * int(self.information.shape[-1])
 
     def without(self, holding: Ints) -> Ints:
         """First poses of the components that contain none of the poses `holding`."""
@@ -131,8 +129,12 @@ class PoseGraph:
         """
         d = self.dimension
         whole = self.information
-        if not whole[:, d:, :d].any():  # most files: the blocks are uncoupled
+        if not self.coupled:  # as in most files
             return whole[:, d:, d:]
-        # The information of a position may be singular: hence the pseudo-inverse.
-        back = np.linalg.pinv(whole[:, :d, :d], hermitian=True)
-        return whole[:, d:, d:] - whole[:, d:, :d] @ back @ whole[:, :d, d:]
+        found, left = marginal_of(whole)
+        if left.any():
+            # The information of a position may be singular: hence the pseudo-inverse.
+            some = whole[left]
+            back = np.linalg.pinv(some[:, :d, :d], hermitian=True)
+            found[left] = some[:, d:, d:] - some[:, d:, :d] @ back @ some[:, :d, d:]
+        return found

@@ -2,47 +2,79 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.sparse import SparseSolver
+from arael.starts.arithmetic import assembled, places_of
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+# Unknowns up to which the dense solver is taken, without an analysis.
+_SMALL = 64
 
 
 class SingularError(Exception):
     """The measurements do not determine every pose."""
 
 
+@dataclass(frozen=True)
+class Coupling:
+    """The pattern of a problem whose blocks are poses.
+
+    Attributes
+    ----------
+    pattern : of the problem; its symbolic factor is used for the relaxation too
+    block_of : (n,) block of each pose, -1 of poses that are fixed as a whole
+    """
+
+    pattern: BlockPattern
+    block_of: Ints
+
+
 class Relaxation:
     """Normal equations with one block of `d` scalars per pose, for both stages of a relaxation.
 
-    Fixed poses stay in the system as identities, so that ordering and symbolic factorisation are
-    done once for any set of fixed parts.
+    Poses of which a part is fixed stay in the system as identities, so that ordering and symbolic
+    factorisation are done once for any set of fixed parts.
 
     Parameters
     ----------
     count : number of poses
     d : scalars of a pose
     a, b : (m,) poses that each edge couples
+    coupling : pattern of the problem, if its blocks are the poses: ordering and symbolic
+        factorisation are then those that the solve uses
     """
 
-    def __init__(self, count: int, d: int, a: Ints, b: Ints) -> None:
-        # Imported here, so that other models do not load it.
-
+    def __init__(
+        self, count: int, d: int, a: Ints, b: Ints, coupling: Coupling | None = None
+    ) -> None:
         self.count, self.d, self.a, self.b = count, d, a, b
-        pattern = BlockPattern.from_pairs(np.full(count, d, np.int64), a, b)
-        # Two factorisations of it do not repay a comparison of orders.
-        self._solver = SparseSolver(pattern, ordering="minimum_degree")
-        self._size = pattern.value_count
-        self._coupled = pattern.find(a, b)
-        self._diagonal = pattern.value_start[pattern.column_start[:-1]]
-        self._inside = np.arange(d * d)
+        shared = None
+        if coupling is not None:
+            try:
+                self._couple(coupling.pattern, coupling.block_of)
+                shared = coupling.pattern
+            except LookupError:  # some edges are no constraints of this model
+                pass
+        if shared is None:
+            sizes = np.full(count, d, np.int64)
+            self._couple(BlockPattern.from_pairs(sizes, a, b), np.arange(count))
+        self._solver = _solver(self._pattern, shared)
+
+    def _couple(self, pattern: BlockPattern, block_of: Ints) -> None:
+        nb, d = pattern.block_count, self.d
+        sizes = np.full(nb, d, np.int64)
+        starts = np.arange(0, d * d * len(pattern.rows), d * d)
+        self._pattern = BlockPattern(sizes, pattern.column_start, pattern.rows, starts)
+        self._block_of = block_of
+        self._places = places_of(self._pattern, block_of, self.a, self.b)
 
     def solved(
         self, blocks: tuple[Array, Array, Array], own: Array, right: Array, held: Bools, at: Array
@@ -54,7 +86,7 @@ class Relaxation:
         blocks : (m, d, d) of each edge: of `a` with `a`, of `a` with `b`, of `b` with `b`
         own : (count, d, d) additional diagonal blocks
         right : (count, d, k) right-hand sides
-        held : (count,) fixed poses
+        held : (count,) fixed poses; those without a block are
         at : (count, d, k) values of fixed poses
 
         Returns
@@ -65,40 +97,34 @@ class Relaxation:
         ------
         SingularError
         """
-        n, d, a, b = self.count, self.d, self.a, self.b
-        aa, ab, bb = blocks
-        square = np.where(held[:, None, None], 0.0, own)
-        square = square + self.summed(a, np.where(held[a][:, None, None], 0.0, aa))
-        square += self.summed(b, np.where(held[b][:, None, None], 0.0, bb))
-        square[held] = np.eye(d)
-        # Couplings with fixed poses are moved to the right-hand side.
-        right = np.where(held[:, None, None], at, right)
-        from_a, from_b = held[a] & ~held[b], held[b] & ~held[a]
-        np.subtract.at(right, b[from_a], ab[from_a].transpose(0, 2, 1) @ at[a[from_a]])
-        np.subtract.at(right, a[from_b], ab[from_b] @ at[b[from_b]])
-        free = ~(held[a] | held[b])
-        # A block is stored once, with the later pose as its rows.
-        low = np.where((a > b)[:, None, None], ab, ab.transpose(0, 2, 1))
-        low = np.where(free[:, None, None], low, 0.0)
-        positions = np.concatenate((self._coupled, self._diagonal))[:, None] + self._inside
-        values = np.bincount(
-            positions.ravel(), np.concatenate((low, square)).ravel(), minlength=self._size
+        arrays = (np.ascontiguousarray(one) for one in (own, right, held, at))
+        own, right, held, at = arrays  # type: ignore[assignment]
+        aa, ab, bb = (np.ascontiguousarray(one) for one in blocks)
+        edges = self._places, self.a, self.b, (aa, ab, bb)
+        values, diagonal, rhs, sound = assembled(
+            self._pattern, self._block_of, *edges, own, right, held, at
         )
-        diagonal = np.ascontiguousarray(np.diagonal(square, axis1=1, axis2=2)).ravel()
-        if not (diagonal > 0).all() or not np.isfinite(values).all():
+        if not sound or self._solver.factorise(values, diagonal):
             raise SingularError
-        if self._solver.factorise(values, diagonal):
-            raise SingularError
-        solution = np.asarray(self._solver.solved(right.reshape(n * d, -1)), np.float64)
+        solution = np.asarray(self._solver.solved(rhs.T), np.float64)
         if not np.isfinite(solution).all():
             raise SingularError
-        return solution.reshape(n, d, -1)
+        found: Array = at.copy()
+        inside = self._block_of >= 0
+        found[inside] = solution.reshape(-1, self.d, right.shape[2])[self._block_of[inside]]
+        return found
 
-    def summed(self, rows: Ints, blocks: Array) -> Array:
-        """(count, ...) sums of the blocks of each row."""
-        width = math.prod(blocks.shape[1:])
-        positions = rows[:, None] * width + np.arange(width)
-        flat: Array = np.zeros(self.count * width)
-        if positions.size:  # bincount of an empty array returns integers
-            flat += np.bincount(positions.ravel(), blocks.ravel(), minlength=self.count * width)
-        return flat.reshape(self.count, *blocks.shape[1:])
+
+def _solver(pattern: BlockPattern, shared: BlockPattern | None) -> Any:
+    """A solver for a pattern, with the symbolic factor of one that has the same blocks."""
+    # Imported here, so that other models do not load them.
+    if pattern.size <= _SMALL:
+        from arael.runtime.linear.dense import DenseSolver
+
+        return DenseSolver(pattern)
+    from arael.runtime.linear.analysis import analyse
+    from arael.runtime.linear.sparse import SparseSolver
+
+    # Two factorisations of it do not repay a comparison of orders.
+    analysis = analyse(pattern if shared is None else shared, "minimum_degree")
+    return SparseSolver(pattern, analysis=analysis)

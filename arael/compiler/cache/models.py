@@ -10,6 +10,7 @@ import contextlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
@@ -21,6 +22,9 @@ from arael.diagnostics.records import AraelError, Source
 from arael.runtime.layout import Layout
 from arael.runtime.relocation import attached
 from arael.syntax.files import read_source
+
+# Models of a process whose layouts are kept; an entry has some tens of kilobytes.
+_RECENT = 16
 
 
 class Known(msgspec.Struct, frozen=True):
@@ -87,7 +91,8 @@ def find(key: str, source: Source) -> Found | None:
 def read(path: Path, source: Source) -> Found | None:
     """Read the entry at `path` for the model in `source`; None if it does not hold (any more)."""
     try:
-        known = decode(path.read_bytes())
+        data = path.read_bytes()
+        known = _decoded(data)
     except (OSError, ValueError):
         return None
     sources = _imported(known, source)
@@ -95,7 +100,22 @@ def read(path: Path, source: Source) -> Found | None:
         return None
     names = [s.name for s in sources]
     warnings = rendered(known.warnings, sources)
-    return Found(attached(known.layout, names, warnings), known.code)
+    return Found(_attached(data, tuple(names), warnings), known.code)
+
+
+@lru_cache(maxsize=_RECENT)
+def _decoded(data: bytes) -> Known:
+    return decode(data)
+
+
+@lru_cache(maxsize=_RECENT)
+def _attached(data: bytes, names: tuple[str, ...], warnings: tuple[str, ...]) -> Layout:
+    """The layout of an entry with the places of files at hand.
+
+    One object for a model that is loaded again, so that what follows from a layout is computed
+    once.
+    """
+    return attached(_decoded(data).layout, list(names), warnings)
 
 
 def _imported(known: Known, source: Source) -> list[Source] | None:

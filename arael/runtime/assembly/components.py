@@ -114,11 +114,11 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
     none = np.zeros(0, dtype=np.int64)
     ones, others = [none], [none]
     for number, group in enumerate(groups):
-        pairs = uncoupled_pairs(group)
-        if not pairs or not len(structure.placements[number].rows):
+        coupled = structure.coupled[number]
+        if coupled.all() or not len(structure.placements[number].rows):
             continue
         blocks = _blocks(structure, number)
-        for a, b in sorted(pairs):
+        for a, b in sorted(uncoupled_pairs(group)):
             both = (blocks[:, a] >= 0) & (blocks[:, b] >= 0)
             ones.append(blocks[both, a])
             others.append(blocks[both, b])

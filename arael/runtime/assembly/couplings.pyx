@@ -189,6 +189,8 @@ def rows_and_columns(pattern, scalars):
     start : (m + 1,) int64, where each scalar's offsets begin
     positions : int64, the offsets
     """
+    if not len(scalars):
+        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64)
     cdef Py_ssize_t nb = pattern.block_count, m = len(scalars), column, block, k, i, j, row
     cdef int64_t width, height, at
     cdef int pass_

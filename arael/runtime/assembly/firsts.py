@@ -24,6 +24,9 @@ _NEAR = 64
 # Scalars of a cache line.
 _LINE = 16
 
+# Numbers with which each place is compared, rather than all being sorted.
+_SEVERAL = 8
+
 # Of `turn`: onto a diagonal block, of which there is more than the pair's own.
 _DIAGONAL = 2
 
@@ -81,7 +84,7 @@ def plan_firsts(
             for b in range(a):
                 pair = pair_of(a, b)
                 at = block_at[:, pair]
-                counted = real & ~np.isin(at, nowhere)
+                counted = real & _somewhere(at, nowhere)
                 if not counted.any():
                     continue
                 ats.append(at[counted])
@@ -95,7 +98,9 @@ def plan_firsts(
     if not writes:
         return Firsts(first, *_cut(np.array([[0, room]], dtype=np.int64), parts))
     at, seq, key = np.concatenate(ats), np.concatenate(seqs), np.concatenate(keys)
-    alone = _alone_and_first(at, seq)
+    # Blocks do not overlap: divided by the least of their areas, their offsets still differ.
+    least = min(area for _, _, area in writes)
+    alone = _alone_and_first(at // least, seq, room // least + 1)
     starts, areas = [], []
     steps = np.zeros(len(groups), dtype=np.int64)
     steps[list(order)] = np.cumsum([0, *(len(first[g]) for g in order)])[:-1]
@@ -111,16 +116,37 @@ def plan_firsts(
     return Firsts(first, *_cut(cleared, parts))
 
 
-def _alone_and_first(at: Ints, seq: Ints) -> NDArray[np.bool_]:
-    """Whether each write is the first to its place, and the only one of its block of lanes."""
-    order = np.lexsort((seq, at))
-    place, turn = at[order], seq[order]
-    opens = np.diff(place, prepend=-1) != 0
-    # The next write is to the same place, by the same block of lanes.
-    again = np.append(~opens[1:] & (turn[1:] == turn[:-1]), False)
-    found = np.zeros(len(at), dtype=bool)
-    found[order] = opens & ~again
-    return found
+def _somewhere(at: Ints, nowhere: Ints) -> NDArray[np.bool_]:
+    """Whether each place is none of `nowhere`."""
+    if len(nowhere) > _SEVERAL:
+        return ~np.isin(at, nowhere)
+    found = at != nowhere[0]
+    for one in nowhere[1:]:
+        found &= at != one
+    return np.asarray(found)
+
+
+def _alone_and_first(at: Ints, seq: Ints, room: int) -> NDArray[np.bool_]:
+    """Whether each write is the first to its place, and the only one of its block of lanes.
+
+    Parameters
+    ----------
+    at : (n,) places, below `room`
+    seq : (n,) block of lanes that writes there
+    """
+    if (seq[1:] < seq[:-1]).any():
+        order = np.argsort(seq, kind="stable")
+        found = np.empty(len(at), dtype=bool)
+        found[order] = _alone_and_first(at[order], seq[order], room)
+        return found
+    number = np.arange(len(at))
+    # Only places that are written to are read, so that the rest needs no value.
+    first = np.empty(room, dtype=np.int64)
+    first[at[::-1]] = number[::-1]  # of several assignments the last one stays
+    first = first[at]
+    alone: NDArray[np.bool_] = first == number
+    alone[first[~alone & (seq == seq[first])]] = False
+    return alone
 
 
 def _between(starts: Ints, areas: Ints, room: int) -> Ints:
@@ -143,6 +169,8 @@ def _cut(ranges: Ints, parts: int) -> tuple[Ints, Ints]:
     """The ranges cut where equal parts of them begin, and the first range of each part."""
     if not len(ranges):
         return ranges, np.zeros(parts + 1, dtype=np.int64)
+    if parts == 1:
+        return np.ascontiguousarray(ranges), np.array([0, len(ranges)], dtype=np.int64)
     lengths = ranges[:, 1] - ranges[:, 0]
     done = np.concatenate(([0], np.cumsum(lengths)))
     shares = done[-1] * np.arange(1, parts) // parts

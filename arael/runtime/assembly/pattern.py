@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ class BlockPattern:
     rows: Ints
     value_start: Ints
     name_of: Callable[[int], str] = field(default=lambda i: f"x[{i}]", compare=False)
+    # Symbolic factors by ordering, as far as they were computed; see `analysis.analyse`.
+    known: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def block_count(self) -> int:

@@ -38,10 +38,13 @@ class Placement:
     block_at: Ints
     turn: NDArray[np.uint8]
 
+    def in_order(self) -> tuple[NDArray[Any], ...]:
+        """Rows, gradient_at, block_at and turn, of instances as they come."""
+        return self.rows, self.gradient_at, self.block_at, self.turn
+
     def arrays(self, order: Ints | None) -> list[NDArray[Any]]:
         """Copies of rows, gradient_at, block_at and turn, of instances as `order` says."""
-        arrays = self.rows, self.gradient_at, self.block_at, self.turn
-        return [a.copy() if order is None else a[order] for a in arrays]
+        return [a.copy() if order is None else a[order] for a in self.in_order()]
 
 
 def pattern_and_placements(

@@ -62,9 +62,9 @@ _WIDE_ROOM = 0.05
 
 _UNKNOWN: NDArray[np.uint8] = np.zeros(0, dtype=np.uint8)
 
-# Values that fit into the first-level cache: finding first writers takes longer than zeroing them
-# in thousands of linearisations.
-_CACHED = 4096
+# Values that fit into the first-level cache, or nearly: finding first writers takes longer than
+# zeroing them in thousands of linearisations.
+_CACHED = 8192
 
 
 class Execution(NamedTuple):
@@ -163,8 +163,14 @@ def plan_shares(
         order_of(group, p.rows, p.block_at, pattern.value_count)
         for group, p in zip(groups, placements, strict=True)
     )
-    by_order = [p.arrays(order) for p, order in zip(placements, orders, strict=True)]
     found, count = None, _count(sum(work))
+    split = count > 1
+    by_order = [
+        p.arrays(order) if split else list(p.in_order())
+        for p, order in zip(placements, orders, strict=True)
+    ]
+    # What is split is in order already; otherwise the lanes take it in order.
+    still: tuple[Ints | None, ...] = (None,) * len(orders) if split else orders
     while found is None:
         bounds = tuple(
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
@@ -179,14 +185,14 @@ def plan_shares(
             count //= 2
     placed = [
         LaneTargets(
-            in_lanes(arrays[0], width),
-            in_lanes(arrays[1], width),
-            in_lanes(arrays[2], width),
-            in_lanes(arrays[3], width),
+            in_lanes(arrays[0], width, order),
+            in_lanes(arrays[1], width, order),
+            in_lanes(arrays[2], width, order),
+            in_lanes(arrays[3], width, order),
             _UNKNOWN,
             _UNKNOWN,
         )
-        for arrays, width in zip(found.placed, widths, strict=True)
+        for arrays, width, order in zip(found.placed, widths, still, strict=True)
     ]
     runs_of = [
         runs(lanes.row[:, list(group.lead)], len(p.rows))

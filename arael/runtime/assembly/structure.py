@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
@@ -32,6 +33,7 @@ class Structure:
     slot_rows: tuple[list[Ints], ...]
     system: System
     plan: ScatterPlan
+    coupled: tuple[NDArray[np.uint8], ...]  # of each group's uses, as `Layout.coupled`
     idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
     # Of the components, once they were asked for; see `components.py`.
     partition: list[Any] = field(default_factory=list, compare=False, repr=False)
@@ -90,6 +92,7 @@ def structure_of(
         tuple(slot_rows),
         system,
         scatter_plan(layout, slot_rows, active, system),
+        layout.coupled,
     )
 
 

@@ -10,7 +10,7 @@ from arael.runtime.assembly.ordering import in_lanes
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
 from arael.runtime.machine.programs import evaluate
-from arael.runtime.store.access import Array, Ints, StoreLike, gather
+from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
 
 
 class Instances:
@@ -68,7 +68,7 @@ def gather_instances(
     data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if n:
-        inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
+        inputs = gather_all(store, group.slots, slot_rows, group.raw)
         found = evaluate(group.prepare, inputs, np.float64, natives)
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(group.data_count):

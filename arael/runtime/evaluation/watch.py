@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from arael.runtime.layout import Group, Layout
+from arael.runtime.layout import Layout
 from arael.runtime.store.access import StoreLike
 from arael.runtime.store.fingerprint import fingerprint
 
@@ -17,13 +17,9 @@ class Watch:
     """
 
     def __init__(self, layout: Layout) -> None:
-        readers: dict[tuple[str, str], set[int]] = {}
-        for number, group in enumerate(layout.groups):
-            for place in places_of(group):
-                readers.setdefault(place, set()).add(number)
         self._tables: dict[str, list[tuple[str, tuple[int, ...]]]] = {}
-        for (table, column), groups in readers.items():
-            self._tables.setdefault(table, []).append((column, tuple(sorted(groups))))
+        for (table, column), groups in layout.readers.items():
+            self._tables.setdefault(table, []).append((column, groups))
         self._seen: dict[tuple[str, str], Any] = {}
 
     def changed(self, store: StoreLike) -> set[int]:
@@ -58,8 +54,3 @@ class Watch:
         other = object.__new__(Watch)
         other._tables, other._seen = self._tables, dict(self._seen)
         return other
-
-
-def places_of(group: Group) -> set[tuple[str, str]]:
-    """Table and column of everything that a group's data is prepared from."""
-    return {(group.slots[raw.slot].table, raw.column) for raw in group.raw}

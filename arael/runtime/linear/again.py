@@ -67,7 +67,7 @@ class Choice:
             from arael.runtime.linear.sparse import SparseSolver
 
             analysis = analyse(pattern, self.ordering)
-            cost = sparse_cost(pattern, single, analysis)
+            cost = sparse_cost(single, analysis)
             if cost.milliseconds > self._most():
                 return None
             solver = SparseSolver(pattern, single, analysis=analysis)

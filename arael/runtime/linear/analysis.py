@@ -4,37 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.dissection import apart, nested_dissection
-from arael.runtime.linear.front_time import time_of_front
 from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.supernodes import Supernodes, find_supernodes
+from arael.runtime.linear.supernodes import Supernodes, find_supernodes, price_of
+from arael.runtime.linear.symbolic import adjacency
 
 Ints = NDArray[np.int64]
-
-
-def adjacency(pattern: BlockPattern) -> tuple[Ints, Ints]:
-    """Undirected graph of the off-diagonal blocks.
-
-    Returns
-    -------
-    start : (nb + 1,) int64
-    neighbours : (start[nb],) int64
-        Neighbours of block v, ascending: ``neighbours[start[v]:start[v + 1]]``.
-    """
-    nb = pattern.block_count
-    columns = np.repeat(np.arange(nb, dtype=np.int64), np.diff(pattern.column_start))
-    off = pattern.rows != columns
-    here = np.concatenate((columns[off], pattern.rows[off]))
-    there = np.concatenate((pattern.rows[off], columns[off]))
-    sequence = np.argsort(here * max(nb, 1) + there, kind="stable")
-    start = np.searchsorted(here[sequence], np.arange(nb + 1)).astype(np.int64)
-    return start, there[sequence]
 
 
 @dataclass(frozen=True)
@@ -54,6 +35,8 @@ class Analysis:
         Predicted time of a refactorisation, f64, one core.
     tried : dict
         Flops of each ordering that was tried.
+    scattered : float
+        Columns of blocks that are added to fronts beyond the second-level cache.
     """
 
     ordering: str
@@ -62,6 +45,7 @@ class Analysis:
     flops: float
     milliseconds: float
     tried: dict[str, float]
+    scattered: float
 
 
 def natural(start: Ints, neighbours: Ints, weights: Ints) -> Ints:
@@ -78,10 +62,14 @@ ORDERINGS: dict[str, Callable[[Ints, Ints, Ints], Ints]] = {
 # The order in which they are tried; what early ones find decides which later ones are worth trying.
 _AUTO = ("minimum_degree", "natural", "nested_dissection")
 
+# The ordering that is kept with its pattern: the start of a pose graph is computed in the order of
+# the solver, and `auto` compares others only if that may pay.
+_SHARED = "minimum_degree"
+
 # Nested dissection takes longer than the others, in milliseconds per neighbour of a vertex. It is
 # tried only if it can save time: two fifths of the eight factorisations of a solve.
 _DISSECTION = 2e-3
-_WINS = 3.2
+WINS = 3.2
 
 # The natural order of a chain of entities fills its envelope. Where that takes so many times the
 # flops of another order, its symbolic factor is not worth computing.
@@ -112,6 +100,9 @@ def analyse(
     price : float
         Milliseconds of another solver for the same system.
     """
+    shared: Analysis | None = pattern.known.get(ordering)
+    if shared is not None:
+        return shared
     start, neighbours = adjacency(pattern)
     names = list(_AUTO) if ordering == "auto" else [ordering]
     best = known
@@ -119,16 +110,21 @@ def analyse(
     for name in names if known is None else ["nested_dissection"]:
         if name == "nested_dissection" and best:
             crowded = len(neighbours) > _CROWDED * pattern.block_count**2
-            wins = _WINS * min(best.milliseconds, price)
+            wins = WINS * min(best.milliseconds, price)
             if crowded or wins < _DISSECTION * len(neighbours):
                 continue
-        # An entity without unknowns is still a vertex of the graph.
-        order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
-        if name == "natural" and best:
-            full = _envelope(pattern, start, neighbours, order)
-            if full > _FULL * best.flops:
-                continue
-        found = _price(name, pattern, start, neighbours, order, tried)
+        found = pattern.known.get(name)
+        if found is None:
+            # An entity without unknowns is still a vertex of the graph.
+            order = ORDERINGS[name](start, neighbours, np.maximum(pattern.sizes, 1))
+            if name == "natural" and best:
+                full = _envelope(pattern, start, neighbours, order)
+                if full > _FULL * best.flops:
+                    continue
+            found = _price(name, pattern, start, neighbours, order)
+            if name == _SHARED:
+                pattern.known[name] = found
+        tried[name] = found.flops
         # Of equals the natural order.
         if (
             best is None
@@ -137,7 +133,7 @@ def analyse(
         ):
             best = found
     assert best is not None
-    return best
+    return best if len(tried) == len(best.tried) else replace(best, tried=tried)
 
 
 def _envelope(pattern: BlockPattern, start: Ints, neighbours: Ints, order: Ints) -> float:
@@ -160,7 +156,7 @@ def _envelope(pattern: BlockPattern, start: Ints, neighbours: Ints, order: Ints)
 def analyse_order(pattern: BlockPattern, name: str, order: Ints) -> Analysis:
     """Symbolic factorisation in a given order, called `name`."""
     start, neighbours = adjacency(pattern)
-    return _price(name, pattern, start, neighbours, order, {})
+    return _price(name, pattern, start, neighbours, order)
 
 
 def _price(
@@ -169,15 +165,8 @@ def _price(
     start: Ints,
     neighbours: Ints,
     order: Ints,
-    tried: dict[str, float],
 ) -> Analysis:
     supernodes = find_supernodes(start, neighbours, pattern.sizes, order)
-    width = pattern.sizes[supernodes.order]
-    offset = np.concatenate(([0], np.cumsum(width)))
-    k = np.diff(offset[supernodes.start]).astype(np.float64)
-    below = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
-    r = np.diff(below[supernodes.row_start]).astype(np.float64)
-    flops = float((k**3 / 3 + k * k * r + k * r * r).sum())
-    tried[name] = flops
-    nnz = int((k * (k + 1) / 2 + k * r).sum())
-    return Analysis(name, supernodes, nnz, flops, float(time_of_front(k, r).sum()) * 1e-6, tried)
+    nnz, flops, nanoseconds, scattered = price_of(supernodes, pattern.sizes)
+    tried = {name: flops}
+    return Analysis(name, supernodes, nnz, flops, 1e-6 * nanoseconds, tried, scattered)

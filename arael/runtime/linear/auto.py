@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.analysis import Analysis, analyse, analyse_order
+from arael.runtime.linear.analysis import WINS, Analysis, analyse, analyse_order
 from arael.runtime.linear.costs import Cost, predict
 from arael.runtime.linear.heap import give_back
+from arael.runtime.linear.independent import independent_set
 from arael.runtime.linear.iterative import iterative_solver, predict_iterative
 from arael.runtime.linear.options import SOLVERS, check_options
 from arael.runtime.linear.reduced import Reduced, choose_set, plan_reduced
@@ -35,9 +39,12 @@ _DIRECT_ENOUGH = 0.1
 # of entities that makes up half of it, and rarely finds a better order.
 _MANY = 2000
 
-# With more entities of one kind, such as the poses of a graph, the order of the elimination is used
-# for the whole system: its time is within 3 % of the best one's on all public graphs.
-_ALIKE = 500
+# An elimination is planned if it takes this part of the entities. Of poses in a chain or on a grid
+# it takes half, and minimum degree eliminates them as well.
+_KIND = 0.6
+
+# To compare orderings takes so many milliseconds, and so many for each block of the matrix.
+_COMPARING = 0.3, 0.5e-3
 
 # Scalars of the matrix above which freed memory is returned to the system, which takes
 # milliseconds.
@@ -83,19 +90,28 @@ def make_solver(
     small = small_solver(name, pattern, single, options)
     if small is not None:
         return small
-    reduction = reduce(pattern, choose_set(pattern, options.pop("eliminate", "auto")))
-    ordering = options.pop("ordering", "auto")
-    asked = name == "schur"
-    reduced = plan_reduced(reduction, single, ordering if asked else "auto", patient=asked)
-    analysis = _analysis(pattern, "auto" if asked else ordering, name, reduced)
-    costs = predict(pattern, single, analysis)
+    reduction = reduced = None
     inner = options.pop("reduced", "auto")
-    if reduced is not None:
-        inner = reduced.cheapest() if inner == "auto" else inner
-        costs["schur"] = reduced.cost(inner)
-    costs["schur_pcg"] = predict_iterative(reduction, reduced, single)
+    analysis, eliminated = _without_elimination(pattern, name, options)
+    if analysis is not None:
+        options = {}
+        costs = predict(pattern, single, analysis)
+    else:
+        if eliminated is None:
+            eliminated = choose_set(pattern, options.pop("eliminate", "auto"))
+        reduction = reduce(pattern, eliminated)
+        ordering = options.pop("ordering", "auto")
+        asked = name == "schur"
+        reduced = plan_reduced(reduction, single, ordering if asked else "auto", patient=asked)
+        analysis = _analysis(pattern, "auto" if asked else ordering, name, reduced)
+        costs = predict(pattern, single, analysis)
+        if reduced is not None:
+            inner = reduced.cheapest() if inner == "auto" else inner
+            costs["schur"] = reduced.cost(inner)
+        costs["schur_pcg"] = predict_iterative(reduction, reduced, single)
     chosen = _cheapest(costs, reduction) if name == "auto" else name
     if chosen == "schur_pcg":
+        assert reduction is not None
         solver = iterative_solver(pattern, single, reduction, reduced, _part(single), options)
     elif chosen == "schur":
         assert reduced is not None
@@ -116,12 +132,41 @@ def make_solver(
     return solver
 
 
-def _cheapest(costs: dict[str, Cost], reduction: Reduction) -> str:
+def _without_elimination(
+    pattern: BlockPattern, name: str, options: Mapping[str, Any]
+) -> tuple[Analysis | None, NDArray[np.bool_] | None]:
+    """The symbolic factor of the whole system if `auto` need not plan an elimination.
+
+    An elimination pays where a kind of entities makes up most of the system, as points of a bundle
+    do. Otherwise minimum degree eliminates what is uncoupled first by itself, and as well. Other
+    orderings are compared only if the factorisations of a solve take longer than that.
+
+    Returns
+    -------
+    The factor, or None; and the entities to eliminate, if they were looked for.
+    """
+    if name != "auto" or any(
+        not isinstance(options.get(one, "auto"), str) or options.get(one, "auto") != "auto"
+        for one in ("eliminate", "ordering", "reduced")
+    ):
+        return None, None
+    eliminated = independent_set(pattern)
+    if int(eliminated.sum()) >= _KIND * pattern.block_count:
+        return None, eliminated
+    known = analyse(pattern, "minimum_degree")
+    fixed, each = _COMPARING
+    if WINS * known.milliseconds < fixed + each * len(pattern.rows):
+        return known, eliminated
+    return analyse(pattern), eliminated
+
+
+def _cheapest(costs: dict[str, Cost], reduction: Reduction | None) -> str:
     """Name of the solver that `auto` chooses."""
     able = [candidate for candidate in CANDIDATES if candidate in costs]
     direct = min(able, key=lambda candidate: costs[candidate].milliseconds)
     if (
-        _is_kind(reduction)
+        reduction is not None
+        and _is_kind(reduction)
         and costs[direct].milliseconds >= _DIRECT_ENOUGH
         and _MARGIN * costs["schur_pcg"].milliseconds < costs[direct].milliseconds
     ):
@@ -139,9 +184,9 @@ def _analysis(pattern: BlockPattern, ordering: str, name: str, reduced: Reduced 
     if reduced is None or ordering != "auto" or name not in ("auto", "schur", "schur_pcg"):
         return analyse(pattern, ordering)
     kind = _is_kind(reduced.reduction)
-    if name != "auto" or pattern.block_count > (_MANY if kind else _ALIKE):
+    if name != "auto" or (kind and pattern.block_count > _MANY):
         known = analyse_order(pattern, "eliminate_first", reduced.order())
-        if name != "auto" or not kind:
+        if name != "auto":
             return known
         return analyse(pattern, ordering, known, reduced.cost(reduced.cheapest()).milliseconds)
     return analyse(pattern, ordering)

@@ -6,6 +6,7 @@ import numpy as np
 cimport cython
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.linear.symbolic import adjacency
 
 # An entity with more couplings than this multiple of the average would fill the reduced system and
 # is kept; entities with few couplings are always eliminated.
@@ -31,15 +32,15 @@ def independent_set(pattern):
     """
     nb = pattern.block_count
     sizes = np.asarray(pattern.sizes)
-    low, high = _couplings(pattern)
-    degree = np.bincount(low, minlength=nb) + np.bincount(high, minlength=nb)
-    often = max(_FEW, _HUB * (degree.sum() / max(nb, 1)))
+    start, neighbours = adjacency(pattern)
+    degree = np.diff(start)
+    often = max(_FEW, _HUB * (len(neighbours) / max(nb, 1)))
     usable = (sizes > 0) & (degree <= often)
     for size in np.flatnonzero(np.bincount(sizes, minlength=1) * 2 >= max(nb, 1)):
         kind = (sizes == size) & usable
-        if size > 0 and kind.sum() * 2 >= nb and not (kind[low] & kind[high]).any():
+        if size > 0 and kind.sum() * 2 >= nb and not _coupled(nb, start, neighbours, kind):
             return kind
-    return _greedy(nb, low, high, sizes, usable)
+    return _greedy(nb, start, neighbours, sizes, usable)
 
 
 def named_set(pattern, blocks):
@@ -101,20 +102,34 @@ def _couplings(pattern):
 
 
 @cython.wraparound(False)
-def _greedy(Py_ssize_t nb, low, high, sizes, usable):
+def _coupled(Py_ssize_t nb, starts, neighbours, chosen):
+    """Whether two of the chosen entities are coupled."""
+    cdef const long long[::1] start = starts, other = neighbours
+    cdef const unsigned char[::1] inside = chosen.view(np.uint8)
+    cdef Py_ssize_t v, k
+    for v in range(nb):
+        if inside[v]:
+            for k in range(start[v], start[v + 1]):
+                if inside[other[k]]:
+                    return True
+    return False
+
+
+@cython.wraparound(False)
+def _greedy(Py_ssize_t nb, starts, neighbours, sizes, usable):
     """Take entities in order of the scalars they are coupled with, if no neighbour is taken."""
-    here = np.concatenate((low, high))
-    there = np.concatenate((high, low))
-    coupled = np.bincount(here, weights=sizes[there], minlength=nb)
-    sequence = np.argsort(here, kind="stable")
-    start_array = np.searchsorted(here[sequence], np.arange(nb + 1)).astype(np.int64)
-    there_array = np.append(there[sequence], 0).astype(np.int64)
+    cdef const long long[::1] start = starts, other = neighbours, size = sizes
+    cdef Py_ssize_t i, v, k
+    coupled = np.zeros(nb, dtype=np.int64)
+    cdef long long[::1] around = coupled
+    for v in range(nb):
+        for k in range(start[v], start[v + 1]):
+            around[v] += size[other[k]]
     order_array = np.argsort(coupled, kind="stable").astype(np.int64)
     # 1 taken, 2 coupled with a taken one or not usable.
     state_array = np.append(np.where(usable, 0, 2), 0).astype(np.int8)
-    cdef long long[::1] start = start_array, other = there_array, order = order_array
+    cdef long long[::1] order = order_array
     cdef signed char[::1] state = state_array
-    cdef Py_ssize_t i, v, k
     for i in range(nb):
         v = order[i]
         if state[v]:

@@ -29,7 +29,7 @@ cdef class _Graph:
     cdef Py_ssize_t n, free, room
     cdef int[::1] at, length, elements, weight, degree, kind
     cdef Py_ssize_t[::1] start
-    cdef int[::1] head, after, before       # doubly linked lists by degree
+    cdef int[::1] head, tail, after, before     # doubly linked queues by degree
     cdef int lightest
     cdef long long[::1] mark                # of an element: outside weight, offset by `stamp`
     cdef long long stamp
@@ -54,6 +54,7 @@ cdef class _Graph:
         self.stamp = 1
         total = int(np.sum(weights))
         self.head = np.full(total + 1, -1, dtype=np.intc)
+        self.tail = np.full(total + 1, -1, dtype=np.intc)
         self.after = np.full(n, -1, dtype=np.intc)
         self.before = np.full(n, -1, dtype=np.intc)
         self.degree = np.zeros(n, dtype=np.intc)
@@ -66,17 +67,21 @@ cdef class _Graph:
         cdef int p = self.before[v], s = self.after[v]
         if s >= 0:
             self.before[s] = p
+        else:
+            self.tail[self.degree[v]] = p
         if p >= 0:
             self.after[p] = s
         else:
             self.head[self.degree[v]] = s
 
     cdef inline void link(self, int v) noexcept nogil:
-        cdef int d = self.degree[v], s = self.head[d]
-        self.before[v], self.after[v] = -1, s
-        if s >= 0:
-            self.before[s] = v
-        self.head[d] = v
+        cdef int d = self.degree[v], p = self.tail[d]
+        self.before[v], self.after[v] = p, -1
+        if p >= 0:
+            self.after[p] = v
+        else:
+            self.head[d] = v
+        self.tail[d] = v
         if d < self.lightest:
             self.lightest = d
 

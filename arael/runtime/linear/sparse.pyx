@@ -33,7 +33,7 @@ from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
 from arael.runtime.linear.memory import aligned, leading
-from arael.runtime.linear.scatter import place_blocks
+from arael.runtime.linear.symbolic import place_blocks
 from arael.runtime.records import check_record, probe_of
 
 

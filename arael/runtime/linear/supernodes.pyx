@@ -3,10 +3,16 @@
 
 import numpy as np
 
+from libc.stdlib cimport qsort
+
 from arael.runtime.linear.front_time cimport front_time
 
 from arael.runtime.linear.siblings import join_siblings
 from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
+
+
+cdef enum:
+    CACHE = 128 * 1024      # scalars of the second-level cache
 
 
 cdef class Supernodes:
@@ -67,6 +73,48 @@ def find_supernodes(start, neighbours, weights, order):
         order, begin, tree = _gather(order, owner, tree)
         row_start, rows = _structure(start, neighbours, order, begin, tree)
     return Supernodes(order, begin, tree, row_start, rows)
+
+
+def price_of(Supernodes nodes, sizes):
+    """Cost of a symbolic factor.
+
+    Parameters
+    ----------
+    nodes : Supernodes
+    sizes : (n,) int64
+        Scalars of each block, in the original order.
+
+    Returns
+    -------
+    nnz : int
+        Scalars of the factor's lower triangle, explicit zeros included.
+    flops : float
+    nanoseconds : float
+        By the model of fronts.
+    scattered : float
+        Columns of blocks that are added to fronts beyond the second-level cache.
+    """
+    cdef Py_ssize_t ns = len(nodes.parent), s, p
+    cdef const long long[::1] start = nodes.start, parent = nodes.parent, order = nodes.order
+    cdef const long long[::1] row_start = nodes.row_start, rows = nodes.rows
+    cdef const long long[::1] size = sizes
+    cdef double[::1] own = np.zeros(ns), below = np.zeros(ns)
+    cdef double k, r, flops = 0, time = 0, scattered = 0
+    cdef long long nnz = 0
+    for s in range(ns):
+        for p in range(start[s], start[s + 1]):
+            own[s] += size[order[p]]
+        for p in range(row_start[s], row_start[s + 1]):
+            below[s] += size[order[rows[p]]]
+        k, r = own[s], below[s]
+        nnz += <long long>(k * (k + 1) / 2 + k * r)
+        flops += k * k * k / 3 + k * k * r + k * r * r
+        time += front_time(k, r)
+    for s in range(ns):
+        p = parent[s]
+        if p >= 0 and (own[p] + below[p]) * (own[p] + below[p]) > CACHE:
+            scattered += below[s] * max(row_start[s + 1] - row_start[s], 1) / 2.0
+    return nnz, flops, time, scattered
 
 
 def _gather(order, owner, tree):
@@ -172,6 +220,27 @@ cdef _amalgamate(first, parents, weight, below):
     return owner.astype(np.int64), parent_kept.astype(np.int64)
 
 
+cdef int _ascending(const void* a, const void* b) noexcept nogil:
+    cdef long long x = (<const long long*>a)[0], y = (<const long long*>b)[0]
+    return (x > y) - (x < y)
+
+
+cdef void _sort(long long* values, Py_ssize_t count) noexcept nogil:
+    """Sort in place; most lists are short, and nearly in order."""
+    cdef Py_ssize_t i, j
+    cdef long long value
+    if count > 32:
+        qsort(values, count, sizeof(long long), _ascending)
+        return
+    for i in range(1, count):
+        value = values[i]
+        j = i
+        while j > 0 and values[j - 1] > value:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = value
+
+
 cdef _structure(start, neighbours, order, begin, tree):
     """Rows below each supernode: those of the matrix and those of its children."""
     cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count
@@ -212,7 +281,8 @@ cdef _structure(start, neighbours, order, begin, tree):
                     count += 1
             c = sibling[c]
         rs[s + 1] = count
-        rows[rs[s]:count].sort()
+        if count > rs[s] + 1:
+            _sort(&r[rs[s]], count - rs[s])
         if parent[s] >= 0:
             sibling[s] = head[parent[s]]
             head[parent[s]] = s

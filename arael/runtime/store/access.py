@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import prod
 from typing import Any, Protocol
 
@@ -142,25 +143,55 @@ def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
     return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
 
 
-def gather(
-    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw, there: bool = False
-) -> Array:
+def gather_all(
+    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raws: Sequence[Raw]
+) -> list[Array]:
+    """All raw inputs for all instances as f64; columns of the root come as scalars.
+
+    No row is -1. Each column is read once, however many of its components are inputs.
+    """
+    columns: dict[tuple[int, str], list[int]] = {}
+    for number, raw in enumerate(raws):
+        key = raw.slot, raw.column
+        if key in columns:
+            columns[key].append(number)
+        else:
+            columns[key] = [number]
+    found: list[Any] = [None] * len(raws)
+    for (slot, column), numbers in columns.items():
+        path = slots[slot].table
+        flat = _column(store, path, column)
+        if path == "":
+            for number in numbers:
+                found[number] = np.asarray(flat[0, raws[number].component], dtype=np.float64)
+            continue
+        components = [raws[number].component for number in numbers]
+        values = taken(np.ascontiguousarray(flat), components, rows[slot])
+        for number, one in zip(numbers, values, strict=True):
+            found[number] = one
+    return found
+
+
+def _column(store: StoreLike, path: str, column: str) -> Array:
+    """(rows, scalars) a column of a table, or whether what it names is present."""
+    table = store.tables[path]
+    if column.endswith("?"):
+        values = np.asarray(table.present(column[:-1]))
+    else:
+        values = np.asarray(table.column(column))
+    return values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
+
+
+def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw) -> Array:
     """One raw input for all instances as f64; a column of the root comes as a scalar.
 
-    Rows that are -1 read as NaN: only a guard looks at them. With `there` no row is -1.
+    Rows that are -1 read as NaN: only a guard looks at them.
     """
     path = slots[raw.slot].table
-    table = store.tables[path]
-    if raw.column.endswith("?"):
-        values = np.asarray(table.present(raw.column[:-1]))
-    else:
-        values = np.asarray(table.column(raw.column))
-    flat = values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
+    flat = _column(store, path, raw.column)
     if path == "":
         return np.asarray(flat[0, raw.component], dtype=np.float64)
     at = rows[raw.slot]
-    if there:
-        return taken(np.ascontiguousarray(flat), raw.component, at)
     if len(flat) == 0:
         return np.full(len(at), np.nan)
     found = flat[np.maximum(at, 0), raw.component].astype(np.float64)

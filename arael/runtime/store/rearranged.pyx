@@ -41,38 +41,44 @@ cdef void take(
         found[k] = <double>values[rows[k] * width]
 
 
-def taken(values, Py_ssize_t component, rows):
-    """One component of some rows, f64.
+def taken(values, list components, rows):
+    """Components of some rows, f64.
 
     Parameters
     ----------
     values : (size, width), C order, f64, f32, int64 or bool
-    component : column of `values`
+    components : columns of `values`
     rows : (n,) int64 rows
+
+    Returns
+    -------
+    (len(components), n)
     """
-    cdef Py_ssize_t n = len(rows), size = values.shape[0], width = values.shape[1], k
-    found = np.empty(n)
+    cdef Py_ssize_t n = len(rows), size = values.shape[0], width = values.shape[1], k, component
+    found = np.empty((len(components), n))
     if not n:
         return found
     cdef const int64_t* at = <const int64_t*>address(rows, np.int64, n)
     cdef const void* first = address(values, values.dtype, size * width)
-    cdef double* to = <double*>writable(found, np.float64, n)
-    if not 0 <= component < width:
-        raise IndexError(f"component {component} of {width}")
+    cdef double* to = <double*>writable(found, np.float64)
     for k in range(n):
         if not 0 <= at[k] < size:
             raise IndexError(f"row {at[k]} of {size}")
     kind = values.dtype.char
-    if kind == "d":
-        take(<const double*>first + component, width, at, n, to)
-    elif kind == "f":
-        take(<const float*>first + component, width, at, n, to)
-    elif kind == "?":
-        take(<const uint8_t*>first + component, width, at, n, to)
-    elif values.dtype == np.int64:
-        take(<const int64_t*>first + component, width, at, n, to)
-    else:
-        raise TypeError(f"expected numbers, found {values.dtype}")
+    for component in components:
+        if not 0 <= component < width:
+            raise IndexError(f"component {component} of {width}")
+        if kind == "d":
+            take(<const double*>first + component, width, at, n, to)
+        elif kind == "f":
+            take(<const float*>first + component, width, at, n, to)
+        elif kind == "?":
+            take(<const uint8_t*>first + component, width, at, n, to)
+        elif values.dtype == np.int64:
+            take(<const int64_t*>first + component, width, at, n, to)
+        else:
+            raise TypeError(f"expected numbers, found {values.dtype}")
+        to += n
     return found
 
 

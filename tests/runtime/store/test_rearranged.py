@@ -9,27 +9,27 @@ from arael.runtime.store.rearranged import aligned_empty, spread_rows, taken
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.bool_])
-def test_a_component_of_some_rows_is_taken_as_f64(dtype: type) -> None:
+def test_components_of_some_rows_are_taken_as_f64(dtype: type) -> None:
     rng = np.random.default_rng(1)
     values = rng.integers(0, 2, (7, 3)).astype(dtype)
     rows = rng.integers(0, 7, 20)
-    for component in range(3):
-        found = taken(values, component, rows)
-        assert found.dtype == np.float64
-        np.testing.assert_array_equal(found, values[rows, component].astype(np.float64))
-    assert taken(values, 0, rows[:0]).shape == (0,)
+    found = taken(values, [2, 0], rows)
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(found, values[rows][:, [2, 0]].T.astype(np.float64))
+    assert taken(values, [0], rows[:0]).shape == (1, 0)
+    assert taken(values, [], rows).shape == (0, 20)
 
 
 def test_rows_and_components_that_are_not_there_are_refused() -> None:
     values = np.zeros((2, 3))
     with pytest.raises(IndexError, match="row 2 of 2"):
-        taken(values, 0, np.array([0, 2]))
+        taken(values, [0], np.array([0, 2]))
     with pytest.raises(IndexError, match="row -1 of 2"):
-        taken(values, 0, np.array([-1]))
+        taken(values, [0], np.array([-1]))
     with pytest.raises(IndexError, match="component 3 of 3"):
-        taken(values, 3, np.array([0]))
+        taken(values, [3], np.array([0]))
     with pytest.raises(TypeError, match="expected numbers"):
-        taken(values.astype(np.complex128), 0, np.array([0]))
+        taken(values.astype(np.complex128), [0], np.array([0]))
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.int32, np.uint8])

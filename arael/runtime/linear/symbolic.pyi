@@ -1,0 +1,9 @@
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+def adjacency(pattern: Any) -> tuple[Ints, Ints]: ...
+def place_blocks(pattern: Any, supernodes: Any, fronts: Any, pad: int) -> tuple[Ints, Ints]: ...
