@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
-from arael.compiler.functions import Functions
 from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
+from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.operations import OPERATIONS

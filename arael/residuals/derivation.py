@@ -11,7 +11,7 @@ from arael.check.expressions import condition
 from arael.check.guards import Fact, facts_of, moves
 from arael.check.losses import loss_of
 from arael.check.report import Reporter
-from arael.check.residuals import residual_of
+from arael.check.residual_rows import residual_of
 from arael.check.typed import ConstraintSite, EntitySite, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.compiler.entities import StateModel, model_state

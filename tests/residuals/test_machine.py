@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import arael
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 from arael.runtime.machine import program as machine
 from arael.runtime.machine.assembling import INSTRUCTIONS
 from arael.runtime.machine.tape import PRIMITIVES

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from arael.analysis.jacobian import jacobian
 from arael.config import LmConfig
-from arael.diagnose.jacobian import jacobian
 from arael.runtime.assembly.structure import structure_of
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Place

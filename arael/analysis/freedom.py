@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.gauges import find_gauges
-from arael.diagnose.normal import NormalEquations
+from arael.analysis.gauges import find_gauges
+from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.freedom import refuse_free_directions
-from arael.diagnose.normal import NormalEquations
-from arael.diagnose.scalars import scalar_names_within, tangent_units
+from arael.analysis.freedom import refuse_free_directions
+from arael.analysis.normal import NormalEquations
+from arael.analysis.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.geometry import ellipsoid
 from arael.runtime.linear.selected import SelectedInverse

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import arael
-from arael.diagnose import normal
-from arael.diagnose.scalars import tangent_units
+from arael.analysis import normal
+from arael.analysis.scalars import tangent_units
 from arael.diagnostics.records import AraelError
-from tests.diagnose.maps import planar
+from tests.analysis.maps import planar
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import arael
-from arael.diagnose import normal
-from arael.diagnose.freedom import FreeDirections
-from arael.diagnose.normal import NormalEquations
+from arael.analysis import normal
+from arael.analysis.freedom import FreeDirections
+from arael.analysis.normal import NormalEquations
 from arael.runtime.failures import SolveError
-from tests.diagnose.maps import cloud, planar
+from tests.analysis.maps import cloud, planar
 
 
 def directions(model) -> FreeDirections:

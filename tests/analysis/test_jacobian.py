@@ -7,7 +7,7 @@ import pytest
 
 import arael
 from arael.diagnostics.records import AraelError
-from tests.diagnose.maps import planar
+from tests.analysis.maps import planar
 
 
 @pytest.fixture

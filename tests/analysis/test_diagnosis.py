@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arael.cli.main import run
-from tests.diagnose.maps import PLANAR, planar
+from tests.analysis.maps import PLANAR, planar
 
 
 @pytest.fixture

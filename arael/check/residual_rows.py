@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 from arael.check.binding import Broken
 from arael.check.builtins import is_number
+from arael.check.field_reads import field_at, ref_text
 from arael.check.guards import conjuncts, facts_of, moves
-from arael.check.reading import field_at, ref_text
 from arael.check.typed import (
     BOOL,
     QUATERNION,

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from arael.diagnose.freedom import FreeDirections
-from arael.diagnose.normal import NormalEquations
+from arael.analysis.freedom import FreeDirections
+from arael.analysis.normal import NormalEquations
 from arael.runtime.failures import SolveError
 from arael.runtime.problem import Problem
 
@@ -47,7 +47,7 @@ def sigmas(problem: Problem) -> Sigmas:
     try:
         equations = NormalEquations(problem, hold_bounds=True)
         if len(equations.free) > _MOST_DENSE:
-            from arael.diagnose.covariance import Covariance
+            from arael.analysis.covariance import Covariance
 
             found = Covariance(problem)
             values = dict(zip(found.names, found.sigma().tolist(), strict=True))

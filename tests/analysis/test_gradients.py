@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 from arael.loading import load
 from arael.runtime.problem import Problem
 from arael.solving import problem_of

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from arael.starts.components import components
+from arael.starts.connected import components
 
 
 @pytest.mark.parametrize("seed", range(20))

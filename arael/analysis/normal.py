@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.bounds import standing_on_bounds
+from arael.analysis.bounds import standing_on_bounds
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
@@ -220,7 +220,7 @@ def _hessian_values(problem: Problem, row: Ints, column: Ints) -> Floats:
     if problem.layout.precision == "f64":
         return np.asarray(problem.evaluation.linearised()[2], dtype=np.float64)[: len(row)]
     # In f32 the sums would have larger errors than the derivatives.
-    from arael.diagnose.jacobian import jacobian
+    from arael.analysis.jacobian import jacobian
 
     matrix = jacobian(problem).matrix
     square = (matrix.T @ matrix).tocsr()

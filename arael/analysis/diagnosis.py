@@ -8,10 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnose.cost_table import CostTable, cost_table
-from arael.diagnose.freedom import FreeDirections
-from arael.diagnose.jacobian import Jacobian, jacobian
-from arael.diagnose.normal import NormalEquations
+from arael.analysis.cost_table import CostTable, cost_table
+from arael.analysis.freedom import FreeDirections
+from arael.analysis.jacobian import Jacobian, jacobian
+from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import listed
 from arael.runtime.levenberg.diagnosis import non_finite
