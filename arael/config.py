@@ -38,11 +38,11 @@ class LmConfig:
         Predicted decrease of the cost at or below which a solve has converged; 0: off, because a
         useful value depends on the units of the residuals.
     rel_precision :
-        The same as a fraction of the cost. None: 1e-10; where no component has more than 32 unknowns,
-        and an attempt takes microseconds, the dogleg in f64 goes on to 1e-14 as long as steps succeed,
-        which gives a fit six digits or more. 1e-4 for a real-time pass that needs a good enough
-        answer. A predicted decrease below the rounding noise of the cost (`Result.noise_floor`)
-        always counts as none.
+        The same as a fraction of the cost. None: 1e-10; where no connected component has more than
+        32 unknowns, so that an attempt takes microseconds, the dogleg in f64 goes on to 1e-14 as
+        long as steps succeed, which gives a fit six digits or more. 1e-4 for a real-time pass that
+        needs a good enough answer. A predicted decrease below the rounding noise of the cost
+        (`Result.noise_floor`) always counts as none.
     max_iters :
         Maximum number of attempts, including rejected ones, of each connected component of the
         problem. About twice the number that the trace shows.
