@@ -39,11 +39,11 @@ class LmConfig:
         Predicted decrease of the cost at or below which a solve has converged; 0: off, because a
         useful value depends on the units of the residuals.
     rel_precision :
-        The same as a fraction of the cost. None: 1e-10; for a problem of up to 32 unknowns in f64,
-        where an attempt takes microseconds, the dogleg goes on to 1e-14 as long as steps succeed,
-        which gives a fit six digits or more. 1e-4 for a real-time pass that needs a good enough
-        answer. A predicted decrease below the rounding noise of the cost (`Result.noise_floor`)
-        always counts as none.
+        The same as a fraction of the cost. None: 1e-10; where no connected component has more than
+        32 unknowns, so that an attempt takes microseconds, the dogleg in f64 goes on to 1e-14 as
+        long as steps succeed, which gives a fit six digits or more. 1e-4 for a real-time pass that
+        needs a good enough answer. A predicted decrease below the rounding noise of the cost
+        (`Result.noise_floor`) always counts as none.
     max_iters :
         Maximum number of attempts, including rejected ones, of each connected component of the
         problem. About twice the number that the trace shows.
@@ -234,8 +234,18 @@ class LmConfig:
         """Value of `rel_precision` for a problem of `size` unknowns in f32 (`single`) or f64."""
         if self.rel_precision is not None:
             return self.rel_precision
+        size = self.__dict__.get("_largest", size)
         small = size <= SMALL and not single and self.chosen_strategy() != "damped"
         return REL_PRECISION_SMALL if small else REL_PRECISION
+
+    def for_components(self, largest: int) -> LmConfig:
+        """A copy for a problem whose largest connected component has so many unknowns.
+
+        Components that are solved apart end as they would alone.
+        """
+        found = replace(self)
+        object.__setattr__(found, "_largest", largest)
+        return found
 
     @property
     def enough(self) -> float:

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from arael.config import LmConfig
 from arael.runtime.assembly.components import Partition, partition_of
 from arael.runtime.failures import SolveError
@@ -77,6 +79,8 @@ def minimise(
     problem.state_dirty = True
     watcher = Watcher(problem, write, config.observer, config.min_diagonal > 0)
     partition = partition_for(problem, config, solver)
+    if partition is not None and config.rel_precision is None:
+        config = config.for_components(int(np.bincount(partition.of_scalar).max()))
     minimiser = Minimiser(
         problem.evaluation, solver, problem.box, config, watcher, watcher.watches, partition
     )
