@@ -68,6 +68,9 @@ cdef class Minimiser(Supervised):
     cdef void _start_components(self) noexcept nogil
     cdef void _linearise(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil
+    cdef bint _asking                     # whether a component asks the last factor for its end
+    cdef bint _exact                      # whether the solver keeps a factor
+    cdef void _ask_factor(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef bint _may_attempt(self) noexcept nogil
