@@ -152,8 +152,11 @@ def test_circles_through_three_points(load: Load, precision: str) -> None:
             ), draw
         elif precision == "f64":
             lost += 1
-            assert result.status != "converged", draw
-            assert result.predicted_decrease > result.noise_floor
+            if result.status == "converged":  # at the rounding of the cost above the best line
+                line = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] ** 2
+                assert result.end_cost - line < 32 * result.noise_floor, draw
+            else:
+                assert result.predicted_decrease > result.noise_floor
     assert lost < 30
 
 

@@ -86,10 +86,11 @@ def test_chosen_passes_run_alone_and_an_empty_list_is_one_plain_solve():
 
 def test_settings_of_the_call_go_over_those_of_a_pass():
     model = line(PASSES)
-    result = solve(model, config=LmConfig(max_iters=7), max_iters=1)
+    result = solve(model, config=LmConfig(max_iters=7), max_iters=1, patience=1)
     assert [one.iterations for one in result.passes] == [1, 1]
     assert result.passes[0].status == "max_iterations"
-    assert solve(line(PASSES), config=LmConfig(max_iters=1)).passes[0].status == "converged"
+    config = LmConfig(max_iters=1, patience=1)
+    assert solve(line(PASSES), config=config).passes[0].status == "converged"
 
 
 def test_interrupted_pass_ends_the_schedule_with_its_best_state():

@@ -179,7 +179,10 @@ def solve_problem(problem: Problem, plan: Plan, folder: Path) -> Solved:
                 if way["costs"]:
                     best[system] = min(best.get(system, math.inf), *way["costs"])
     if "arael" in best:
-        best["arael"] = min(best["arael"], solved.best)
+        # Scenes tie parameters weakly to where a solve starts, and the score of a state knows of
+        # no start: there only solves from the same start compare.
+        least = solved.best if again is not None else reference.least()
+        best["arael"] = min(best["arael"], least)
     for ending in solved.endings:
         ending.best = best.get(ending.system, math.nan)
     return solved

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import arael
+from arael.scenes import benchmark_config, make_scene
 from benchmarks import demo_seeds, problems
 from benchmarks.bundles import write_bal, write_bundle
 from benchmarks.optimum import graphs
@@ -123,6 +124,16 @@ def test_arael_is_run_to_its_end_in_a_process(tmp_path: Path) -> None:
     assert len(ours.cpu) == len(ours.wall) == len(ours.times) >= 1
     assert all(np.all(np.diff(times) >= 0) and times[-1] > 0 for times in ours.times)
     assert max(t[-1] for t in ours.times) <= max(ours.cpu) * 1.01
+
+
+def test_a_scene_is_measured_by_solves_from_its_own_start(tmp_path: Path) -> None:
+    """Its cost contains how far the solve has moved, the score of the answer does not."""
+    path = tmp_path / "slam.npz"
+    problems.write_scene(make_scene(benchmark_config(8)), path)
+    ours = solve_problem(Problem("slam", "slam", path), PLAN, tmp_path).ours
+    assert ours is not None and ours.status.startswith("converged")
+    assert ours.score < ours.cost * (1 - 1e-6)
+    assert ours.at_best and ours.best == pytest.approx(ours.cost, rel=1e-6)
 
 
 def test_a_file_that_is_not_there_is_a_reason(tmp_path: Path) -> None:

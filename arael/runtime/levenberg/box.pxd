@@ -23,6 +23,9 @@ cdef class Box:
     cdef Py_ssize_t _block_count
     cdef const int64_t* _blocks             # [blocks][5] row, column, height, width, start
 
+    # Set the flags of components with bounded scalars, `stride` bytes from each to the next.
+    cdef void mark(
+        self, const int32_t* component, uint8_t* bounded, Py_ssize_t stride) noexcept nogil
     # Give scalars at a bound whose gradient points outward an identity row and no gradient.
     cdef void hold(self, void* gradient, void* values) noexcept nogil
     # Cut a step off at the bounds; whether it was cut. `cut` is set for components of which it was;

@@ -97,6 +97,13 @@ cdef class Box:
         self._low = <const double*>address(ends[0], np.float64, self.count)
         self._high = <const double*>address(ends[1], np.float64, self.count)
 
+    cdef void mark(
+        self, const int32_t* component, uint8_t* bounded, Py_ssize_t stride
+    ) noexcept nogil:
+        cdef Py_ssize_t k
+        for k in range(self.count):
+            bounded[stride * (0 if component == NULL else component[self._scalar[k]])] = True
+
     cdef double _value(self, Py_ssize_t k) noexcept nogil:
         """Present value of a bounded scalar."""
         cdef void* state = self._evaluation.states.at(self._entity[k])

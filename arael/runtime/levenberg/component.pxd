@@ -26,7 +26,12 @@ ctypedef struct Component:
     uint8_t fresh             # whether it has moved since its last linearisation, or has none
     uint8_t known             # whether this linearisation has its Gauss-Newton step
     uint8_t guarded           # whether a guard of an instance of it reads parameters
+    uint8_t bounded           # whether a scalar of it has a bound
     uint8_t proven            # whether an undamped step was asked for
+    uint8_t whole             # whether region and bounds left the proposed step whole
+    uint8_t secant            # whether the proposed step is a secant step
+    uint8_t asked             # whether the last factor is asked for its end
+    uint8_t paired            # whether the last step left a pair: see levenberg/secant.pyx
     double cost               # of the accepted state
     double before             # of the state that the last attempt began from
     double trial_cost         # NaN without a step
@@ -46,6 +51,7 @@ ctypedef struct Component:
     Py_ssize_t steps          # accepted attempts
     double start_cost
     double growth             # Nielsen's nu
+    double promise_before     # of the linearisation that the pair is from
     double norm               # of its parameters; only if an end asks for it
     double[3] jitter          # of the costs of the last rejected states
     double gradient           # sum of g_i^2 / H_ii; at its end, or if an end asks for it

@@ -16,9 +16,11 @@ cdef class Dogleg:
     cdef Py_ssize_t _count
     cdef const int32_t* _component      # of each scalar; NULL: all are of one
     cdef uint8_t* _cut                  # whether the step of each component was clamped
-    cdef double* _curvature
+    cdef double* curvature              # [components] as `curvatures` leaves them
     cdef object _keep
     cdef bint _descended                # whether steepest descent is there
+    cdef bint _pairs                    # whether steps of this attempt left pairs
+    cdef bint _secant                   # whether there are pairs that were not used yet
 
     # A new linearisation of the whole, and one of a component that has moved.
     cdef void begin(self) noexcept nogil
@@ -34,10 +36,15 @@ cdef class Dogleg:
     # Cut the steps in `vectors` off at the bounds; whether one was cut. Then the sums are new, and
     # the predicted reductions of the components of which it was.
     cdef bint clamp(self) noexcept nogil
+    # step' H step of each component, with the present values.
+    cdef void curvatures(self, const void* step) noexcept nogil
     # Move the radius after a step of gain ratio `gain`.
     cdef void adapt(self, Component* c, double gain) noexcept nogil
+    # Keep the pairs that accepted steps leave; before the next linearisation.
+    cdef void keep_pairs(self) noexcept nogil
 
     cdef void _descend(self) noexcept nogil
+    cdef void _take_secants(self) noexcept nogil
     cdef void _cut_path(self, Py_ssize_t k) noexcept nogil
     cdef void _take_path(self, Component* c, double* along, double* across) noexcept nogil
 

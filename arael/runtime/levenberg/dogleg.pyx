@@ -9,7 +9,9 @@ connected component of the problem has a trust region of its own.
 
 Two other ways to the Gauss-Newton step can be chosen: the best step in the plane of the two
 (levenberg/subspace.pyx), and the straight line, which is Gauss-Newton with a line search: each
-linearisation begins with the full step, and each rejection halves it.
+linearisation begins with the full step, and each rejection halves it. Near an optimum with large
+residuals, where the Gauss-Newton step converges slowly, a secant step comes first
+(levenberg/secant.pyx).
 """
 
 import numpy as np
@@ -22,6 +24,7 @@ from libc.string cimport memset
 from arael.runtime.address cimport writable
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.component cimport Component, Region
+from arael.runtime.levenberg.secant cimport choose_secant, is_sound, leaves_pair
 from arael.runtime.levenberg.settings cimport LINE, RUNNING, SUBSPACE
 from arael.runtime.levenberg.subspace cimport best_in_plane
 from arael.runtime.levenberg.vectors cimport Sums, Vectors
@@ -88,19 +91,48 @@ cdef class Dogleg:
                 if size > 0 and self._path != LINE:
                     c.region.radius = min(c.region.radius, size)
         self._vectors.keep_newton()
+        if self._secant:
+            self._vectors.secant_sums()
 
     cdef void propose(self) noexcept nogil:
         cdef Py_ssize_t j, k
         for j in range(self._vectors.active_count):
             k = self._vectors.active[j]
             if self._components[k].tried:
-                self._cut_path(k)
+                self._components[k].secant = False
+                if not (self._secant and choose_secant(&self._components[k], self._vectors, k)):
+                    self._cut_path(k)
         self._vectors.combine()
+        if self._secant:
+            self._secant = False  # once a linearisation
+            self._take_secants()
         if not self.clamp():
             self._vectors.products()
         for j in range(self._vectors.active_count):
             k = self._vectors.active[j]
             self._components[k].step_length = self._vectors.sums[k].length
+
+    cdef void _take_secants(self) noexcept nogil:
+        """Complete the secant steps; those that are not sound become steps on the path."""
+        cdef Py_ssize_t j, k
+        cdef bint again = False
+        self._vectors.add_pair()
+        self._vectors.products()
+        for j in range(self._vectors.active_count):
+            k = self._vectors.active[j]
+            if self._components[k].secant and not is_sound(
+                &self._components[k], self._vectors, k
+            ):
+                self._cut_path(k)
+                again = True
+        if again:
+            self._vectors.combine()
+            self._vectors.add_pair()
+
+    cdef void keep_pairs(self) noexcept nogil:
+        self._secant, self._pairs = self._pairs, False
+        if self._secant:
+            self._vectors.keep_pair()
 
     cdef bint clamp(self) noexcept nogil:
         cdef Py_ssize_t j, k
@@ -110,16 +142,15 @@ cdef class Dogleg:
         memset(self._cut, 0, self._count)
         if not self._box.clamp(self._vectors.step, self._component, self._cut):
             return False
-        memset(self._curvature, 0, self._count * sizeof(double))
-        self._box.curvature(
-            self._vectors.values, self._vectors.step, self._component, self._curvature)
+        self.curvatures(self._vectors.step)
         self._vectors.products()
         for j in range(self._vectors.active_count):
             k = self._vectors.active[j]
             c = &self._components[k]
             if self._cut[k]:
+                c.whole = False
                 c.region.length = sqrt(self._vectors.sums[k].scaled)
-                c.predicted = -2 * self._vectors.sums[k].slope - self._curvature[k]
+                c.predicted = -2 * self._vectors.sums[k].slope - self.curvature[k]
         return True
 
     cdef void _cut_path(self, Py_ssize_t k) noexcept nogil:
@@ -128,7 +159,8 @@ cdef class Dogleg:
         cdef Component* c = &self._components[k]
         cdef Region* region = &c.region
         region.length = sqrt(region.newton_length)
-        if region.length > region.radius:
+        c.whole = region.length <= region.radius
+        if not c.whole:
             if self._path == LINE:
                 across = region.radius / region.length
             else:
@@ -172,19 +204,27 @@ cdef class Dogleg:
         if self._descended:
             return
         self._vectors.take_descent()
-        memset(self._curvature, 0, self._count * sizeof(double))
-        self._box.curvature(
-            self._vectors.values, self._vectors.descent, self._component, self._curvature)
+        self.curvatures(self._vectors.descent)
         for j in range(self._vectors.active_count):
             k = self._vectors.active[j]
             region = &self._components[k].region
             region.descent_length = self._vectors.sums[k].descent_length
             region.descent_added = self._vectors.sums[k].descent_added
-            region.descent_curvature = self._curvature[k]
+            region.descent_curvature = self.curvature[k]
         self._descended = True
+
+    cdef void curvatures(self, const void* step) noexcept nogil:
+        memset(self.curvature, 0, self._count * sizeof(double))
+        self._box.curvature(self._vectors.values, step, self._component, self.curvature)
 
     cdef void adapt(self, Component* c, double gain) noexcept nogil:
         cdef Region* region = &c.region
+        c.paired = self._path != LINE and leaves_pair(c, gain)
+        self._vectors.paired[c - self._components] = c.paired
+        c.promise_before = c.promise
+        self._pairs |= c.paired
+        if c.secant and not c.accepted:
+            return  # the Gauss-Newton step comes next, in the same region
         if not c.accepted:
             region.radius = (HALVE if self._path == LINE else SHRINK_REJECTED) * region.length
         elif gain > GOOD:
@@ -211,8 +251,8 @@ cdef Dogleg dogleg_of(
     found._count, found._component = vectors.components, component
     memory = np.zeros(2 * found._count)
     found._keep = (memory, components)
-    found._curvature = <double*>writable(memory, np.float64)
-    found._cut = <uint8_t*>(found._curvature + found._count)
+    found.curvature = <double*>writable(memory, np.float64)
+    found._cut = <uint8_t*>(found.curvature + found._count)
     for k in range(found._count):
         found._components[k].region.regularisation = floor
     return found

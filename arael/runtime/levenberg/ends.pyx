@@ -11,6 +11,13 @@ from arael.runtime.levenberg.settings cimport (
 
 # Undamped steps prove an end: regularisation up to here.
 cdef double PROOF = 1e-6
+# Part of the curvature along a step that must be left since the last linearisation, and part of the
+# last promise that may be left, where its factor shows the end.
+cdef double ALIKE = 0.5
+cdef double FASTER = 0.25
+# Gain ratios this far off one, and promises so many times the tolerance, are not asked about.
+cdef double BENT = 0.5
+cdef double LIKELY = 10
 # Square of the rounding of doubles: a cost this small a fraction of the first has no digit left.
 cdef double EXACT = 4.9e-32
 
@@ -75,11 +82,17 @@ cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
     The promise ``g' H^-1 g`` of an undamped step bounds what any step can bring, and every scaled
     entry of the gradient. Where the step was damped, an undamped one is tried first.
     """
+    cdef double most
     if not c.factored:
         return RUNNING
     if not c.accepted:
         c.jitter[c.retry % 3] = fabs(c.trial_cost - c.before)
-    if not c.promise <= max(max(s.rel_precision * c.before, s.abs_precision), c.noise_floor):
+    # What a secant predicts counts, and what the step has brought: in a curved valley both are more
+    # than the linear model promises.
+    most = max(c.promise, c.predicted if c.secant else 0)
+    if c.accepted:
+        most = max(most, c.before - c.trial_cost)
+    if not most <= tolerance_of(c, s, c.before):
         c.small_steps = 0
         return RUNNING
     if not is_undamped(c, s):
@@ -96,6 +109,44 @@ cdef int by_promise(Component* c, const Settings* s) noexcept nogil:
 cdef bint is_undamped(const Component* c, const Settings* s) noexcept nogil:
     """Whether the promise is that of a step that neither damping nor added diagonals shorten."""
     return c.damped <= PROOF and not (s.min_diagonal > 0 and c.added > 0.5 * c.promise)
+
+
+cdef double tolerance_of(const Component* c, const Settings* s, double cost) noexcept nogil:
+    """Decreases up to here are not noticeable."""
+    return max(max(s.rel_precision * cost, s.abs_precision), c.noise_floor)
+
+
+cdef bint may_have_ended(const Component* c, const Settings* s) noexcept nogil:
+    cdef double bend
+    if not (s.by_promise and s.patience == 0 and s.min_diagonal <= 0 and c.steps >= s.min_iters):
+        return False
+    # Guards and bounds change the system from one linearisation to the next.
+    if not (c.accepted and c.whole and c.damped <= PROOF) or c.guarded or c.bounded:
+        return False
+    # If the cost were quadratic along the step alone, the next promise would be so much.
+    bend = 1 - (c.before - c.cost) / c.predicted
+    return fabs(bend) < BENT and bend * bend * c.promise <= LIKELY * tolerance_of(c, s, c.cost)
+
+
+cdef int by_last_factor(
+    Component* c, const Settings* s, double promise, double curvature, double faded
+) noexcept nogil:
+    """Whether the factor of the last linearisation shows that this one promises nothing.
+
+    ``g' H^-1 g`` with the matrix before is what the present one promises, as far as both are alike.
+    They are where the step before brought what was predicted, where promises fall fast, and where
+    the curvature along ``H^-1 g`` has not fallen. Scalars whose own curvature has fallen count by
+    what is left of it.
+    """
+    cdef double most
+    if not (curvature >= ALIKE * promise and promise <= FASTER * c.promise):
+        return RUNNING
+    # What the present matrix promises along the step, if it is more.
+    most = promise * max(1.0, promise / curvature) if promise > 0 else 0
+    if not most + faded <= tolerance_of(c, s, c.cost):
+        return RUNNING
+    c.predicted_decrease = most
+    return CONVERGED
 
 
 cdef bint promise_is_noise(const Component* c) noexcept nogil:

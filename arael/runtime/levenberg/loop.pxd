@@ -13,11 +13,14 @@ cdef class Minimiser(Attempt):
     cdef bint _all_accepted               # whether no component stays where it was
     cdef double _reached                  # cost of the whole after the attempt
     cdef bint _ending                     # whether components end with what was just done
+    cdef bint _asking                     # whether a component asks the last factor for its end
+    cdef bint _exact                      # whether the solver keeps a factor
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
     cdef void _linearise(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil
+    cdef void _ask_factor(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef void _conclude(self) noexcept nogil

@@ -21,7 +21,9 @@ from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.clock cimport seconds
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.dogleg cimport dogleg_of
-from arael.runtime.levenberg.ends cimport after_attempt, at_linearisation, noise_of
+from arael.runtime.levenberg.ends cimport (
+    after_attempt, at_linearisation, by_last_factor, may_have_ended, noise_of,
+)
 from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
     ABORTED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
@@ -61,6 +63,7 @@ cdef class Minimiser(Attempt):
         self.watch(watcher, min(config.max_iters, 1024) + 1)
         self._settings = settings_of(
             config, evaluation.dtype, evaluation.guarded, watched, evaluation.size)
+        self._exact = solver.plan.get("solver") != "schur_pcg"
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
         if partition is not None:
@@ -104,6 +107,7 @@ cdef class Minimiser(Attempt):
             c.predicted_decrease = NAN
             c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
         self.damping = self._components[0].damping
+        self._box.mark(self._component, &self._components[0].bounded, sizeof(Component))
         self.dogleg = dogleg_of(
             self.vectors, self._box, s.lambda_floor, s.path, self._memory, self._component)
 
@@ -160,8 +164,6 @@ cdef class Minimiser(Attempt):
         cdef Settings* s = &self._settings
         cdef double cost
         self._mark = seconds()
-        if self._running < self._count:
-            self._count_in_vain()
         cost = self.evaluation.linearise(
             self.vectors.gradient, self.vectors.values, self.lanes)
         if s.guarded and not s.by_promise:
@@ -185,7 +187,12 @@ cdef class Minimiser(Attempt):
         if s.cost_threshold > 0 and self.current_cost <= s.cost_threshold:
             self._status = COST_THRESHOLD
             return
+        if self._asking:
+            self._ask_factor()
         self._end_at_linearisation()
+        # After the last use of the last factor.
+        if self._running < self._count:
+            self._count_in_vain()
 
     cdef void _begin_components(self) noexcept nogil:
         """What each has of the new linearisation, and whether it ends with it.
@@ -196,7 +203,7 @@ cdef class Minimiser(Attempt):
         cdef Component* c
         cdef bint noise = self._settings.by_promise or self._settings.dogleg
         cdef double largest = 0
-        self._ending = False
+        self._ending = self._asking = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
             c = &self._components[k]
@@ -215,9 +222,33 @@ cdef class Minimiser(Attempt):
                 c.verdict = at_linearisation(
                     c, &self._settings, 2 * self.vectors.sums[k].largest)
                 self._ending |= c.verdict != RUNNING
+                c.asked = (
+                    self._exact and c.verdict == RUNNING and may_have_ended(c, &self._settings))
+                self._asking |= c.asked
+            else:
+                c.asked = False
         self._now.gradient = 2 * largest
         self._now.iteration += 1
         self._now.retry = 0
+
+    cdef void _ask_factor(self) noexcept nogil:
+        """End where the factor of the linearisation before shows that nothing is left to gain."""
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        self.vectors.turn_back()
+        self.solver.solve(self.vectors.step)
+        self.vectors.products()
+        self.vectors.take_faded()
+        self.dogleg.curvatures(self.vectors.step)
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.asked:
+                c.verdict = by_last_factor(
+                    c, &self._settings, -self.vectors.sums[k].slope, self.dogleg.curvature[k],
+                    self.vectors.sums[k].faded)
+                self._ending |= c.verdict != RUNNING
+        self._lap(SOLVE)
 
     cdef void _end_at_linearisation(self) noexcept nogil:
         cdef Py_ssize_t j
@@ -317,6 +348,8 @@ cdef class Minimiser(Attempt):
         cdef Component* c
         self._keep_record()
         if self._now.accepted:
+            if self._settings.dogleg:
+                self.dogleg.keep_pairs()
             self._accept()
         elif self._settings.guarded and self._settings.by_promise:
             self.evaluation.guard()

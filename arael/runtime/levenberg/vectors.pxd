@@ -21,6 +21,11 @@ cdef struct Sums:
     double descent_added        # c' A n
     double largest              # magnitude in the gradient; NaN counts for nothing
     double gradient             # sum of g_i^2 / H_ii: what single coordinates promise, undamped
+    double faded                # see `take_faded`
+    double secant_moved         # s'g of a pair: s the last step, y the change of the gradient
+    double secant_change        # s'y
+    double secant_newton        # y'n
+    double secant_solved        # y'u, with u = n' - n, n' the Gauss-Newton step before: H^-1 y
 
 
 cdef class Vectors:
@@ -39,6 +44,9 @@ cdef class Vectors:
     cdef void* scale
     cdef void* newton
     cdef void* descent
+    cdef void* _gradient_before
+    cdef void* _newton_before
+    cdef void* _moved
     cdef void* _diagonal
     cdef void* _own             # the diagonal as it is in the values
     cdef object _keep
@@ -61,6 +69,9 @@ cdef class Vectors:
     cdef double* damping        # [components]
     cdef double* along          # [components] of the descent, in a dogleg
     cdef double* across         # [components] of the Gauss-Newton step
+    cdef double* back           # [components] of the Gauss-Newton step before, in a secant step
+    cdef double* onward         # [components] of the last step
+    cdef uint8_t* paired        # [components] which `keep_pair` keeps, and `secant_sums` looks at
 
     # Take the diagonal from the values, not under `floor`, and the largest magnitude in the
     # gradient; NaN stays in the one and counts for nothing in the other.
@@ -68,6 +79,11 @@ cdef class Vectors:
     # Damp the diagonal by a multiple of itself, or of its largest value so far; the step becomes
     # the negative gradient.
     cdef void prepare(self, bint by_scale) noexcept nogil
+    # The step becomes the negative gradient.
+    cdef void turn_back(self) noexcept nogil
+    # The sum `faded`, of |g_i step_i| d_i / H_ii over scalars whose diagonal H_ii is less than half
+    # of the damped one d_i of the last `prepare`.
+    cdef void take_faded(self) noexcept nogil
     # Sums in f64 over the step.
     cdef void products(self) noexcept nogil
     # Keep the step as the Gauss-Newton step.
@@ -76,6 +92,12 @@ cdef class Vectors:
     cdef void take_descent(self) noexcept nogil
     # The step becomes `along` times the descent plus `across` times the Gauss-Newton step.
     cdef void combine(self) noexcept nogil
+    # Keep gradient, Gauss-Newton step and step, of components that are `paired`.
+    cdef void keep_pair(self) noexcept nogil
+    # The sums `secant_...` of components that are `paired`.
+    cdef void secant_sums(self) noexcept nogil
+    # Add `back` times the Gauss-Newton step before and `onward` times the last step, where paired.
+    cdef void add_pair(self) noexcept nogil
     # The sum `gradient`.
     cdef void scaled_gradient(self) noexcept nogil
 
@@ -95,4 +117,8 @@ cdef class Vectors:
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil
     cdef void _descent_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
     cdef void _combine_part(self, Py_ssize_t part, real* step) noexcept nogil
+    cdef void _turn_back_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
+    cdef void _faded_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
+    cdef void _secant_part(self, Py_ssize_t part, const real* gradient) noexcept nogil
+    cdef void _add_pair_part(self, Py_ssize_t part, real* step) noexcept nogil
     cdef void _scaled(self, const real* gradient) noexcept nogil

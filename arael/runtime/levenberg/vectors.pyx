@@ -21,6 +21,9 @@ from arael.runtime.parallel.vector_parts import count_parts
 # Doubles of `Sums`.
 cdef Py_ssize_t SUMS = sizeof(Sums) // sizeof(double)
 
+# Part of its entry in the factorised matrix below which a diagonal counts as faded.
+cdef double HALF = 0.5
+
 
 cdef class Vectors:
     """Gradient, diagonal and step of a system.
@@ -57,14 +60,17 @@ cdef class Vectors:
         self._run = <int64_t*>writable(runs, np.int64)
         self._ends = <int64_t*>writable(ends, np.int64)
         # One array of doubles for all of these: small problems are solved in microseconds.
-        kept = np.zeros((len(runs) + components) * SUMS + 5 * components)
+        kept = np.zeros((len(runs) + components) * SUMS + 8 * components)
         cdef double* first = <double*>writable(kept, np.float64)
         self._sums = <Sums*>first
         self.sums = self._sums + len(runs)
         self.damping = first + (len(runs) + components) * SUMS
         self.along, self.across = self.damping + components, self.damping + 2 * components
         self.active = <int64_t*>(self.damping + 3 * components)
-        self.wanted = <uint8_t*>(self.active + components)
+        self.back = self.damping + 4 * components
+        self.onward = self.damping + 5 * components
+        self.wanted = <uint8_t*>(self.damping + 6 * components)
+        self.paired = self.wanted + components
         memset(self.wanted, 1, components)
         self.active_count, self.active_scalars = components, n
         cdef Py_ssize_t k
@@ -75,8 +81,11 @@ cdef class Vectors:
         self.gradient_array, self.value_array = totals.kept()
         dtype = self.gradient_array.dtype
         (self.diagonal_array, self.damped_array, self.step_array, self.scale_array,
-         self.newton_array, self.descent_array, own) = np.zeros((7, max(n, 1)), dtype=dtype)
-        self._keep = (totals, own, kept, runs, ends)
+         self.newton_array, self.descent_array, own, *pair) = np.zeros((10, max(n, 1)), dtype=dtype)
+        self._keep = (totals, own, kept, runs, ends, pair)
+        self._gradient_before = writable(pair[0], dtype, n)
+        self._newton_before = writable(pair[1], dtype, n)
+        self._moved = writable(pair[2], dtype, n)
         self.gradient = writable(self.gradient_array, dtype)
         self.values = writable(self.value_array, dtype)
         self.step = writable(self.step_array, dtype, n)
@@ -102,6 +111,19 @@ cdef class Vectors:
     cdef void prepare(self, bint by_scale) noexcept nogil:
         self._by_scale = by_scale
         self._share(prepare_part)
+
+    cdef void turn_back(self) noexcept nogil:
+        self._share(turn_back_part)
+
+    cdef void take_faded(self) noexcept nogil:
+        cdef Py_ssize_t k
+        self._share(faded_part)
+        if self._direct:
+            return
+        for k in range(self.active_count):
+            self.sums[self.active[k]].faded = 0
+        for k in range(self._ends[self._parts]):
+            self.sums[self._run[3 * k + 2]].faded += self._sums[k].faded
 
     cdef void products(self) noexcept nogil:
         cdef Py_ssize_t k
@@ -143,6 +165,37 @@ cdef class Vectors:
 
     cdef void combine(self) noexcept nogil:
         self._share(combine_part)
+
+    cdef void keep_pair(self) noexcept nogil:
+        cdef Py_ssize_t k, at, size, item = 4 if self.single else 8
+        cdef const int64_t* run
+        for k in range(self._ends[self._parts]):
+            run = self._run + 3 * k
+            if self.paired[run[2]]:
+                at, size = run[0] * item, (run[1] - run[0]) * item
+                memcpy(<char*>self._gradient_before + at, <char*>self.gradient + at, size)
+                memcpy(<char*>self._newton_before + at, <char*>self.newton + at, size)
+                memcpy(<char*>self._moved + at, <char*>self.step + at, size)
+
+    cdef void secant_sums(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef Sums* one
+        self._share(secant_part)
+        if self._direct:
+            return
+        for k in range(self.active_count):
+            one = &self.sums[self.active[k]]
+            one.secant_moved = one.secant_change = one.secant_newton = one.secant_solved = 0
+        for k in range(self._ends[self._parts]):
+            one = &self.sums[self._run[3 * k + 2]]
+            if self.paired[self._run[3 * k + 2]]:
+                one.secant_moved += self._sums[k].secant_moved
+                one.secant_change += self._sums[k].secant_change
+                one.secant_newton += self._sums[k].secant_newton
+                one.secant_solved += self._sums[k].secant_solved
+
+    cdef void add_pair(self) noexcept nogil:
+        self._share(add_pair_part)
 
     cdef void scaled_gradient(self) noexcept nogil:
         cdef Py_ssize_t k
@@ -239,6 +292,28 @@ cdef class Vectors:
             for i in range(begin, end):
                 step[i] = -gradient[i]
 
+    cdef void _turn_back_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
+        cdef Py_ssize_t i, k
+        cdef real* step = <real*>self.step
+        for k in range(self._ends[part], self._ends[part + 1]):
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                step[i] = -gradient[i]
+
+    cdef void _faded_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
+        cdef Py_ssize_t i, k
+        cdef const real* damped = <const real*>self.damped
+        cdef const real* own = <const real*>self._own
+        cdef const real* step = <const real*>self.step
+        cdef double total
+        for k in range(self._ends[part], self._ends[part + 1]):
+            total = 0
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                # NaN if both are zero, which proves nothing.
+                if not own[i] >= HALF * damped[i] and gradient[i] != 0:
+                    total += (
+                        fabs(<double>gradient[i] * step[i]) * <double>damped[i] / <double>own[i])
+            self._of_run(k).faded = total
+
     cdef void _product_part(self, Py_ssize_t part, const real* step) noexcept nogil:
         cdef Py_ssize_t i, k
         cdef const real* gradient = <const real*>self.gradient
@@ -288,6 +363,41 @@ cdef class Vectors:
             for i in range(begin, end):
                 step[i] = along * descent[i] + across * newton[i]
 
+    cdef void _secant_part(self, Py_ssize_t part, const real* gradient) noexcept nogil:
+        cdef Py_ssize_t i, k
+        cdef const real* before = <const real*>self._gradient_before
+        cdef const real* earlier = <const real*>self._newton_before
+        cdef const real* moved = <const real*>self._moved
+        cdef const real* newton = <const real*>self.newton
+        cdef double y, sg, sy, yn, yu
+        cdef Sums* one
+        for k in range(self._ends[part], self._ends[part + 1]):
+            if not self.paired[self._run[3 * k + 2]]:
+                continue
+            sg = sy = yn = yu = 0
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                y = <double>gradient[i] - <double>before[i]
+                sg += <double>moved[i] * gradient[i]
+                sy += <double>moved[i] * y
+                yn += <double>newton[i] * y
+                yu += (<double>earlier[i] - <double>newton[i]) * y
+            one = self._of_run(k)
+            one.secant_moved, one.secant_change = sg, sy
+            one.secant_newton, one.secant_solved = yn, yu
+
+    cdef void _add_pair_part(self, Py_ssize_t part, real* step) noexcept nogil:
+        cdef Py_ssize_t i, k, c
+        cdef const real* earlier = <const real*>self._newton_before
+        cdef const real* moved = <const real*>self._moved
+        cdef real back, onward
+        for k in range(self._ends[part], self._ends[part + 1]):
+            c = self._run[3 * k + 2]
+            if not self.paired[c]:
+                continue
+            back, onward = <real>self.back[c], <real>self.onward[c]
+            for i in range(self._run[3 * k], self._run[3 * k + 1]):
+                step[i] += back * earlier[i] + onward * moved[i]
+
     cdef void _scaled(self, const real* gradient) noexcept nogil:
         cdef Py_ssize_t i, k
         cdef const real* diagonal = <const real*>self._diagonal
@@ -333,6 +443,34 @@ cdef void combine_part(void* of, Py_ssize_t part) noexcept nogil:
         (<Vectors>of)._combine_part(part, <float*>(<Vectors>of).step)
     else:
         (<Vectors>of)._combine_part(part, <double*>(<Vectors>of).step)
+
+
+cdef void turn_back_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._turn_back_part(part, <const float*>(<Vectors>of).gradient)
+    else:
+        (<Vectors>of)._turn_back_part(part, <const double*>(<Vectors>of).gradient)
+
+
+cdef void faded_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._faded_part(part, <const float*>(<Vectors>of).gradient)
+    else:
+        (<Vectors>of)._faded_part(part, <const double*>(<Vectors>of).gradient)
+
+
+cdef void secant_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._secant_part(part, <const float*>(<Vectors>of).gradient)
+    else:
+        (<Vectors>of)._secant_part(part, <const double*>(<Vectors>of).gradient)
+
+
+cdef void add_pair_part(void* of, Py_ssize_t part) noexcept nogil:
+    if (<Vectors>of).single:
+        (<Vectors>of)._add_pair_part(part, <float*>(<Vectors>of).step)
+    else:
+        (<Vectors>of)._add_pair_part(part, <double*>(<Vectors>of).step)
 
 
 def runs_of(n, component=None):

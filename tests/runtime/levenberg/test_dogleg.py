@@ -50,6 +50,7 @@ class Watcher:
             SimpleNamespace(
                 record=record,
                 step=vectors.step_array.astype(float),
+                newton=vectors.newton_array.astype(float),
                 scale=vectors.scale_array.astype(float),
                 next_radius=minimiser.dogleg.radius,
             )
@@ -106,6 +107,36 @@ def oracle(x, scale, regularisation, radius):
     return kind, step, -(2 * g @ step + step @ h @ step)
 
 
+def is_secant(attempt):
+    """Whether a step inside the region is another than the Gauss-Newton step."""
+    step, newton = attempt.step, attempt.newton
+    inside = step @ (attempt.scale * step) < attempt.record["radius"] ** 2 * (1 - 1e-6)
+    return inside and not np.allclose(step, newton, rtol=1e-4, atol=1e-9 * abs(newton).max())
+
+
+def test_secant_steps_are_those_of_a_bfgs_update():
+    """Of J'J, by the last step and the change of the gradient, and two Gauss-Newton steps."""
+    secants = 0
+    for start in starts(40):
+        watcher, states = watched(start)
+        pairs = zip(watcher.attempts, watcher.attempts[1:], states, states[1:], strict=False)
+        for before, attempt, x0, x in pairs:
+            if not is_secant(attempt):
+                continue
+            secants += 1
+            assert before.record["accepted"] and attempt.record["retry"] == 0
+            g = jacobian(x).T @ residual(x)
+            s, y = before.step, g - jacobian(x0).T @ residual(x0)
+            n, u = attempt.newton, before.newton - attempt.newton
+            a = (s @ g) / (s @ y)
+            b = y @ (-n - a * u) / (s @ y)
+            expected = -((-n - a * u) + s * (a - b))
+            np.testing.assert_allclose(attempt.step, expected, rtol=1e-5)
+            # The update of H meets the secant equation: the step is exact along s.
+            assert attempt.record["predicted"] == pytest.approx(-g @ attempt.step, rel=1e-9)
+    assert secants > 3
+
+
 @pytest.mark.parametrize("precision, tolerance", [("f64", 1e-7), ("f32", 2e-2)])
 def test_steps_lie_on_the_dogleg_and_predict_what_the_model_does(precision, tolerance):
     kinds = set()
@@ -116,7 +147,7 @@ def test_steps_lie_on_the_dogleg_and_predict_what_the_model_does(precision, tole
             j = jacobian(x)
             if np.linalg.cond(j / np.sqrt(attempt.scale)) > 1e3 or not record["factored"]:
                 continue  # digits of the oracle itself are lost
-            if precision == "f32" and record["cost"] < 1e-3:
+            if (precision == "f32" and record["cost"] < 1e-3) or is_secant(attempt):
                 continue
             kind, step, predicted = oracle(x, attempt.scale, record["damping"], record["radius"])
             kinds.add(kind)
@@ -160,7 +191,9 @@ def test_radius_follows_the_gain_ratio():
             record = attempt.record
             length = np.sqrt(attempt.step @ (attempt.scale * attempt.step))
             gain = (record["cost"] - record["trial_cost"]) / record["predicted"]
-            if not record["accepted"]:
+            if not record["accepted"] and is_secant(attempt):
+                case, expected = "secant", record["radius"]
+            elif not record["accepted"]:
                 case, expected = "rejected", length / 4
             elif gain > 0.75:
                 case, expected = "good", max(record["radius"], 2 * length)
@@ -170,7 +203,7 @@ def test_radius_follows_the_gain_ratio():
                 case, expected = "fair", record["radius"]
             seen.add(case)
             assert attempt.next_radius == pytest.approx(expected, rel=1e-9)
-    assert seen == {"rejected", "good", "poor", "fair"}
+    assert seen - {"secant"} == {"rejected", "good", "poor", "fair"}
 
 
 def test_first_radius_is_no_longer_than_the_state():

@@ -1,0 +1,137 @@
+"""Ends that the factor of the last linearisation shows, and secant steps: both save attempts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.interpreted import Load, loader
+from tests.test_ending_families import CURVE, PLANE, curve
+
+# The Gauss-Newton step from y = 0 ends where `h` has its old value and nearly no slope; its root
+# is at 2.2. The constant gives the cost a scale.
+HIDDEN = """
+root A {
+    param x: real = 0
+    param y: real = 0
+    constraint c {
+        let h = 1 - y + 2.0001*y*y - 1.0001*y^3
+        [10, x - 1, 0.01*h]
+    }
+}
+"""
+# The same along the difference of two parameters, whose own curvatures stay.
+HIDDEN_DIFFERENCE = """
+root A {
+    param u: real = 0
+    param v: real = 0
+    constraint c {
+        let y = u - v
+        let h = 1 - y + 2.0001*y*y - 1.0001*y^3
+        [10, u + v - 1, 0.01*h]
+    }
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def load(tmp_path_factory: pytest.TempPathFactory) -> Load:
+    """Load a model's text, once each, without compiling it."""
+    return loader(tmp_path_factory.mktemp("last"))
+
+
+def promise(model: Any) -> float:
+    """``g' H^-1 g`` at the state of a model."""
+    rows = model.jacobian()
+    jacobian, r = rows.dense(), rows.residuals
+    step = np.linalg.lstsq(jacobian, -r, rcond=None)[0]
+    return float(np.square(jacobian @ step).sum())
+
+
+def curves(kind: Any, scale: float) -> Any:
+    for draw in range(12):
+        x, y, true = curve(np.random.default_rng(draw))
+        start = true * np.random.default_rng(draw).uniform(0.7, 1.3, 3)
+        model = kind(**dict(zip("abc", start, strict=True)), s=scale)
+        model.points.extend(x=x, y=y)
+        yield model
+
+
+def planes(kind: Any, scale: float) -> Any:
+    for draw in range(12):
+        rng = np.random.default_rng(draw)
+        p = rng.normal(size=(15, 2))
+        q = p @ np.array([[0.9, 0.4], [-0.4, 0.9]]) + 0.1 * rng.normal(size=p.shape)
+        model = kind(s=scale)
+        model.matches.extend(p=p, q=q)
+        yield model
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(("text", "family"), [(CURVE, curves), (PLANE, planes)])
+def test_the_promise_of_the_last_factor_is_that_of_a_new_one(
+    load: Load, text: str, family: Any, scale: float
+) -> None:
+    saved = 0
+    for model in family(load(text.replace("WHEN ", "").replace("LOSS ", "")), scale):
+        result = model.solve(rel_precision=1e-7)
+        assert result.status == "converged"
+        last = result.history[-1]
+        if last["promise"] <= 1e-7 * last["cost"]:
+            continue
+        saved += 1
+        assert result.predicted_decrease <= 1e-7 * result.end_cost
+        assert result.predicted_decrease == pytest.approx(promise(model), rel=0.3, abs=1e-14)
+    assert saved >= 6
+
+
+@pytest.mark.parametrize("text", [HIDDEN, HIDDEN_DIFFERENCE], ids=["scalar", "difference"])
+def test_a_direction_that_loses_its_curvature_is_no_end(load: Load, text: str) -> None:
+    """In the matrix before, its gradient is nothing: 1e-12 of what is left to gain."""
+    model = load(text)()
+    first = model.solve(max_iters=1)
+    assert first.end_cost == pytest.approx(100 + 1e-4, rel=1e-9)
+    assert promise(model) == pytest.approx(1e-4, rel=1e-6)
+    assert first.status == "max_iterations"
+    result = load(text)().solve()
+    assert result.status == "converged"
+    assert result.end_cost == pytest.approx(100, rel=1e-9)
+
+
+def test_a_linear_problem_takes_one_attempt(load: Load) -> None:
+    model = load("root A { param x: real = 0\n constraint c { [x - 1, 2*x + 3] } }")()
+    result = model.solve()
+    assert (result.status, result.iterations) == ("converged", 1)
+    assert float(model.x.value) == pytest.approx(-1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("settings", [{"patience": 1}, {"min_diagonal": 1e-3}, {"min_iters": 2}])
+def test_settings_that_ask_for_more_attempts_get_them(load: Load, settings: Any) -> None:
+    model = load("root A { param x: real = 0\n constraint c { [x - 1, 2*x + 3] } }")()
+    assert model.solve(**settings).iterations >= 2
+
+
+def test_a_bounded_component_takes_its_last_attempt(load: Load) -> None:
+    """Bounds change the system from one linearisation to the next."""
+    model = load("root A { param x: real in -9 .. 9 = 0\n constraint c { [x - 1, 2*x + 3] } }")()
+    assert model.solve().iterations == 2
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize(("bend", "most"), [(0.5, 7), (0.8, 10)])
+def test_secant_steps_at_large_residuals(
+    load: Load, bend: float, most: int, precision: str
+) -> None:
+    """Gauss-Newton multiplies the error by `bend`: alone it takes 18 and 46 attempts.
+
+    Madsen, Nielsen and Tingleff, "Methods for non-linear least squares problems", 2004.
+    """
+    model = load(
+        f"root A {{ param x: real = 0.2\n constraint c {{ [x + 1, {bend}*x*x + x - 1] }} }}",
+        precision,
+    )()
+    result = model.solve(rel_precision=1e-12)
+    assert result.status == "converged" and result.iterations <= most
+    assert float(model.x.value) == pytest.approx(0, abs=1e-7 if precision == "f64" else 2e-2)
