@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -19,3 +20,12 @@ def public(name: str) -> Path:
             "(CONTRIBUTING.md names their sources)"
         )
     return path
+
+
+def held(names: Iterable[str], pattern: str) -> list[str]:
+    """Those of `names` whose file, ``pattern.format(name)``, is in the folder of data sets.
+
+    All of them where the folder has none, so that their tests are skipped and say what is missing.
+    """
+    every = list(names)
+    return [name for name in every if (FOLDER / pattern.format(name)).exists()] or every

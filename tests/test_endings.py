@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from arael.result import Result
 from benchmarks import nist
 from tests.interpreted import Load, loader
-from tests.public_data import public
+from tests.public_data import held, public
 
 PRECISIONS = ("f64", "f32")
 
@@ -339,7 +339,7 @@ def test_two_decays_from_far_away(load: Load, seed: int) -> None:
 
 
 @pytest.mark.parametrize("start", [0, 1])
-@pytest.mark.parametrize("name", nist.FORMULAS)
+@pytest.mark.parametrize("name", held(nist.FORMULAS, "nist/{}.dat"))
 def test_certified_values_are_reached_from_both_starts(load: Load, name: str, start: int) -> None:
     values, cost, data = nist.parsed(public(f"nist/{name}.dat").read_text())
     kind = load(nist.model_text(name, len(values)))

@@ -7,25 +7,25 @@ import pytest
 
 from benchmarks import nist
 from benchmarks.certified import by_fit, digits, even, ordered
-from tests.public_data import public
+from tests.public_data import held, public
 
 # The standard errors of Lanczos1 are the rounding of its data: its cost is 1e-25.
 _ERRORS = {"Lanczos1": 2.5}
 
-
+SETS = held(nist.FORMULAS, "nist/{}.dat")
 QUICK = ("BoxBOD", "DanWood", "Eckerle4", "MGH10", "MGH17", "Misra1a", "Misra1b", "Roszman1")
 """Sets whose starts are searched in the default suite; others take up to two seconds."""
 
 
 @pytest.mark.parametrize("start", [0, 1], ids=["start 1", "start 2"])
-@pytest.mark.parametrize("name", nist.FORMULAS)
+@pytest.mark.parametrize("name", SETS)
 def test_eight_certified_digits(name: str, start: int) -> None:
     check(name, start)
 
 
 @pytest.mark.parametrize(
     "name",
-    [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in nist.FORMULAS],
+    [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in SETS],
 )
 def test_eight_certified_digits_from_starts_found(name: str) -> None:
     check(name, None)
