@@ -264,7 +264,7 @@ class Model(Displayed, Fields):
         Raises
         ------
         AraelError
-            E1037: no such constraint, or the text of the model was changed since.
+            E1037: no such constraint, or a file that the model imports was changed since.
         """
         # imported here: start-up time
         from arael.analysis.residual_values import residual_values

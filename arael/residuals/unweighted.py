@@ -1,7 +1,7 @@
 """Residuals of a constraint without its loss, and without factors of data alone.
 
-Kernels compute residuals after the loss. A constraint of the model's file is derived again from the
-text of the file without its loss, and evaluated by the interpreter.
+Kernels compute residuals after the loss. A constraint of the model is derived again without its
+loss, from the text that was loaded, and evaluated by the interpreter. Imported files are read again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from arael.compiler.entities import model_state
 from arael.compiler.groups import compile_constraint
 from arael.compiler.imports import Imports
 from arael.compiler.scalar_programs import Functions
-from arael.diagnostics.records import AraelError, Diagnostic, Findings
+from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
 from arael.runtime.layout import Layout
 from arael.runtime.problem import Problem
 from arael.syntax.files import read_source
@@ -36,7 +36,7 @@ def unweighted(model: Any, number: int) -> tuple[Floats, Floats]:
     Raises
     ------
     AraelError
-        E1037: the text of the model is not what was compiled.
+        E1037: the text of the model, with the files that it imports, is not what was compiled.
     """
     compiled = model._compiled.layout.groups
     if number < len(compiled):
@@ -47,10 +47,11 @@ def unweighted(model: Any, number: int) -> tuple[Floats, Floats]:
 
 def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
     """Raw and whitened residuals of a constraint of the model's file, all active instances."""
-    layout = model._compiled.layout
+    layout, recipe = model._compiled.layout, model._compiled.recipe
     group = layout.groups[number]
     try:
-        tree = compiler.syntax(read_source(layout.source))
+        source = Source(recipe.name, recipe.text) if recipe else read_source(layout.source)
+        tree = compiler.syntax(source)
         typed = compiler.types(tree, Findings(), layout.root, Imports())
     except AraelError:
         raise _changed(layout.source) from None
@@ -117,7 +118,7 @@ def _changed(source: str) -> AraelError:
     return AraelError(
         Diagnostic(
             "E1037",
-            f"the text of the model, {source}, is not what was compiled",
+            f"the text of {source}, with the files that it imports, is not what was compiled",
             origin="residual_values",
             help=("raw residuals are derived from the text; load the model again",),
         )
