@@ -36,7 +36,7 @@ def unweighted(model: Any, number: int) -> tuple[Floats, Floats]:
     Raises
     ------
     AraelError
-        E1037: the text of the model, with the files that it imports, is not what was compiled.
+        E1037: the text of the model, or of a file that it imports, is not what was compiled.
     """
     compiled = model._compiled.layout.groups
     if number < len(compiled):
