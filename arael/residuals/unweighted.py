@@ -1,7 +1,8 @@
 """Residuals of a constraint without its loss, and without factors of data alone.
 
 Kernels compute residuals after the loss. A constraint of the model is derived again without its
-loss, from the text that was loaded, and evaluated by the interpreter. Imported files are read again.
+loss, from the text that was loaded, and evaluated by the interpreter. Imported files are read once
+more.
 """
 
 from __future__ import annotations
