@@ -268,7 +268,7 @@ class LmConfig:
             value = getattr(self, name)
             if value is not None and (not _is_number(value) or not value >= 0):
                 raise _refused(
-                    f"`{name}` is {value!r}", "it must be None or a number, zero or more"
+                    f"`{name}` is {value!r}", f"it must be {_OR_NONE}a number, zero or more"
                 )
         if not _is_number(self.lambda_ceiling) or not self.lambda_ceiling > self.initial_lambda:
             raise _refused(
@@ -297,12 +297,15 @@ class LmConfig:
 
 
 def refused(name: str, value: object) -> str:
-    """Why the setting `name` cannot have this value; "" if it can."""
+    """Why a pass cannot give the setting `name` this value; "" if it can.
+
+    A model file has no None: settings that may be None in Python keep their default there.
+    """
     try:
         replace(LmConfig(), **{name: value}).validate()  # type: ignore[arg-type]
     except AraelError as error:
         (found,) = error.diagnostics
-        return found.help[0] if found.message.startswith(f"`{name}` ") else ""
+        return found.help[0].replace(_OR_NONE, "") if found.message.startswith(f"`{name}` ") else ""
     return ""
 
 
@@ -315,6 +318,7 @@ _NOT_NEGATIVE = (
     "predicted_reduction_tolerance",
     "min_diagonal",
 )
+_OR_NONE = "None or "
 _OPTIONAL = ("rel_precision", "lambda_floor", "time_limit")
 _DAMPINGS = ("gain", "ladder", "nielsen")
 _WORDS = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
@@ -263,11 +264,13 @@ class Model(Displayed, Fields):
         Raises
         ------
         AraelError
-            E1037: no such constraint, or the text of the model was changed since.
+            E1037: no such constraint, or a file that the model imports was changed since.
         """
+        # imported here: start-up time
         from arael.analysis.residual_values import residual_values
+        from arael.residuals.unweighted import unweighted
 
-        return residual_values(self, label)
+        return residual_values(self._problem(), label, partial(unweighted, self))
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""
@@ -303,6 +306,7 @@ class Model(Displayed, Fields):
         ----------
         scale : as of `covariance`
         """
+        # imported here: start-up time
         from arael.analysis.report import report
 
         return report(self._problem(), scale)
@@ -325,6 +329,7 @@ class Model(Displayed, Fields):
         AraelError
             E1036: no such scalar or level, or a lower cost was found on the way.
         """
+        # imported here: start-up time
         from arael.analysis.profile import profile
 
         return profile(self, name, level, scale)

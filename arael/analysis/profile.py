@@ -105,6 +105,7 @@ def profile(model: Any, name: str, level: float, scale: str) -> Profile:
 
 def threshold(statistics: Statistics, level: float) -> float:
     """Rise of the cost at the end of an interval; NaN where the scatter is not known."""
+    # imported here: start-up time
     from scipy import special
 
     if not statistics.scatter:

@@ -322,6 +322,7 @@ def _is_off(statistics: Statistics) -> bool:
         return False
     if 2 / 3 < statistics.reduced < 1.5:
         return False
+    # imported here: start-up time
     from scipy import special
 
     below = float(special.chdtr(statistics.freedom, statistics.cost))

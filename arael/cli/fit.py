@@ -87,6 +87,7 @@ def command(
     FORMULA that contains the column `y`, or `0 = FORMULA`, is a residual to minimise. Without
     --sigma the scatter of the points is used.
     """
+    # imported here: start-up time
     import arael
 
     _check_targets(output, plot)
@@ -161,9 +162,11 @@ def _bounds(items: tuple[str, ...]) -> dict[str, tuple[float | None, float | Non
 
 def _check_targets(output: str | None, plot: str | None) -> None:
     """Reject output files that cannot be written, before the fit."""
+    # imported here: start-up time
     from arael.cli.solve import require_writable
 
     if output is not None and Path(output).suffix.lower() not in (".csv", ".json"):
+        # imported here: start-up time
         from arael.fitting.messages import mistake
 
         raise mistake(
@@ -173,6 +176,7 @@ def _check_targets(output: str | None, plot: str | None) -> None:
             f"for instance {Path(output).with_suffix('.csv').name}",
         )
     if plot is not None:
+        # imported here: start-up time
         from arael.plot.figure import check_format, require_matplotlib
 
         require_matplotlib()
@@ -185,6 +189,7 @@ def _write(found: Fit, output: str | None, plot: str | None, level: float) -> li
     """Write the requested files; return their names."""
     written = []
     if output is not None:
+        # imported here: start-up time
         from arael.io.files import write_whole
 
         if output.lower().endswith(".json"):
@@ -197,6 +202,7 @@ def _write(found: Fit, output: str | None, plot: str | None, level: float) -> li
         write_whole(output, lambda file: file.write(text.encode()))
         written.append(output)
     if plot is not None:
+        # imported here: start-up time
         from arael.plot.figure import save
 
         written.append(save(found.plot(level), Path(plot)))

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.compiled_model import CompiledModel
 from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import Source
 from arael.fitting.formula import Formula
-from arael.loading import CompiledModel
 from arael.model import Model
 from arael.runtime.problem import Problem
 

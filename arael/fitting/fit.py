@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnostics.suggest import closest
 from arael.fitting.curve import Curve, Parameter, Points, curve_of
 from arael.fitting.estimates import estimates
 from arael.fitting.formula import Formula, measured_column, read_formula
-from arael.fitting.messages import mistake
+from arael.fitting.messages import check_parameter, mistake
 from arael.fitting.polish import polished
 from arael.fitting.result import Fit
 from arael.fitting.starts import find_start
@@ -205,18 +204,6 @@ def _parameters(
         )
         for name in formula.parameters
     ]
-
-
-def check_parameter(name: str, parameters: tuple[str, ...], where: str) -> None:
-    """Raise E0872 for a name that is not a parameter of the formula."""
-    if name not in parameters:
-        near = closest(name, parameters)
-        raise mistake(
-            "E0872",
-            f"'{name}' is not a parameter of the formula; it has {', '.join(parameters)}",
-            where,
-            f"did you mean '{near[0]}'?" if near else "",
-        )
 
 
 def _parameter(name: str, start: Any, bounds: Any, fixed: bool, own: bool) -> Parameter:

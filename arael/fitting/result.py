@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.analysis.profile import Profile
+from arael.analysis.profile import Profile, profile
 from arael.analysis.report import Estimate, Report, strongest, suspicions
 from arael.fitting.curve import Curve
 from arael.fitting.estimates import Estimates
 from arael.fitting.formula import Formula
-from arael.fitting.messages import mistake
+from arael.fitting.messages import check_parameter, mistake
 from arael.result import Result
 
 if TYPE_CHECKING:
@@ -186,6 +186,7 @@ class Fit:
         )
 
     def _quantile(self, level: float) -> float:
+        # imported here: start-up time
         from scipy import special
 
         if self.known:
@@ -238,9 +239,6 @@ class Fit:
         AraelError
             E0872: no such parameter; E1036: no profile.
         """
-        from arael.analysis.profile import profile
-        from arael.fitting.fit import check_parameter
-
         check_parameter(name, self.names, "profile")
         scale = "known" if self.known else "residual"
         return replace(profile(self.curve.model, self.curve.scalar(name), level, scale), name=name)
@@ -311,9 +309,10 @@ class Fit:
 
     def plot(self, level: float = 0.95) -> Figure:
         """Points, curve and bands over the first column, and the residuals; needs matplotlib."""
+        # imported here: start-up time
         from arael.plot.curve import curve_figure
 
-        return curve_figure(self, level)
+        return curve_figure(self, self.formula, self.curve.points, level)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""

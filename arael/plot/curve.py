@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arael.plot.figure import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from arael.fitting.result import Fit
+Array = NDArray[np.float64]
 
 _COLORS = (BLUE, ORANGE, GREEN, GREY)
 _ACROSS = 300
@@ -20,14 +22,84 @@ _MOST = 8
 """Most groups that are drawn with bands and a name."""
 
 
+class Bands(Protocol):
+    """A curve (m,) with its uncertainty."""
+
+    @property
+    def value(self) -> Array:
+        """The curve."""
+
+    @property
+    def low(self) -> Array:
+        """Lower end of the confidence band."""
+
+    @property
+    def high(self) -> Array:
+        """Upper end of the confidence band."""
+
+    @property
+    def predicted_low(self) -> Array:
+        """Lower end of the prediction band."""
+
+    @property
+    def predicted_high(self) -> Array:
+        """Upper end of the prediction band."""
+
+
+class Fitted(Protocol):
+    """A fitted curve."""
+
+    @property
+    def residuals(self) -> Array:
+        """(n,) measured minus fitted."""
+
+    def bands(self, data: Mapping[str, Any], level: float, group: Any) -> Bands:
+        """The curve at other points."""
+
+
+class Formula(Protocol):
+    """The names of a formula."""
+
+    @property
+    def text(self) -> str:
+        """The formula of the predicted column."""
+
+    @property
+    def predicts(self) -> str | None:
+        """Name of the predicted column; None of a residual."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns that it reads."""
+
+
+class Points(Protocol):
+    """The points of a fit, by columns (n,)."""
+
+    @property
+    def columns(self) -> Mapping[str, Array]:
+        """Columns by name."""
+
+    @property
+    def group(self) -> NDArray[np.int64]:
+        """Number of the group of each point."""
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the groups."""
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+
+
 @styled
-def curve_figure(fit: Fit, level: float) -> Figure:
+def curve_figure(fit: Fitted, formula: Formula, points: Points, level: float) -> Figure:
     """Draw points and curve over the first column that the formula reads, and the residuals.
 
     With one such column the curve has a confidence band (dark) and a prediction band (light); with
     several, measured values are drawn over fitted ones. A residual formula has residuals alone.
     """
-    points, formula = fit.curve.points, fit.formula
     read = [name for name in formula.columns if name != formula.predicts]
     figure, axes = new_figure(12.0, 4.8, columns=1 if formula.predicts is None else 2)
     residuals = axes[-1]

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.check.walk import subtrees
 from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.face.collection import Collection
 from arael.face.ref import Ref, Refs
 from arael.residuals.dotted import dotted_problem
 from arael.residuals.messages import error, label_problem, name_problem
 from arael.residuals.parameters import Parameters
+from arael.syntax import tree
 from arael.syntax.parser import parse_expression, parse_loss
-
-if TYPE_CHECKING:
-    from arael.syntax import tree
 
 Array = NDArray[Any]
 
@@ -242,8 +241,6 @@ class RuntimeResidual(Expression):
 
 def measured_part(residual: RuntimeResidual) -> str:
     """The formula without factors and divisors that are numbers and data columns alone."""
-    from arael.check.walk import subtrees
-    from arael.syntax import tree
 
     def is_data(node: tree.Expr) -> bool:
         return all(

@@ -86,12 +86,34 @@ def test_an_unknown_constraint(model: arael.Model) -> None:
     assert "did you mean `Sat.pseudorange`?" in str(caught.value)
 
 
+def test_of_a_model_of_text() -> None:
+    model = arael.loads(TEXT, interpret=True)()
+    np.testing.assert_allclose(model.residual_values("Gnss.prior").raw, [[-0.9, -0.8]])
+
+
 @pytest.mark.parametrize("change", ["other", "gone"])
-def test_a_file_that_was_changed(model: arael.Model, tmp_path: Path, change: str) -> None:
+def test_the_text_that_was_loaded_counts(model: arael.Model, tmp_path: Path, change: str) -> None:
+    before = model.residual_values("Sat.pseudorange")
     path = tmp_path / "gnss.arael"
     if change == "gone":
         path.unlink()
     else:
         path.write_text(path.read_text().replace("- range", "- 2 * range"))
+    np.testing.assert_array_equal(model.residual_values("Sat.pseudorange").raw, before.raw)
+
+
+@pytest.mark.parametrize("change", ["other", "gone"])
+def test_an_imported_file_that_was_changed(tmp_path: Path, change: str) -> None:
+    struct, root = (TEXT[: TEXT.index("root Gnss")], TEXT[TEXT.index("root Gnss") :])
+    imported, path = tmp_path / "sat.arael", tmp_path / "gnss.arael"
+    imported.write_text(struct)
+    path.write_text(f'import "sat.arael"\n{root}')
+    model = arael.load(path, interpret=True)()
+    model.sats.extend(range=RANGE, at=AT)
+    assert model.residual_values("Sat.pseudorange").raw.shape == (4, 1)
+    if change == "gone":
+        imported.unlink()
+    else:
+        imported.write_text(struct.replace("- range", "- 2 * range"))
     with pytest.raises(AraelError, match=r"E1037.*is not what was compiled"):
         model.residual_values("Sat.pseudorange")
