@@ -1,118 +1,396 @@
-"""The functions of the language, for use from Python.
+"""The language's functions as SymPy functions, where SymPy's own will not do.
 
-Arguments may be expressions, numbers, vectors, matrices and quaternions, as the language has it:
-``sin`` of a vector is elementwise, ``exp`` of a vector of length 3 the quaternion of a rotation
-vector, ``log`` of a quaternion that vector.
+SymPy's `Abs`, `Max` and the like are not differentiated as a solver needs it: at kinks and jumps
+they give a ``DiracDelta``, a ``Heaviside`` or, over complex symbols, the derivative of ``re(x)``.
+The classes here have the values and derivatives of models (docs/internals/symbolic.md). They print
+as in the language, evaluate numerically, and work in `sympy.lambdify`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, reduce
+from typing import Any, cast
 
-from arael.check.builtins import FUNCTIONS
-from arael.sym.building import build
-from arael.sym.expr import Expr, as_expr
-from arael.sym.operations import call_on_any, logic
-from arael.sym.shapes import Matrix, as_value, composite
+import numpy as np
+import sympy as sp
+
+from arael.runtime.library import FUNCTIONS as LIBRARY
+from arael.runtime.tape import Tape, evaluate
+from arael.sym.limits import MAX_SUPERSCRIPT
+from arael.symbolic import functions as core
+from arael.symbolic.graph import Graph
+from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
+from arael.symbolic.sharing import real
 
-Call = Callable[..., Any]
+Maker = Callable[..., Any]
+
+_LARGEST_DENOMINATOR = 1024
+_LARGEST = 1e15
+_LONGEST = 1 << 128
 
 
-def _function(name: str) -> Call:
-    def apply(*args: Any) -> Any:
-        return call_on_any(name, *args)
+class Numeric(sp.Function):  # type: ignore[misc]
+    """A function that SymPy keeps as it is, with a numeric value."""
 
-    apply.__name__ = apply.__qualname__ = name
-    scalar = SCALARS.get(name)
-    if scalar is not None:
-        singular = f"\nSingular points: {scalar.singular}." if scalar.singular else ""
-        apply.__doc__ = f"{scalar.value}.\n\nDerivative: {scalar.derivative}.{singular}"
+    @classmethod
+    def eval(cls, *args: Any) -> None:
+        """Keep the function: operands may be anything."""
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
+        raise NotImplementedError
+
+    def _numpycode(self, printer: Any) -> str:
+        """Call it by name, though SymPy has a function of that name too, as `sinc`."""
+        return f"{type(self).__name__}({', '.join(map(printer.doprint, self.args))})"
+
+    _pythoncode = _numpycode
+
+    def _eval_evalf(self, prec: int) -> Any:
+        values = [a.evalf(prec) for a in self.args]
+        if not all(v.is_Number for v in values):
+            return None
+        return sp.Float(float(self._imp_(*map(float, values))), prec)
+
+
+class Operation(Numeric):
+    """A function of the language; the name of the class is its name."""
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        tape = _tape(cls.__name__)
+        return evaluate(tape, [np.asarray(a, float) for a in args])[tape.outputs[0]]
+
+
+@cache
+def _tape(name: str) -> Tape:
+    g = Graph(simplify=False)
+    return g.tape([SCALARS[name](g, *map(g.input, range(SCALARS[name].arity)))])
+
+
+class Flat(Operation):
+    """A function whose derivative is zero, also where it jumps."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return zero."""
+        return sp.S.Zero
+
+
+class sign(Flat):
+    """-1, 0 or 1."""
+
+
+class heaviside(Flat):
+    """0 below 0, 1 above it, one half at 0."""
+
+
+class floor(Flat):
+    """Largest integer not above the argument."""
+
+
+class ceil(Flat):
+    """Smallest integer not below the argument."""
+
+
+class round(Flat):
+    """Nearest integer, halves away from zero."""
+
+
+class abs(Operation):
+    """Absolute value."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the sign: 0 at 0."""
+        return sign(self.args[0])
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\left|{{{printer.doprint(self.args[0])}}}\right|"
+        return text if exp is None else f"{text}^{{{exp}}}"
+
+
+def _is_first(taken: Any, argindex: int) -> Any:
+    """1 for the operand that is taken, 0 for the other."""
+    here, other = (sp.S.One, sp.S.Zero) if argindex == 1 else (sp.S.Zero, sp.S.One)
+    return sp.Piecewise((here, taken), (other, True))
+
+
+class min(Operation):
+    """The smaller operand."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative of the operand that is taken; of the first where they tie."""
+        return _is_first(sp.Le(*self.args), argindex)
+
+
+class max(Operation):
+    """The larger operand."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative of the operand that is taken; of the first where they tie."""
+        return _is_first(sp.Ge(*self.args), argindex)
+
+
+class identity(Operation):
+    """The argument itself, which no simplification looks through."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return one."""
+        return sp.S.One
+
+
+class cbrt(Operation):
+    """Real cube root, of negative numbers too; SymPy's own is complex there."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 / (3 cbrt(a)^2)."""
+        return 1 / (3 * self**2)
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\sqrt[3]{{{printer.doprint(self.args[0])}}}"
+        return text if exp is None else f"{{{text}}}^{{{exp}}}"
+
+
+class sinc(Operation):
+    """``sin(a) / a``, 1 at 0."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """0 at 0."""
+        (a,) = self.args
+        return sp.Piecewise((sp.S.Zero, sp.Eq(a, 0)), ((sp.cos(a) - self) / a, True))
+
+
+class rad_diff(Operation):
+    """``a - b``, wrapped to (-pi, pi]."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 and -1, at the jump too."""
+        return sp.S.One if argindex == 1 else sp.S.NegativeOne
+
+
+class rad_sum(Operation):
+    """``a + b``, wrapped to (-pi, pi]."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 and 1, at the jump too."""
+        return sp.S.One
+
+
+class UserFunction(Numeric):
+    """Base of the classes of user functions with derivatives of their own.
+
+    Attributes
+    ----------
+    declared : the `arael.sym.Function`
+    """
+
+    declared: Any
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative that the function prescribes."""
+        return self.declared.partials(self.args)[argindex - 1]
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        return cls.declared.evaluate(*args)
+
+
+def _as_in_models(made: Any) -> Any:
+    """Make a class with the derivatives of a class of `arael.symbolic.functions`.
+
+    Those are over the operations of graphs, in which a condition is a number.
+    """
+
+    def fdiff(self: Any, argindex: int = 1) -> Any:
+        slope = made(*self.args).fdiff(argindex).subs(core.CONSTANTS)
+        return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
+
+    return type(made.__name__, (Operation,), {"__doc__": made.__doc__, "fdiff": fdiff})
+
+
+def _of_library(made: Any) -> Maker:
+    ours = isinstance(made, type) and issubclass(made, core.Operation)
+    return _as_in_models(made) if ours else cast(Maker, made)
+
+
+def _translated(term: Any) -> Any:
+    return OPERATIONS[core.OPERATION_OF[term.func]](*term.args)
+
+
+class digamma(Operation):
+    """Derivative of ``lgamma``."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Differentiate the series that gives the value."""
+        a = sp.Dummy()
+        return written_out("digamma", a).diff(a).subs(a, self.args[0])
+
+
+class Formulas:
+    """Takes the part of a `Graph` whose nodes are SymPy expressions.
+
+    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
+    """
+
+    place: int | None = None
+
+    def const(self, value: float) -> Any:
+        """Make a number."""
+        return number(value)
+
+    def value(self, node: Any) -> float | None:
+        """Value of a number; None of anything else."""
+        return float(node) if node.is_Number else None
+
+    def op(self, name: str, *args: Any) -> Any:
+        """Make an operation."""
+        return operation(name, *args)
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        """Make a call of a function with prescribed derivatives."""
+        if isinstance(function, Prescribed):
+            return operation(function.name, *args)
+        return function.sympy_class(*args)
+
+
+class _WrittenOut(Formulas):
+    """Writes functions with prescribed derivatives out as the formula of their value."""
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        return value
+
+
+def written_out(name: str, *args: Any) -> Any:
+    """Return the formula that gives the value of a function of the language."""
+    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
+
+
+def number(value: float) -> Any:
+    """Return a number as SymPy's: exact if it is whole or a short binary fraction."""
+    if value != value or value in (math.inf, -math.inf):
+        return sp.nan if value != value else sp.oo if value > 0 else -sp.oo
+    numerator, denominator = value.as_integer_ratio()
+    if denominator <= _LARGEST_DENOMINATOR and -_LARGEST <= value <= _LARGEST:
+        return sp.Rational(numerator, denominator)
+    return sp.Float(value)
+
+
+def operation(name: str, *args: Any) -> Any:
+    """Make an operation of the language, in bounded time.
+
+    SymPy computes with exact numbers of any length. Here a number that has become long, or very
+    large or small, goes on as a float; a number that is not real is NaN.
+    """
+    make = OPERATIONS[name]
+    if args and all(_is_known(a) for a in args):
+        value = _value(name, [real(a) for a in args])
+        if not math.isfinite(value) or not (value == 0 or 1 / _LARGEST < _size(value) < _LARGEST):
+            return number(value)
+    if name == "pow" and args[1].is_Rational and _is_long(args[1], MAX_SUPERSCRIPT):
+        args = args[0], sp.Float(args[1], 15)
+    made = make(*args)
+    if isinstance(made, sp.Expr):
+        for found in (made.as_coeff_Mul()[0], made.as_coeff_Add()[0]):
+            if found.is_Rational and _is_long(found, _LONGEST):
+                made = made.xreplace({found: sp.Float(found, 15)})
+    return made
+
+
+def _is_known(value: Any) -> bool:
+    return bool(isinstance(value, sp.Expr) and value.is_number and not value.has(UserFunction))
+
+
+def _is_long(rational: Any, largest: int) -> bool:
+    return -largest > rational.p or rational.p > largest or rational.q > largest
+
+
+def _size(value: float) -> float:
+    return -value if value < 0 else value
+
+
+def _value(name: str, values: Sequence[float]) -> float:
+    g = Graph(simplify=False)
+    nodes = [g.input(i) for i in range(len(values))]
+    if name in SCALARS:
+        made = SCALARS[name](g, *nodes)
+    elif name == "sum":
+        made = reduce(lambda a, b: g.op("add", a, b), nodes)
     else:
-        apply.__doc__ = f"{name} of {FUNCTIONS[name].takes}." if name in FUNCTIONS else None
-    return apply
+        made = g.op(name, *nodes)
+    tape = g.tape([made])
+    return float(evaluate(tape, [np.asarray(v) for v in values])[tape.outputs[0]])
 
 
-sin, cos, tan = _function("sin"), _function("cos"), _function("tan")
-asin, acos, atan = _function("asin"), _function("acos"), _function("atan")
-atan2, hypot, pow = _function("atan2"), _function("hypot"), _function("pow")
-sinh, cosh, tanh = _function("sinh"), _function("cosh"), _function("tanh")
-exp, log, log2, log10 = (_function(n) for n in ("exp", "log", "log2", "log10"))
-sqrt, cbrt = _function("sqrt"), _function("cbrt")
-abs, sign, heaviside = _function("abs"), _function("sign"), _function("heaviside")
-min, max, clamp = _function("min"), _function("max"), _function("clamp")
-floor, ceil, round = _function("floor"), _function("ceil"), _function("round")
-identity = _function("identity")
-safe_sqrt, safe_asin = _function("safe_sqrt"), _function("safe_asin")
-safe_acos, safe_atan2 = _function("safe_acos"), _function("safe_atan2")
-rad_diff, rad_sum = _function("rad_diff"), _function("rad_sum")
-deg2rad, rad2deg = _function("deg2rad"), _function("rad2deg")
-fast_atan, fast_atan2 = _function("fast_atan"), _function("fast_atan2")
-starship, starship_gamma = _function("starship"), _function("starship_gamma")
-erf, erfc, lgamma, digamma = (_function(n) for n in ("erf", "erfc", "lgamma", "digamma"))
-expm1, log1p, sinc = _function("expm1"), _function("log1p"), _function("sinc")
-dot, cross, norm, norm2 = (_function(n) for n in ("dot", "cross", "norm", "norm2"))
-unit, perp = _function("unit"), _function("perp")
-det, transpose, inverse, trace = (_function(n) for n in ("det", "transpose", "inverse", "trace"))
-skew, vee = _function("skew"), _function("vee")
-rotation_matrix, euler_angles = _function("rotation_matrix"), _function("euler_angles")
-rotation_vector = _function("rotation_vector")
-conj, rotate = _function("conj"), _function("rotate")
-transform, similarity = _function("transform"), _function("similarity")
-matrix = _function("matrix")
-
-pi: Expr = build("pi")
-e: Expr = build("e")
-epsilon: Expr = build("epsilon")
+def condition(value: Any) -> Any:
+    """`value` as a condition: a number holds if it is not zero."""
+    return value if isinstance(value, sp.logic.boolalg.Boolean) else sp.Ne(value, 0)
 
 
-def identity2() -> Matrix:
-    """Identity matrix, 2 x 2."""
-    return call_on_any("identity2")  # type: ignore[no-any-return]
+def _select(chosen: Any, a: Any, b: Any) -> Any:
+    return sp.Piecewise((a, condition(chosen)), (b, True))
 
 
-def identity3() -> Matrix:
-    """Identity matrix, 3 x 3."""
-    return call_on_any("identity3")  # type: ignore[no-any-return]
+OPERATIONS: Mapping[str, Maker] = {
+    **{f.name: _of_library(core.sympy_function(f)) for f in LIBRARY},
+    "add": lambda a, b: a + b,
+    "sum": lambda *terms: sp.Add(*terms),
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "pow": lambda a, b: a**b,
+    "cbrt": cbrt,
+    "sinc": sinc,
+    "digamma": digamma,
+    "abs": abs,
+    "sign": sign,
+    "heaviside": heaviside,
+    "floor": floor,
+    "ceil": ceil,
+    "round": round,
+    "min": min,
+    "max": max,
+    "identity": identity,
+    "clamp": _as_in_models(core.clamp),
+    "safe_sqrt": _as_in_models(core.safe_sqrt),
+    "safe_asin": _as_in_models(core.safe_asin),
+    "safe_acos": _as_in_models(core.safe_acos),
+    "safe_atan2": _as_in_models(core.safe_atan2),
+    "rad_diff": rad_diff,
+    "rad_sum": rad_sum,
+    "fast_atan": _as_in_models(core.fast_atan),
+    "fast_atan2": _as_in_models(core.fast_atan2),
+    "starship": _as_in_models(core.starship),
+    "starship_gamma": lambda a: 2 * sp.sqrt(a) / sp.pi,
+    "deg2rad": lambda a: a * sp.pi / 180,
+    "rad2deg": lambda a: a * 180 / sp.pi,
+    "pi": lambda: sp.pi,
+    "e": lambda: sp.E,
+    "epsilon": lambda: sp.Float(2.0**-52),
+    "lt": sp.Lt,
+    "le": sp.Le,
+    "eq": sp.Eq,
+    "ne": sp.Ne,
+    "and": lambda a, b: sp.And(condition(a), condition(b)),
+    "or": lambda a, b: sp.Or(condition(a), condition(b)),
+    "not": lambda a: sp.Not(condition(a)),
+    "select": _select,
+}
+"""Operation of the language -> SymPy's expression of its operands."""
+
+OWN: Mapping[str, Any] = {
+    name: made
+    for name, made in OPERATIONS.items()
+    if isinstance(made, type) and issubclass(made, Operation)
+}
+"""Functions of the language with a class of their own, by name."""
 
 
-def where(condition: Expr, then: Any, otherwise: Any) -> Any:
-    """``if condition then a else b``; only the arm that is taken counts, also for derivatives."""
-    a, b = as_value(then), as_value(otherwise)
-    if a.type != b.type:
-        raise TypeError(f"the two arms differ: {a.type} and {b.type}")
-    pairs = zip(a.entries, b.entries, strict=True)
-    return composite(a.type, tuple(build("select", as_expr(condition), x, y) for x, y in pairs))
-
-
-def eq(a: Expr | float, b: Expr | float) -> Expr:
-    """Condition ``a == b``; the operator ``==`` compares how expressions are written."""
-    return build("eq", as_expr(a), as_expr(b))
-
-
-def ne(a: Expr | float, b: Expr | float) -> Expr:
-    """Condition ``a != b``."""
-    return build("ne", as_expr(a), as_expr(b))
-
-
-def both(a: Expr, b: Expr) -> Expr:
-    """Condition ``a and b``."""
-    return logic("and", a, b)
-
-
-def either(a: Expr, b: Expr) -> Expr:
-    """Condition ``a or b``."""
-    return logic("or", a, b)
-
-
-def negated(a: Expr) -> Expr:
-    """Condition ``not a``."""
-    return logic("not", a)
-
-
-__all__ = [
-    *(name for name in SCALARS),
-    *(name for name in FUNCTIONS if name not in SCALARS),
-    *("identity2", "identity3", "where", "eq", "ne", "both", "either", "negated"),
-]
+def __getattr__(name: str) -> Any:
+    """Return a class that is made from one of `arael.symbolic.functions`; pickling looks for it."""
+    if name not in OWN:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return OWN[name]
