@@ -17,6 +17,7 @@ import numpy as np
 import sympy as sp
 
 from arael.runtime.library import FUNCTIONS as LIBRARY
+from arael.runtime.library import LibraryFunction
 from arael.runtime.tape import Tape, evaluate
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic import functions as core
@@ -198,22 +199,32 @@ class UserFunction(Numeric):
         return cls.declared.evaluate(*args)
 
 
-def _as_in_models(made: Any) -> Any:
+def _as_in_models(made: Any, name: str = "", latex: str = "") -> Any:
     """Make a class with the derivatives of a class of `arael.symbolic.functions`.
 
     Those are over the operations of graphs, in which a condition is a number.
     """
+    members: dict[str, Any] = {"__doc__": made.__doc__, "__module__": __name__}
 
     def fdiff(self: Any, argindex: int = 1) -> Any:
         slope = made(*self.args).fdiff(argindex).subs(core.CONSTANTS)
         return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
 
-    return type(made.__name__, (Operation,), {"__doc__": made.__doc__, "fdiff": fdiff})
+    def _latex(self: Any, printer: Any, exp: str | None = None) -> str:
+        raised = "" if exp is None else f"^{{{exp}}}"
+        return rf"{latex}{raised}{{\left({', '.join(map(printer.doprint, self.args))} \right)}}"
+
+    members["fdiff"] = fdiff
+    if latex:
+        members["_latex"] = _latex
+    return type(name or made.__name__, (Operation,), members)
 
 
-def _of_library(made: Any) -> Maker:
-    ours = isinstance(made, type) and issubclass(made, core.Operation)
-    return _as_in_models(made) if ours else cast(Maker, made)
+def _of_library(function: LibraryFunction) -> Maker:
+    made = core.sympy_function(function)
+    if made.__module__.partition(".")[0] == "sympy":
+        return made
+    return cast(Maker, _as_in_models(made, function.name, function.latex))
 
 
 def _translated(term: Any) -> Any:
@@ -334,7 +345,7 @@ def _select(chosen: Any, a: Any, b: Any) -> Any:
 
 
 OPERATIONS: Mapping[str, Maker] = {
-    **{f.name: _of_library(core.sympy_function(f)) for f in LIBRARY},
+    **{f.name: _of_library(f) for f in LIBRARY},
     "add": lambda a, b: a + b,
     "sum": lambda *terms: sp.Add(*terms),
     "sub": lambda a, b: a - b,

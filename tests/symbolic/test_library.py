@@ -50,8 +50,8 @@ runtime.residuals.add("exp2(b) - 2", label="machine", parameters={"b": 0.0})
 runtime.solve()
 found["machine"] = float(runtime.residuals.parameters["b"])
 f = sym.parse("exp2(x)")
-found["latex"] = f.latex()
-found["slope"] = f.diff("x").eval(x=3.0)
+found["latex"] = sym.latex(f)
+found["slope"] = sym.eval(f.diff("x"), x=3.0)
 print(json.dumps(found))
 """
 
