@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from arael.sym.errors import fail
+from arael.sym.functions import remade
 from arael.sym.limits import (
     MAX_ALGEBRA,
     MAX_DEGREE,
@@ -136,7 +137,7 @@ def subs(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -
     made: dict[Any, Any] = {}
     for node in postorder(entries(value)):
         args = tuple(made[a] for a in node.args)
-        made[node] = new.get(node, node if args == node.args else node.func(*args))
+        made[node] = new.get(node, node if args == node.args else remade(node, args))
     return with_entries(value, [made[e] for e in entries(value)])
 
 
@@ -228,7 +229,8 @@ def _simplified(e: Any) -> Any:
 
 
 def _each(value: Value, work: Callable[[Any], Any]) -> Value:
-    return with_entries(value, [work(e) for e in entries(value)])
+    """Do `work` on each scalar; conditions stay as they are."""
+    return with_entries(value, [work(e) if isinstance(e, sp.Expr) else e for e in entries(value)])
 
 
 def _exponent(node: Any) -> float | None:

@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 import sympy as sp
+from sympy.core.relational import Relational
 
 from arael.runtime.library import FUNCTIONS as LIBRARY
 from arael.runtime.library import LibraryFunction
@@ -207,8 +208,8 @@ def _as_in_models(made: Any, name: str = "", latex: str = "") -> Any:
     members: dict[str, Any] = {"__doc__": made.__doc__, "__module__": __name__}
 
     def fdiff(self: Any, argindex: int = 1) -> Any:
-        slope = made(*self.args).fdiff(argindex).subs(core.CONSTANTS)
-        return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
+        slope = _slope(made, len(self.args), argindex)
+        return slope.xreplace(dict(zip(core.FORMAL, self.args, strict=False)))
 
     def _latex(self: Any, printer: Any, exp: str | None = None) -> str:
         raised = "" if exp is None else f"^{{{exp}}}"
@@ -218,6 +219,13 @@ def _as_in_models(made: Any, name: str = "", latex: str = "") -> Any:
     if latex:
         members["_latex"] = _latex
     return type(name or made.__name__, (Operation,), members)
+
+
+@cache
+def _slope(made: Any, count: int, argindex: int) -> Any:
+    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`."""
+    slope = made(*core.FORMAL[:count]).fdiff(argindex).subs(core.CONSTANTS)
+    return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
 
 
 def _of_library(function: LibraryFunction) -> Maker:
@@ -297,17 +305,35 @@ def operation(name: str, *args: Any) -> Any:
     """
     make = OPERATIONS[name]
     if args and all(_is_known(a) for a in args):
-        value = _value(name, [real(a) for a in args])
-        if not math.isfinite(value) or not (value == 0 or 1 / _LARGEST < _size(value) < _LARGEST):
-            return number(value)
+        values = [real(a) for a in args]
+        value = _value(name, values)
+        if not all(x == 0 or 1 / _LARGEST < _size(x) < _LARGEST for x in (value, *values)):
+            return sp.S(value != 0) if name in _COMPARISONS else number(value)
     if name == "pow" and args[1].is_Rational and _is_long(args[1], MAX_SUPERSCRIPT):
         args = args[0], sp.Float(args[1], 15)
+    if name in _COMPARISONS and _has_nan(args):
+        return sp.true if name == "ne" else sp.false
     made = make(*args)
     if isinstance(made, sp.Expr):
         for found in (made.as_coeff_Mul()[0], made.as_coeff_Add()[0]):
             if found.is_Rational and _is_long(found, _LONGEST):
                 made = made.xreplace({found: sp.Float(found, 15)})
     return made
+
+
+_COMPARISONS = ("lt", "le", "eq", "ne")
+
+
+def _has_nan(args: Sequence[Any]) -> bool:
+    """Whether a comparison is with NaN, which differs from everything and is never less."""
+    return any(a in (sp.nan, sp.zoo) for a in args)
+
+
+def remade(node: Any, args: Sequence[Any]) -> Any:
+    """Return `node` with other operands."""
+    if isinstance(node, Relational) and _has_nan(args):
+        return sp.true if isinstance(node, sp.Ne) else sp.false
+    return node.func(*args)
 
 
 def _is_known(value: Any) -> bool:
@@ -350,7 +376,7 @@ OPERATIONS: Mapping[str, Maker] = {
     "sum": lambda *terms: sp.Add(*terms),
     "sub": lambda a, b: a - b,
     "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
+    "div": lambda a, b: a * sp.oo if b == 0 else a / b,
     "neg": lambda a: -a,
     "pow": lambda a, b: a**b,
     "cbrt": cbrt,

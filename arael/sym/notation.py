@@ -140,6 +140,9 @@ class _Notation(StrPrinter):  # type: ignore[misc]
     def _print_Infinity(self, expr: Any) -> str:
         return "inf"
 
+    def _print_ComplexInfinity(self, expr: Any) -> str:
+        return "nan"
+
     def _print_NegativeInfinity(self, expr: Any) -> str:
         return "-inf"
 

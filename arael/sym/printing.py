@@ -33,6 +33,9 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
     _kc: ClassVar = {name: full.replace("numpy.", "np.") for name, full in NumPyPrinter._kc.items()}
     _kf: ClassVar = {name: full.replace("numpy.", "np.") for name, full in SciPyPrinter._kf.items()}
 
+    def _print_ComplexInfinity(self, expr: Any) -> str:
+        return "np.nan"
+
     def _print_Max(self, expr: Any) -> str:
         return str(reduce("np.maximum({}, {})".format, map(self._print, expr.args)))
 
@@ -43,7 +46,7 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
 def python(value: Any) -> str:
     """Write a value as a Python expression over NumPy, imported as ``np``, and `scipy.special`.
 
-    By SymPy; a function of the language that NumPy lacks is written out.
+    By SymPy; a function of the language that NumPy lacks is written as `to_sympy` does.
     """
     value = as_value(value)
     scalars = [_NumPy({"allow_unknown_functions": True}).doprint(e) for e in _for_code(value)]
@@ -54,8 +57,8 @@ def python(value: Any) -> str:
 
 
 def _for_code(value: Value) -> tuple[Any, ...]:
-    require_printable(value)
     standard = to_sympy(value)
+    require_printable(standard)
     names = {n: sp.Symbol(code_name(n)) for n in free_vars(standard) if "." in n}
     return tuple(e.xreplace({sp.Symbol(n): s for n, s in names.items()}) for e in entries(standard))
 

@@ -125,6 +125,9 @@ HOSTILE = [
     "sin(10^15 * pi) * x",
     "if exp(exp(exp(100))) < x then exp(exp(90)) ^ 5 else 10^300 * x",
     "(1 + 1e-9)^1000000000 * 3^(1/7)^60",
+    "x * erfc(1e300) + (if acos(7) < x then 1 else 2)",
+    "fast_atan2(y, x ^ log(0))",
+    "x / 0 * y",
 ]
 
 

@@ -67,7 +67,8 @@ def test_values_and_derivatives_agree_with_sympys_own(text: str) -> None:
     for x, y in POINTS:
         at = {"x": x, "y": y}
         value = sym.eval(ours, at)
-        assert sym.eval(there, at) == pytest.approx(value, rel=1e-12, abs=1e-14)
+        close = 2e-7 if "fast" in text else 1e-14
+        assert sym.eval(there, at) == pytest.approx(value, rel=1e-12, abs=close)
         assert float(ours.subs(at)) == pytest.approx(value, rel=1e-12, abs=1e-14)
         # SymPy leaves the derivatives of `floor` and `ceiling` as they are.
         for by in () if "floor" in text or "rad_diff" in text else (X, Y):
