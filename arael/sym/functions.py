@@ -341,7 +341,7 @@ def _is_known(value: Any) -> bool:
 
 
 def _is_long(rational: Any, largest: int) -> bool:
-    return -largest > rational.p or rational.p > largest or rational.q > largest
+    return bool(-largest > rational.p or rational.p > largest or rational.q > largest)
 
 
 def _size(value: float) -> float:
