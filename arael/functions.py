@@ -11,11 +11,11 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime import layout as layouts
+from arael.runtime.evaluation.native_binding import Binding
+from arael.runtime.evaluation.natives import NativeTable
+from arael.runtime.evaluation.unbound import unbound
 from arael.runtime.layout import Layout
-from arael.runtime.native_binding import Binding
-from arael.runtime.natives import NativeTable
-from arael.runtime.tape import Array, Tape, evaluate
-from arael.runtime.unbound import unbound
+from arael.runtime.machine.tape import Array, Tape, evaluate
 
 if TYPE_CHECKING:
     from arael.sym.user_functions import FunctionBag

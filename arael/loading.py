@@ -23,8 +23,8 @@ from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_fa
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.log import log
+from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.layout import Layout
-from arael.runtime.native_binding import Binding
 from arael.syntax.files import read_source
 
 if TYPE_CHECKING:
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 Precision = Literal["f32", "f64"]
 Interpret = bool | Literal["meanwhile"] | None
 
-__all__ = ["Compiled", "InterpretedWarning", "load", "load_compiled"]
+__all__ = ["CompiledModel", "InterpretedWarning", "load", "load_compiled"]
 
 
 @dataclass(frozen=True)
-class Compiled:
+class CompiledModel:
     """A compiled model.
 
     Attributes
@@ -62,7 +62,7 @@ class Compiled:
     bindings: dict[str, Binding] = field(default_factory=dict)
     meanwhile: Meanwhile | None = None
 
-    def current(self, level: int) -> Compiled:
+    def current(self, level: int) -> CompiledModel:
         """Return the model with the kernels that were compiled meanwhile, if they are there.
 
         Parameters
@@ -160,7 +160,7 @@ def load_compiled(
     precision: Precision | None = None,
     root: str | None = None,
     interpret: Interpret = None,
-) -> Compiled:
+) -> CompiledModel:
     """`load`, without the class."""
     if precision not in (None, "f32", "f64"):
         raise AraelError(
@@ -193,7 +193,7 @@ def load_compiled(
     found = models.find(key, source)
     if found is not None:
         if only:
-            return Compiled(found.layout, None, None, "interpreted", {})
+            return CompiledModel(found.layout, None, None, "interpreted", {})
         loaded = find_kernels(found.code)
         if loaded is not None:
             return _with_kernels(found.layout, loaded)
@@ -241,7 +241,7 @@ def standard_models() -> dict[str, Path]:
     return {p.stem: p for p in sorted(folder.glob("*.arael"))}
 
 
-def _shipped(path: Path, source: Source, precision: str | None) -> Compiled | None:
+def _shipped(path: Path, source: Source, precision: str | None) -> CompiledModel | None:
     """Take the model as compiled when arael was installed, if it is that very text."""
     folder = Path(__file__).resolve().parent / "models"
     for target in processor.usable_targets():
@@ -258,13 +258,13 @@ def _shipped(path: Path, source: Source, precision: str | None) -> Compiled | No
             continue
         layout = found.layout
         log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: shipped")
-        return Compiled(layout, table, entry.folder, "shipped", {})
+        return CompiledModel(layout, table, entry.folder, "shipped", {})
     return None
 
 
 def _compile(
     source: Source, key: str, root: str | None, precision: str | None, interpret: Interpret
-) -> Compiled:
+) -> CompiledModel:
     """Compile a model and keep the result."""
     from arael.compiler.build import NoCompiler
     from arael.compiler.cache import code_digest
@@ -275,7 +275,7 @@ def _compile(
     if interpret is True:
         with contextlib.suppress(AraelError):  # a cache that cannot be used is not needed
             models.store(key, compilation.known(""))
-        return Compiled(layout, None, None, "interpreted", compilation.seconds)
+        return CompiledModel(layout, None, None, "interpreted", compilation.seconds)
     code = compilation.emit()
     if interpret == "meanwhile":
         return _started(source, key, compilation, code)
@@ -290,7 +290,7 @@ def _compile(
     return _with_kernels(layout, loaded, compilation.seconds)
 
 
-def _started(source: Source, key: str, compilation: Compilation, code: str) -> Compiled:
+def _started(source: Source, key: str, compilation: Compilation, code: str) -> CompiledModel:
     """Compile in the background, if the kernels are not there."""
     from arael.compiler.cache import code_digest
     from arael.compiler.meanwhile import Meanwhile
@@ -302,12 +302,12 @@ def _started(source: Source, key: str, compilation: Compilation, code: str) -> C
     if loaded is not None:
         return _with_kernels(layout, loaded, compilation.seconds)
     task = Meanwhile(code, layout.name, source.name)
-    return Compiled(layout, None, None, "interpreted", compilation.seconds, meanwhile=task)
+    return CompiledModel(layout, None, None, "interpreted", compilation.seconds, meanwhile=task)
 
 
 def _with_kernels(
     layout: Layout, loaded: Loaded, seconds: Mapping[str, float] | None = None
-) -> Compiled:
+) -> CompiledModel:
     taken = {**(seconds or {}), **loaded.seconds}
     if loaded.compiled:
         stages = ", ".join(f"{stage} {time:.2f} s" for stage, time in taken.items())
@@ -315,14 +315,14 @@ def _with_kernels(
     else:
         log("compile", "debug", f"found {layout.name} ({layout.precision}) compiled: cache")
     origin = "compiled" if loaded.compiled else "cache"
-    return Compiled(layout, loaded.table, loaded.folder, origin, taken)
+    return CompiledModel(layout, loaded.table, loaded.folder, origin, taken)
 
 
 def _interpreted(
     layout: Layout, why: str, seconds: dict[str, float] | None = None, level: int = 4
-) -> Compiled:
+) -> CompiledModel:
     warn_of_interpreter(why, level + 1)
-    return Compiled(layout, None, None, "interpreted", seconds or {})
+    return CompiledModel(layout, None, None, "interpreted", seconds or {})
 
 
 def warn_of_interpreter(why: str, level: int) -> None:

@@ -10,8 +10,7 @@ from arael import solving  # here, so that a first solve does not wait for impor
 from arael.face.collection import Collection, fill
 from arael.face.fields import Fields, summary
 from arael.face.ref import Ref, Refs
-from arael.runtime.layout import Layout
-from arael.runtime.layout import Pass as LayoutPass
+from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.store import Store
 from arael.runtime.store.schema import Nested
 from arael.session import Session
@@ -22,13 +21,13 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from arael.analysis.cost_table import CostTable
+    from arael.analysis.covariance import Covariance
+    from arael.analysis.diagnosis import Diagnosis
+    from arael.analysis.freedom import FreeDirections
+    from arael.analysis.gradients import GradientCheck
+    from arael.analysis.jacobian import Jacobian
     from arael.config import LmConfig
-    from arael.diagnose.cost_table import CostTable
-    from arael.diagnose.covariance import Covariance
-    from arael.diagnose.diagnosis import Diagnosis
-    from arael.diagnose.freedom import FreeDirections
-    from arael.diagnose.gradients import GradientCheck
-    from arael.diagnose.jacobian import Jacobian
     from arael.residuals.collection import Residuals
     from arael.result import Result
     from arael.runtime.problem import Problem
@@ -156,7 +155,7 @@ class Model(Fields):
 
     def cost_table(self) -> CostTable:
         """Cost of each constraint by label, 0 without active instances."""
-        from arael.diagnose.cost_table import cost_table
+        from arael.analysis.cost_table import cost_table
 
         return cost_table(self._problem())
 
@@ -201,7 +200,7 @@ class Model(Fields):
 
     def jacobian(self) -> Jacobian:
         """Jacobian at the current values, by rows."""
-        from arael.diagnose.jacobian import jacobian
+        from arael.analysis.jacobian import jacobian
 
         return jacobian(self._problem())
 
@@ -213,20 +212,20 @@ class Model(Fields):
         SolveError
             E1008: the system is singular; the free directions are named.
         """
-        from arael.diagnose.covariance import covariance
+        from arael.analysis.covariance import covariance
 
         return covariance(self._problem())
 
     def free_directions(self) -> FreeDirections:
         """Directions that change no residual, in words; empty if there are none."""
-        from arael.diagnose.freedom import FreeDirections
-        from arael.diagnose.normal import NormalEquations
+        from arael.analysis.freedom import FreeDirections
+        from arael.analysis.normal import NormalEquations
 
         return FreeDirections(NormalEquations(self._problem()))
 
     def check_gradients(self) -> list[GradientCheck]:
         """Compare derivatives with central differences at the current values, by constraint."""
-        from arael.diagnose.gradients import check_gradients
+        from arael.analysis.gradients import check_gradients
 
         return check_gradients(self._problem())
 
@@ -236,7 +235,7 @@ class Model(Fields):
         Evaluated at the current values: the start before a solve, the solution after it. Print it,
         or iterate over its `findings`.
         """
-        from arael.diagnose.diagnosis import diagnose
+        from arael.analysis.diagnosis import diagnose
 
         return diagnose(self._problem())
 

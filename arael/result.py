@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from arael.runtime.outcomes import Components
+    from arael.runtime.levenberg.outcomes import Components
 
 CONVERGED = frozenset(
     {
@@ -89,8 +89,8 @@ class Result:
         From the machine precision, the cost and the terms of the residuals. Smaller changes of the
         cost are not significant.
     components : status of each connected component of the problem
-        A table `arael.runtime.outcomes.Components`; None if the problem has only one, or was
-        solved as one. Of a schedule that of its last pass.
+        A table `arael.runtime.levenberg.outcomes.Components`; None if the problem has only one,
+        or was solved as one. Of a schedule that of its last pass.
     """
 
     status: str

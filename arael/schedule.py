@@ -45,7 +45,7 @@ class Pass:
     free: str | Iterable[str] = ()
     config: Mapping[str, Any] = field(default_factory=dict)
 
-    def compiled(self, layout: Layout) -> layouts.Pass:
+    def compiled(self, layout: Layout) -> layouts.LayoutPass:
         """The pass in the form of the layout.
 
         Raises
@@ -64,7 +64,7 @@ class Pass:
             kind = np.dtype({"int": np.int64, "bool": np.bool_}.get(columns[path].kind, np.float64))
             found = convert(columns[path], value, 1, kind, _naming(origin), False)
             settings.append(PassSetting(path, tuple(float(x) for x in np.ravel(found))))
-        return layouts.Pass(
+        return layouts.LayoutPass(
             self.name,
             tuple(settings),
             dict(self.config),
@@ -82,8 +82,9 @@ def _listed(paths: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def chosen_passes(
-    layout: Layout, passes: str | Pass | layouts.Pass | Iterable[str | Pass | layouts.Pass] | None
-) -> tuple[layouts.Pass, ...]:
+    layout: Layout,
+    passes: str | Pass | layouts.LayoutPass | Iterable[str | Pass | layouts.LayoutPass] | None,
+) -> tuple[layouts.LayoutPass, ...]:
     """The passes to run.
 
     Raises
@@ -91,12 +92,12 @@ def chosen_passes(
     AraelError
         E1011 for a name that the model does not declare, and what `Pass.compiled` raises.
     """
-    plain = (layouts.Pass("solve"),)
+    plain = (layouts.LayoutPass("solve"),)
     if passes is None:
         return layout.passes or plain
     known = {one.name: one for one in layout.passes}
-    chosen: list[layouts.Pass] = []
-    for one in [passes] if isinstance(passes, str | Pass | layouts.Pass) else passes:
+    chosen: list[layouts.LayoutPass] = []
+    for one in [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes:
         if isinstance(one, str):
             if one not in known:
                 raise _unknown("E1011", "pass", one, list(known), layout)

@@ -16,8 +16,7 @@ from arael.config import LmConfig, Observer
 from arael.log import LEVELS, log, logger
 from arael.result import ENDING, Plan, Result, joined
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Layout
-from arael.runtime.layout import Pass as LayoutPass
+from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.linear import blas
 from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem

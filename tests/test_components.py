@@ -18,9 +18,10 @@ import pytest
 import arael
 from arael.model import Model
 from arael.result import Result
-from arael.runtime import remaining, shares
-from arael.runtime.components import partition_of
-from arael.runtime.lm import Minimiser
+from arael.runtime.assembly import shares
+from arael.runtime.assembly.components import partition_of
+from arael.runtime.levenberg.loop import Minimiser
+from arael.runtime.linear import narrowing
 from arael.solving import problem_of
 
 MODEL = """
@@ -225,16 +226,16 @@ def test_all_end_as_alone(load: Load, precision: str, interpret: bool, seed: int
 def narrowed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Narrow the loop wherever components have ended; the scalars that remained each time."""
     seen = []
-    build = remaining.remaining_solver
+    build = narrowing.remaining_solver
 
     def counted(*args: Any) -> Any:
         found = build(*args)
         seen.append(found.inner.n)
         return found
 
-    monkeypatch.setattr(remaining, "remaining_solver", counted)
-    monkeypatch.setattr(remaining, "CONSTANT", 0)
-    monkeypatch.setattr(remaining, "MULTIPLE", 0)
+    monkeypatch.setattr(narrowing, "remaining_solver", counted)
+    monkeypatch.setattr(narrowing, "CONSTANT", 0)
+    monkeypatch.setattr(narrowing, "MULTIPLE", 0)
     return seen
 
 
@@ -310,7 +311,7 @@ def test_threads_change_no_bit_of_what_remains(
 
 def test_a_small_problem_is_not_narrowed(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
     """It would take longer than what is passed over in vain."""
-    monkeypatch.setattr(remaining, "remaining_solver", None)
+    monkeypatch.setattr(narrowing, "remaining_solver", None)
     assert of(load("f64", False), problems(2, 2)).solve(solver="sparse").components is not None
 
 
@@ -318,9 +319,9 @@ def test_an_error_while_narrowing_is_raised(load: Load, monkeypatch: pytest.Monk
     def failing(*args: Any) -> None:
         raise MemoryError("none left")
 
-    monkeypatch.setattr(remaining, "remaining_solver", failing)
-    monkeypatch.setattr(remaining, "CONSTANT", 0)
-    monkeypatch.setattr(remaining, "MULTIPLE", 0)
+    monkeypatch.setattr(narrowing, "remaining_solver", failing)
+    monkeypatch.setattr(narrowing, "CONSTANT", 0)
+    monkeypatch.setattr(narrowing, "MULTIPLE", 0)
     model = of(load("f64", False), problems(2, 2))
     with pytest.raises(MemoryError, match="none left"):
         model.solve(solver="sparse")

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import arael
+from arael.analysis.cost_table import cost_table
+from arael.analysis.covariance import covariance
+from arael.analysis.jacobian import jacobian
 from arael.config import LmConfig
-from arael.diagnose.cost_table import cost_table
-from arael.diagnose.covariance import covariance
-from arael.diagnose.jacobian import jacobian
 from arael.diagnostics.records import AraelError
 from arael.result import CONVERGED, Plan
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Pass, PassSetting
+from arael.runtime.layout import LayoutPass, PassSetting
 from arael.runtime.store import Store
 from arael.solving import cost, problem_of, solve
 from tests.runtime import toy, toys
@@ -36,8 +36,8 @@ def chain(n: int = 12, **settings):
     return model_of(layout, toys.chain_store(layout, n))
 
 
-COARSE = Pass("coarse", (PassSetting("sigma", (10.0,)),), {"max_iters": 50})
-FINE = Pass("fine", (PassSetting("sigma", (0.1,)),), {"rel_precision": 1e-9})
+COARSE = LayoutPass("coarse", (PassSetting("sigma", (10.0,)),), {"max_iters": 50})
+FINE = LayoutPass("fine", (PassSetting("sigma", (0.1,)),), {"rel_precision": 1e-9})
 PASSES = (COARSE, FINE)
 
 
@@ -78,7 +78,7 @@ def test_chosen_passes_run_alone_and_an_empty_list_is_one_plain_solve():
         "coarse",
     ]
     assert [one.name for one in solve(model, passes=[]).passes] == ["solve"]
-    mine = Pass("mine", (PassSetting("sigma", (2.0,)),))
+    mine = LayoutPass("mine", (PassSetting("sigma", (2.0,)),))
     assert solve(model, passes=mine).passes[0].name == "mine"
     assert model._store.tables[""].column("sigma")[0] == 2.0
 
@@ -112,7 +112,7 @@ def test_stored_values_are_those_of_the_start_of_each_pass():
     layout = toys.chain()
     for _ in range(2):
         layout = toy.layout(
-            layout.tables, layout.entities, layout.groups, passes=(Pass("a"), Pass("b"))
+            layout.tables, layout.entities, layout.groups, passes=(LayoutPass("a"), LayoutPass("b"))
         )
     model = model_of(layout, toys.chain_store(layout))
     result = solve(model)
@@ -136,7 +136,11 @@ def test_frozen_parameters_stay_and_are_free_again_afterwards():
 
 def test_passes_freeze_until_a_later_one_frees():
     layout = toys.chain()
-    passes = (Pass("a", freeze=("poses.heading",)), Pass("b"), Pass("c", free=("poses.heading",)))
+    passes = (
+        LayoutPass("a", freeze=("poses.heading",)),
+        LayoutPass("b"),
+        LayoutPass("c", free=("poses.heading",)),
+    )
     layout = toy.layout(layout.tables, layout.entities, layout.groups, passes=passes)
     model = model_of(layout, toys.chain_store(layout))
     result = solve(model, solver="dense")
@@ -248,7 +252,7 @@ def test_missing_root_data_is_refused_before_anything_runs():
 
 
 def test_failure_leaves_the_model_as_the_passes_before_left_it():
-    broken = Pass("broken", (PassSetting("sigma", (0.0,)),))
+    broken = LayoutPass("broken", (PassSetting("sigma", (0.0,)),))
     model = line((COARSE, broken))
     with pytest.raises(SolveError) as caught:
         solve(model)

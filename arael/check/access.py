@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
-from arael.check.reading import bind_field
+from arael.check.field_reads import bind_field
 from arael.check.scope import Candidate
 from arael.check.stored import as_stored
 from arael.check.suggest import nearest

@@ -15,7 +15,7 @@ from arael.check.constant_vectors import vector_value
 from arael.check.typed import Apply, Component, Invoke, Literal_, Pack, Select, Typed
 from arael.check.types import size_of
 from arael.check.walk import postorder
-from arael.runtime.tape import evaluate as run
+from arael.runtime.machine.tape import evaluate as run
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 

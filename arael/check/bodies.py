@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from arael.check.binding import Binding, Broken, Collection, Entity, describe
 from arael.check.constants import Constants
 from arael.check.expressions import HANDLERS, condition
+from arael.check.field_reads import bind_field, presence
 from arael.check.guards import Fact, facts_of
 from arael.check.limits import MAX_MODEL_EXPANDED, MAX_MODEL_OPERATIONS
 from arael.check.losses import loss_of
 from arael.check.paths import Paths
 from arael.check.places import Place
-from arael.check.reading import bind_field, presence
 from arael.check.report import Reporter
-from arael.check.residuals import check_parameters, check_rows, residual_of
+from arael.check.residual_rows import check_parameters, check_rows, residual_of
 from arael.check.scope import BodyScope
 from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
 from arael.check.typist import Slots, Typist

@@ -22,7 +22,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
-from arael.runtime.library import FUNCTIONS as LIBRARY
+from arael.runtime.machine.library import FUNCTIONS as LIBRARY
 from arael.symbolic.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 
 Types = Sequence[ValueType]

@@ -11,7 +11,7 @@ from arael.check.constants import Constants
 from arael.check.containment import check_containment
 from arael.check.declared import Declarations
 from arael.check.fields import Fields, declare_fields
-from arael.check.functions import check_functions
+from arael.check.inlining import check_functions
 from arael.check.into import Blocks, IntoRule
 from arael.check.items import Load, choose_root, gather
 from arael.check.marginalize import check_marginalize

@@ -14,10 +14,10 @@ from arael.check.binding import Entity
 from arael.check.constants import Constants
 from arael.check.declared import Declarations, FieldDecl
 from arael.check.expressions import HANDLERS
+from arael.check.field_reads import bind_formula, definition, scope_within
 from arael.check.guards import Fact
 from arael.check.paths import Paths
 from arael.check.places import Place, stored_fields
-from arael.check.reading import bind_formula, definition, scope_within
 from arael.check.report import Reporter
 from arael.check.scope import ConstantScope
 from arael.check.typed import REAL, ComponentSite, Definition, Invoke, Read, ScalarType, Typed

@@ -9,9 +9,9 @@ from arael.check.access import attribute, index, name
 from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
 from arael.check.builtins import widened
 from arael.check.calls import call
+from arael.check.field_reads import presence
 from arael.check.guards import Fact, facts_of
 from arael.check.operators import OPERATIONS, advice, result_type
-from arael.check.reading import presence
 from arael.check.typed import (
     BOOL,
     INT,

@@ -22,7 +22,7 @@ from arael.check.suggest import did_you_mean
 from arael.check.typed import BOOL, STRING
 from arael.config import LmConfig, refused
 from arael.diagnostics.records import Label, Span
-from arael.runtime.layout import Pass, PassSetting
+from arael.runtime.layout import LayoutPass, PassSetting
 from arael.syntax import tree
 
 WHOLE = frozenset({"max_iters", "min_iters", "patience", "num_threads"})
@@ -56,7 +56,7 @@ class Passes:
         self.constants = constants
         self.report = report
 
-    def all(self) -> tuple[Pass, ...]:
+    def all(self) -> tuple[LayoutPass, ...]:
         """The passes in order."""
         solve = self.root.struct.solve
         if solve is None:
@@ -74,7 +74,7 @@ class Passes:
             taken.setdefault(node.name.id, node.name.span)
         return tuple(self._pass(node) for node in solve.passes)
 
-    def _pass(self, node: tree.Pass) -> Pass:
+    def _pass(self, node: tree.PassBlock) -> LayoutPass:
         settings: list[PassSetting] = []
         config: dict[str, float | int | bool | str] = {}
         lists: dict[bool, list[tuple[str, Span]]] = {True: [], False: []}
@@ -98,7 +98,7 @@ class Passes:
             given.setdefault(name, step.target.span)
             self._setting(step, name, settings, config)
         frozen, freed = ([path for path, _ in lists[free]] for free in (False, True))
-        return Pass(node.name.id, tuple(settings), config, tuple(frozen), tuple(freed))
+        return LayoutPass(node.name.id, tuple(settings), config, tuple(frozen), tuple(freed))
 
     def _contradiction(
         self, path: tree.Path, found: list[tuple[str, Span]], freed: list[tuple[str, Span]]

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from arael.check.binding import Broken, Entity
 from arael.check.blocks import NamedBlock
 from arael.check.declared import FieldDecl
+from arael.check.field_reads import field_at, ref_text
 from arael.check.paths import Paths
 from arael.check.places import Place, Sites, TableSite, stored_fields
-from arael.check.reading import field_at, ref_text
 from arael.check.typed import ComponentSite, EntitySite, ScalarType
 from arael.diagnostics.records import Label
 from arael.runtime.layout import Block, BlockEnd, ByValue, Column, Slot, Table

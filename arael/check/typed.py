@@ -12,7 +12,7 @@ from typing import Literal
 
 from arael.check.units_quantities import NUMBER, Quantity
 from arael.diagnostics.records import Span
-from arael.runtime.layout import Block, Column, Pass, Slot, Step, Table
+from arael.runtime.layout import Block, Column, LayoutPass, Slot, Step, Table
 
 # --- types ------------------------------------------------------------------------------------
 
@@ -351,7 +351,7 @@ class TypedModel:
     tables: tuple[Table, ...]
     entities: tuple[EntitySite, ...]
     constraints: tuple[ConstraintSite, ...]
-    passes: tuple[Pass, ...]
+    passes: tuple[LayoutPass, ...]
     blocks: tuple[Block, ...] = ()
     functions: tuple[TypedFunction, ...] = ()
     constants: tuple[tuple[str, str], ...] = ()  # names, and texts as written

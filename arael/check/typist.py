@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
 from arael.check.declared import Declarations
+from arael.check.field_reads import read_column
 from arael.check.guards import Fact
 from arael.check.limits import MAX_EXPANDED, MAX_NESTING, MAX_OPERATIONS
 from arael.check.paths import Paths
-from arael.check.reading import read_column
 from arael.check.report import Reporter
 from arael.check.scope import ConstantBinder, Scope
 from arael.check.typed import BOOL, STRING, Apply, MatrixType, Typed

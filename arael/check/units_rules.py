@@ -30,7 +30,7 @@ from arael.check.units_quantities import (
     spread,
     times,
 )
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 
 Rule = Callable[[Apply, Sequence[Quantity]], Quantity]
 MAX_EXPONENT = 100
@@ -231,7 +231,7 @@ def _starship(node: Apply, args: Sequence[Quantity]) -> Quantity:
 _ANGLE = ("an angle", (RAD, ONE))
 _PURE = ("a pure number", (ONE,))
 
-# Rules that functions of the C library name (`arael.runtime.library`).
+# Rules that functions of the C library name (`arael.runtime.machine.library`).
 LIBRARY: dict[str, Rule] = {
     "angle": _from(*_ANGLE, ONE),
     "angle of": _from(*_PURE, RAD),

@@ -11,7 +11,7 @@ from arael.cli.instances import row_counts
 from arael.diagnostics.records import AraelError, Diagnostic
 
 if TYPE_CHECKING:
-    from arael.diagnose.gradients import GradientCheck
+    from arael.analysis.gradients import GradientCheck
 
 
 @click.command("check", short_help="Check a model, and data against it, without solving.")
@@ -80,7 +80,7 @@ def _gradients(instance: Any) -> list[GradientCheck]:
     AraelError
         E0630 for every constraint whose derivatives do not agree with its residuals.
     """
-    from arael.diagnose.gradients import check_gradients
+    from arael.analysis.gradients import check_gradients
     from arael.solving import problem_of
 
     checks = check_gradients(problem_of(instance))

@@ -136,7 +136,7 @@ def _processor() -> Finding:
 
 
 def _threads() -> Finding:
-    from arael.runtime import pool
+    from arael.runtime.parallel import pool
 
     if not pool.supported():
         return Finding(

@@ -12,9 +12,9 @@ import sympy as sp
 
 from arael.check.typed import ConstraintSite, TypedModel
 from arael.compiler.entities import model_state
-from arael.compiler.functions import Functions
 from arael.compiler.groups import Derivatives, derivatives
-from arael.runtime.tape import NATIVE
+from arael.compiler.scalar_programs import Functions
+from arael.runtime.machine.tape import NATIVE
 from arael.symbolic.functions import MAKERS
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from arael.runtime.layout import Column, Entity, Group, Layout, Pass, Table
+from arael.runtime.layout import Column, Entity, Group, Layout, LayoutPass, Table
 
 
 @click.command("info", short_help="Show the content of a model: structs, parameters, constraints.")
@@ -155,7 +155,7 @@ def _group(group: Group) -> Iterator[str]:
     yield from _doc(group.doc, "    ")
 
 
-def _pass(p: Pass) -> str:
+def _pass(p: LayoutPass) -> str:
     settings = [f"{s.column} = {', '.join(f'{v:g}' for v in s.value)}" for s in p.settings]
     settings += [f"{k} = {v}" for k, v in p.config.items()]
     settings += [f"freeze {path}" for path in p.freeze] + [f"free {path}" for path in p.free]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import Source, Span
 from arael.runtime.layout import Group, Layout, Use
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 if TYPE_CHECKING:
     from arael.compiler.compiler import Program

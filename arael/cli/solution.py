@@ -129,7 +129,7 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
     shown = tuple(_rows(instance._store, layout, one) for one in asked)
     if not any(use.tangent for entity in entities for use in entity.params):
         return Solution(shown=shown)
-    from arael.diagnose.sigmas import sigmas
+    from arael.analysis.sigmas import sigmas
 
     table = instance._store.tables[""]
     free = any(table.free(u.column)[0] for e in entities for u in e.params if u.tangent)
@@ -142,7 +142,7 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
 
 
 def _scalars(store: Any, layout: Layout, entity: Entity, known: Any) -> Iterator[Scalar]:
-    from arael.diagnose.scalars import tangent_units
+    from arael.analysis.scalars import tangent_units
 
     table, units = store.tables[""], tangent_units(layout, entity)
     for use in entity.params:

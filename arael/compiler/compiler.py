@@ -13,8 +13,8 @@ from arael.check.check import check
 from arael.check.typed import TypedModel
 from arael.compiler.emit.module import emit_module
 from arael.compiler.entities import StateModel, model_state
-from arael.compiler.functions import Functions
 from arael.compiler.groups import Kernel, compile_constraint
+from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
 from arael.runtime.layout import LAYOUT_VERSION, Constant, Layout
 from arael.syntax.parser import parse

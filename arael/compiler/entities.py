@@ -14,7 +14,7 @@ from typing import cast
 
 from arael.check.typed import Definition, EntitySite
 from arael.compiler.bounded import BoundedGraph
-from arael.compiler.components import (
+from arael.compiler.component_state import (
     CARRIED,
     RowScalariser,
     computed,
@@ -24,7 +24,7 @@ from arael.compiler.components import (
     set_by_updates,
     updated,
 )
-from arael.compiler.functions import Functions
+from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Entity, Param, ParamUse
 from arael.symbolic.graph import Graph

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
-from arael.compiler.functions import Functions
 from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
+from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Raw, Use
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import Tape
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
 from arael.symbolic.jacobian import jacobian as differentiate

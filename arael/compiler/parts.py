@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arael.compiler.runs import FREE, Run, find_runs, needed, run_of
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 PART = 200
 """Statements of a part. GCC 12 takes least time per statement between 100 and 400."""

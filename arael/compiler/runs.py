@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from arael.compiler.emit.operators import expression, literal
-from arael.runtime.tape import NATIVE, Tape
+from arael.runtime.machine.tape import NATIVE, Tape
 
 FREE = ("input", "const")
 """Operations that take no statement."""

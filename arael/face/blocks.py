@@ -12,7 +12,7 @@ from arael.runtime.layout import Block
 from arael.runtime.store import Store
 
 if TYPE_CHECKING:
-    from arael.diagnose.hessian_blocks import HessianBlocks
+    from arael.analysis.hessian_blocks import HessianBlocks
     from arael.face.fields import Fields
 
 
@@ -76,7 +76,7 @@ def _row(store: Store, where: Any) -> tuple[str, int]:
 
 def _linearised(store: Store) -> HessianBlocks:
     # Imported here: most programs never read the Hessian.
-    from arael.diagnose.hessian_blocks import HessianBlocks
+    from arael.analysis.hessian_blocks import HessianBlocks
     from arael.runtime.problem import Problem
 
     store.check_complete()

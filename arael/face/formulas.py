@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from arael.runtime.layout import Entity, Formula
-from arael.runtime.tape import evaluate
+from arael.runtime.machine.tape import evaluate
 
 if TYPE_CHECKING:
     from arael.face.fields import Fields

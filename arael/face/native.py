@@ -16,8 +16,7 @@ from typing import Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.layout import Function, Layout
-from arael.runtime.native_binding import (
+from arael.runtime.evaluation.native_binding import (
     ARRAY,
     ARRAY_USER,
     DISPATCHED,
@@ -28,6 +27,7 @@ from arael.runtime.native_binding import (
     SINGLE,
     Binding,
 )
+from arael.runtime.layout import Function, Layout
 
 # The last parameter of Cython's `cpdef` functions.
 _SKIP = "__pyx_skip_dispatch"

@@ -29,10 +29,10 @@ from arael.residuals.messages import error
 from arael.residuals.posed import Posed
 from arael.residuals.reading import reader_for
 from arael.residuals.schema import Row, schema_of
+from arael.runtime.evaluation.native_binding import Binding
+from arael.runtime.evaluation.unbound import unbound
 from arael.runtime.layout import Layout
-from arael.runtime.native_binding import Binding
 from arael.runtime.problem import Problem
-from arael.runtime.unbound import unbound
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -11,7 +11,7 @@ from arael.compiler.compiler import Program, emit
 from arael.compiler.groups import Kernel
 from arael.compiler.kernels import kernels_of
 from arael.residuals.derivation import Derived
-from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Layout
 
 

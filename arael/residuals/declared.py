@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from arael.check.constants import Constants
 from arael.check.declared import Declarations
-from arael.check.functions import check_functions
+from arael.check.inlining import check_functions
 from arael.check.items import gather
 from arael.check.report import Reporter
 from arael.check.scalar_functions import type_functions
-from arael.compiler.functions import Functions
+from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import Findings, Label, Source
 from arael.runtime.layout import Layout
 from arael.syntax import tree

@@ -11,7 +11,7 @@ from arael.check.expressions import condition
 from arael.check.guards import Fact, facts_of, moves
 from arael.check.losses import loss_of
 from arael.check.report import Reporter
-from arael.check.residuals import residual_of
+from arael.check.residual_rows import residual_of
 from arael.check.typed import ConstraintSite, EntitySite, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.compiler.entities import StateModel, model_state
@@ -21,9 +21,9 @@ from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
 from arael.residuals.reading import Found, Reader, Surroundings, parameter_table, reader_for
 from arael.residuals.rows import RowsTable
-from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Table
-from arael.runtime.machine import Program
+from arael.runtime.machine.program import Program
 
 
 @dataclass

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from arael.loading import Compiled
+from arael.loading import CompiledModel
 from arael.model import Model
 from arael.residuals.expression import RuntimeResidual
 from arael.runtime.layout import LAYOUT_VERSION, Layout, Table
@@ -75,7 +75,7 @@ def runtime_model(
     """
     root = Table("", "Runtime", "root", "", "", name, ())
     layout = Layout(LAYOUT_VERSION, name, "Runtime", precision, name, (root,), (), (), ())
-    model = Model(Compiled(layout, None, None, "runtime", {}))
+    model = Model(CompiledModel(layout, None, None, "runtime", {}))
     for residual in residuals:
         model.residuals.add(residual)
     return model

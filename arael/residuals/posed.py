@@ -14,13 +14,13 @@ from arael.residuals.derivation import Derived, state_of
 from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable
 from arael.residuals.reading import Unproved, parameter_table
-from arael.runtime.access import Walker
-from arael.runtime.group_kernel import GroupKernel
+from arael.runtime.assembly.structure import active_rows
+from arael.runtime.evaluation.group_kernel import GroupKernel
+from arael.runtime.evaluation.native_binding import Binding
+from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
-from arael.runtime.machine import Program
-from arael.runtime.native_binding import Binding
-from arael.runtime.natives import NativeTable
-from arael.runtime.structure import active_rows
+from arael.runtime.machine.program import Program
+from arael.runtime.store.access import Walker
 
 
 class Posed:

@@ -28,7 +28,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 LAYOUT_VERSION = 3
 
@@ -350,7 +350,7 @@ class PassSetting(msgspec.Struct, frozen=True):
     value: tuple[float, ...]
 
 
-class Pass(msgspec.Struct, frozen=True):
+class LayoutPass(msgspec.Struct, frozen=True):
     """One pass of the solve schedule; `arael.Pass` is how Python writes one."""
 
     name: str
@@ -409,7 +409,7 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
     tables: tuple[Table, ...]  # the root first, owners before what they own
     entities: tuple[Entity, ...]
     groups: tuple[Group, ...]
-    passes: tuple[Pass, ...]
+    passes: tuple[LayoutPass, ...]
     blocks: tuple[Block, ...] = ()
     warnings: tuple[str, ...] = ()  # rendered, for a warm start to repeat
     functions: tuple[Function, ...] = ()

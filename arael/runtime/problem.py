@@ -10,26 +10,26 @@ from typing import Any
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.access import Array, Ints, StoreLike
-from arael.runtime.box import Box
-from arael.runtime.evaluation import Evaluation
-from arael.runtime.failures import SolveError
-from arael.runtime.instances import Instances, gather_instances
-from arael.runtime.layout import Layout, ParamUse
-from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.small import small_solver
-from arael.runtime.native_binding import Binding
-from arael.runtime.natives import NativeTable
-from arael.runtime.positions import (
+from arael.runtime.assembly.positions import (
     dense_matrix,
     diagonal_positions,
     row_and_column_positions,
 )
-from arael.runtime.states import put_values, solved_values, stored_scalars, write_back
-from arael.runtime.structure import Structure, structure_of
+from arael.runtime.assembly.structure import Structure, structure_of
+from arael.runtime.evaluation.evaluation import Evaluation
+from arael.runtime.evaluation.instances import Instances, gather_instances
+from arael.runtime.evaluation.native_binding import Binding
+from arael.runtime.evaluation.natives import NativeTable
+from arael.runtime.evaluation.states import put_values, solved_values, stored_scalars, write_back
+from arael.runtime.evaluation.unbound import require_bound
+from arael.runtime.evaluation.watch import Watch
+from arael.runtime.failures import SolveError
+from arael.runtime.layout import Layout, ParamUse
+from arael.runtime.levenberg.box import Box
+from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.small import small_solver
+from arael.runtime.store.access import Array, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
-from arael.runtime.unbound import require_bound
-from arael.runtime.watch import Watch
 
 
 class Problem:
@@ -42,7 +42,7 @@ class Problem:
     kernels : capsule ``arael.kernels`` of the generated module; None: the NumPy interpreter
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
-    programs : per group its `arael.runtime.machine.Program`, or None where kernels have it
+    programs : per group its `arael.runtime.machine.program.Program`, or None where kernels have it
     bindings : what is bound to the native functions of the model
     earlier : problem of the same model, from which all that has not changed is taken over
     keep_idle : whether parameters fixed since `earlier` may stay in the system, held (a session)

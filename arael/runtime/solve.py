@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arael.config import LmConfig
-from arael.runtime.access import Array
-from arael.runtime.components import Partition, partition_of
+from arael.runtime.assembly.components import Partition, partition_of
 from arael.runtime.failures import SolveError
+from arael.runtime.levenberg.loop import Minimiser
+from arael.runtime.levenberg.outcomes import Components, components_of
+from arael.runtime.levenberg.trace import Watcher
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.lm import Minimiser
-from arael.runtime.outcomes import Components, components_of
-from arael.runtime.pool import threads_for
+from arael.runtime.parallel.pool import threads_for
 from arael.runtime.problem import Problem
-from arael.runtime.trace import Watcher
+from arael.runtime.store.access import Array
 
 
 @dataclass(frozen=True)

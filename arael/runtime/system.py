@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.access import Bools, Ints, StoreLike
 from arael.runtime.layout import Entity, Layout
+from arael.runtime.store.access import Bools, Ints, StoreLike
 
 Floats = NDArray[np.float64]
 

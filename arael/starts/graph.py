@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.starts.components import components
+from arael.starts.connected import components
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

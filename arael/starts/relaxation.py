@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.assembly.pattern import BlockPattern
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

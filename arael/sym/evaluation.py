@@ -15,8 +15,8 @@ from sympy.logic.boolalg import BooleanFunction
 from arael.check.typed import BOOL, REAL, ValueType
 from arael.check.types import shape_of
 from arael.diagnostics.suggest import closest
-from arael.runtime.tape import PRIMITIVES
-from arael.runtime.tape import evaluate as run
+from arael.runtime.machine.tape import PRIMITIVES
+from arael.runtime.machine.tape import evaluate as run
 from arael.sym.errors import fail
 from arael.sym.functions import OPERATIONS, UserFunction
 from arael.sym.values import Value, as_value, entries, free_vars, type_of

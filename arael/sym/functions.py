@@ -17,9 +17,9 @@ import numpy as np
 import sympy as sp
 from sympy.core.relational import Relational
 
-from arael.runtime.library import FUNCTIONS as LIBRARY
-from arael.runtime.library import LibraryFunction
-from arael.runtime.tape import Tape, evaluate
+from arael.runtime.machine.library import FUNCTIONS as LIBRARY
+from arael.runtime.machine.library import LibraryFunction
+from arael.runtime.machine.tape import Tape, evaluate
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic import functions as core
 from arael.symbolic.graph import Graph

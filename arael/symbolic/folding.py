@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 
 
 def _round_half_away(x: float) -> float:

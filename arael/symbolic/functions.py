@@ -18,7 +18,7 @@ from typing import Any
 import sympy as sp
 from sympy import Expr, S, Symbol
 
-from arael.runtime.library import FUNCTIONS, LibraryFunction
+from arael.runtime.machine.library import FUNCTIONS, LibraryFunction
 from arael.symbolic.scalars.function import REGULARISATION
 
 FORMAL = tuple(Symbol(name, real=True) for name in ("a", "b", "c"))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 
-from arael.runtime.tape import PRIMITIVES, Tape
+from arael.runtime.machine.tape import PRIMITIVES, Tape
 from arael.symbolic.folding import fold
 from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.simplify import RULES
@@ -24,7 +24,7 @@ class Graph:
 
     Attributes
     ----------
-    ops : name of the operation, one per node: those of `arael.runtime.tape.PRIMITIVES`;
+    ops : name of the operation, one per node: those of `arael.runtime.machine.tape.PRIMITIVES`;
         ``custom``, a value whose derivative is prescribed (see `custom`); and the operations of
         `functions`
     args : operands, one tuple per node. Of an ``input``: its number, an index into `inputs`;

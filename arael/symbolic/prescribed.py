@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.tape import NATIVE
 
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph

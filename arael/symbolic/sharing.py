@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import sympy as sp
 from sympy import S, Symbol
 
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS

@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph

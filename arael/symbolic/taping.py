@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph

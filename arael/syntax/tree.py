@@ -330,7 +330,7 @@ class Freeze(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pass(Node):
+class PassBlock(Node):
     """``pass name { ... }`` of a solve schedule."""
 
     name: Ident
@@ -342,7 +342,7 @@ class Pass(Node):
 class Solve(Node):
     """``solve { pass ... }``."""
 
-    passes: tuple[Pass, ...]
+    passes: tuple[PassBlock, ...]
     doc: str = ""
 
 

@@ -7,7 +7,7 @@ import pytest
 from arael.check.passes import SETTINGS, SWITCHES
 from arael.config import LmConfig, refused
 from arael.diagnostics.records import AraelError
-from arael.runtime.layout import Pass, PassSetting
+from arael.runtime.layout import LayoutPass, PassSetting
 from tests.check.models import checked, codes, standard
 
 MODEL = """
@@ -31,9 +31,9 @@ def test_slam_schedule() -> None:
         return (PassSetting("frine_isigma_scale", (value,)),)
 
     assert standard("slam").passes == (
-        Pass("coarse", scale(0.01), {"rel_precision": 1e-4}),
-        Pass("medium", scale(0.1), {"rel_precision": 1e-4}),
-        Pass("fine", scale(1.0), {"rel_precision": 1e-6}),
+        LayoutPass("coarse", scale(0.01), {"rel_precision": 1e-4}),
+        LayoutPass("medium", scale(0.1), {"rel_precision": 1e-4}),
+        LayoutPass("fine", scale(1.0), {"rel_precision": 1e-6}),
     )
 
 

@@ -16,7 +16,7 @@ from arael.cli.doctor import examine
 from arael.cli.main import run
 from arael.compiler import build, cache, progress
 from arael.diagnostics.records import AraelError
-from arael.loading import Compiled, InterpretedWarning, load_compiled
+from arael.loading import CompiledModel, InterpretedWarning, load_compiled
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32" or shutil.which("cc") is None,
@@ -48,7 +48,7 @@ def wrap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Wrap:
     return make
 
 
-def interpreted(model: Path, match: str) -> Compiled:
+def interpreted(model: Path, match: str) -> CompiledModel:
     with pytest.warns(InterpretedWarning, match=match):
         found = load_compiled(model)
     assert found.kernels is None
@@ -258,7 +258,7 @@ def test_clear_leaves_a_running_compilation_alone(
     model: Path, wrap: Wrap, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = wrap("touch $here/started; while [ ! -e $here/go ]; do sleep 0.05; done")
-    found: list[Compiled] = []
+    found: list[CompiledModel] = []
     thread = threading.Thread(target=lambda: found.append(load_compiled(model, interpret=False)))
     thread.start()
     try:

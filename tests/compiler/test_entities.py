@@ -6,7 +6,7 @@ import pytest
 from arael.compiler import compiler
 from arael.compiler.entities import StateModel, model_state
 from arael.diagnostics.records import Findings, Source
-from arael.runtime.tape import evaluate
+from arael.runtime.machine.tape import evaluate
 from arael.syntax.parser import parse
 
 TEXT = """

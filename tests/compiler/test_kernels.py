@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from arael.loading import load
 from arael.model import Model
-from arael.runtime.positions import dense_matrix
+from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.problem import Problem
 from tests.compiler.random_models import RandomModel, fill, models
 

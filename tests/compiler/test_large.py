@@ -13,10 +13,10 @@ from arael.compiler.parts import base, cut
 from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
-from arael.runtime.frames import frame_of
-from arael.runtime.ordering import runs
+from arael.runtime.assembly.ordering import runs
+from arael.runtime.machine.tape import PRIMITIVES, Tape, evaluate
+from arael.runtime.parallel.frames import frame_of
 from arael.runtime.problem import Problem
-from arael.runtime.tape import PRIMITIVES, Tape, evaluate
 from arael.syntax.parser import parse
 from tests.compiler.test_emit import emitted
 from tests.compiler.test_kernels import (

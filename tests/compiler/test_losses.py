@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 from arael.loading import load
 from arael.model import Model
 from arael.runtime.problem import Problem

@@ -14,7 +14,7 @@ import pytest
 from arael.compiler import ship
 from arael.compiler.cache.models import decode, encode
 from arael.compiler.compilation import compile_text
-from arael.loading import Compiled, load_compiled, standard_models
+from arael.loading import CompiledModel, load_compiled, standard_models
 from arael.runtime.layout import Layout
 from arael.runtime.relocation import attached, detached
 from arael.syntax.files import read_source
@@ -165,7 +165,7 @@ def test_shipped_models_carry_no_path(tmp_path: Path, monkeypatch: pytest.Monkey
     assert found.layout.groups[0].where.startswith(found.layout.source)
 
 
-def shipped(package: Path, monkeypatch: pytest.MonkeyPatch) -> Compiled:
+def shipped(package: Path, monkeypatch: pytest.MonkeyPatch) -> CompiledModel:
     """Load the model in `package` as one that arael brings along."""
     from arael import loading
 

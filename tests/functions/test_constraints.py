@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import arael
+from arael.analysis.gradients import check_gradients
 from arael.compiler import cache
-from arael.diagnose.gradients import check_gradients
 from arael.face.native import SlowFunctionWarning
 from arael.solving import problem_of
 from tests.functions.models import MODEL, PYTHON, data, native

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import arael
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 
 STRUCTS = """
 struct Mark {

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import arael
-from arael.diagnose.gradients import check_gradients
+from arael.analysis.gradients import check_gradients
 from arael.diagnostics.records import AraelError
 
 X = np.linspace(0, 5, 73)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import arael
+from arael.analysis.gradients import check_gradients
 from arael.compiler import build, cache
-from arael.diagnose.gradients import check_gradients
 from arael.diagnostics.records import AraelError
 from arael.residuals import compilation
 from tests.residuals.test_against_compiled import RUNTIME, files, in_bulk

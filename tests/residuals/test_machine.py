@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import arael
-from arael.diagnose.gradients import check_gradients
-from arael.runtime import machine
-from arael.runtime.assembling import OPERATIONS
-from arael.runtime.interpreter import GroupInterpreter
-from arael.runtime.tape import PRIMITIVES
+from arael.analysis.gradients import check_gradients
+from arael.runtime.machine import program
+from arael.runtime.machine.assembling import OPERATIONS
+from arael.runtime.machine.interpreter import GroupInterpreter
+from arael.runtime.machine.tape import PRIMITIVES
 
 LEAVES = st.sampled_from(["a", "b", "v.x", "v.y", "x", "y", "0.5", "2", "pi"])
 SMOOTH = ("sin", "cos", "atan", "tanh", "safe_sqrt")
@@ -131,7 +131,7 @@ def test_without_memory_for_registers_a_solve_ends_in_memory_error() -> None:
         arael.runtime_residual("exp(a * x) - 2", parameters={"a": 0.5}, data={"x": x})
     )
     problem = model._problem()
-    machine.limit_workspace(64)
+    program.limit_workspace(64)
     try:
         for use in (
             model.solve,
@@ -143,5 +143,5 @@ def test_without_memory_for_registers_a_solve_ends_in_memory_error() -> None:
             with pytest.raises(MemoryError, match="registers of runtime residuals"):
                 use()
     finally:
-        machine.limit_workspace()
+        program.limit_workspace()
     assert model.solve().status == "converged"

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from arael.analysis.jacobian import jacobian
 from arael.config import LmConfig
-from arael.diagnose.jacobian import jacobian
+from arael.runtime.assembly.structure import structure_of
 from arael.runtime.failures import SolveError
-from arael.runtime.interpreter import restricted
 from arael.runtime.layout import Place
 from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.machine.interpreter import restricted
+from arael.runtime.machine.tape import evaluate
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.runtime.store import Store
-from arael.runtime.structure import structure_of
-from arael.runtime.tape import evaluate
 from tests.runtime import toy, toys
 from tests.runtime.toy import ROOT, Raw, Slot, Step
 

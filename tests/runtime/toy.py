@@ -12,9 +12,9 @@ from arael.runtime.layout import (
     Entity,
     Group,
     Layout,
+    LayoutPass,
     Param,
     ParamUse,
-    Pass,
     Place,
     Raw,
     Slot,
@@ -23,7 +23,7 @@ from arael.runtime.layout import (
     Target,
     Use,
 )
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 ROOT = Slot((Step("root"),), "")
 
@@ -339,7 +339,7 @@ def layout(
     entities: Sequence[Entity],
     groups: Sequence[Group],
     precision: str = "f64",
-    passes: Sequence[Pass] = (),
+    passes: Sequence[LayoutPass] = (),
 ) -> Layout:
     return Layout(
         1,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.tape import Tape, evaluate
+from arael.runtime.machine.tape import Tape, evaluate
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import Method
 from arael.symbolic.jacobian import jacobian as derive

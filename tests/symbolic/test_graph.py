@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from arael.runtime.tape import PRIMITIVES, evaluate
+from arael.runtime.machine.tape import PRIMITIVES, evaluate
 from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
 from tests.symbolic.programs import between_factor, inputs, run

@@ -12,7 +12,7 @@ import pytest
 from scipy import special
 
 from arael import runtime_model
-from arael.runtime.library import FUNCTIONS
+from arael.runtime.machine.library import FUNCTIONS
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.symbolic.programs import inputs, jacobian, run
@@ -20,7 +20,7 @@ from tests.symbolic.programs import inputs, jacobian, run
 ADDED = """
 import json, sys
 import numpy as np, sympy as sp
-from arael.runtime import library
+from arael.runtime.machine import library
 
 class exp2(sp.Function):
     def fdiff(self, argindex=1):

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 from arael.symbolic.printers import c, c_literal, c_operation, c_prelude
 from tests.symbolic.programs import run

@@ -17,7 +17,7 @@ from arael.compiler.emit.writer import Statements, Writer, statements
 from arael.compiler.groups import Kernel
 from arael.compiler.runs import needed
 from arael.runtime.layout import Entity, pair_count
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 
 def emit_constraint(

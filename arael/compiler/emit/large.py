@@ -17,7 +17,7 @@ from arael.compiler.groups import Kernel
 from arael.compiler.parts import Part, Parts, cut
 from arael.compiler.runs import formula
 from arael.runtime.layout import Entity, pair_count, pair_of
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 
 def emit_large(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:

@@ -12,13 +12,13 @@ from arael.compiler.emit.refresh import emit_refresh
 from arael.compiler.emit.writer import Writer, comment
 from arael.compiler.groups import Kernel
 from arael.runtime.layout import Entity
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import NATIVE
 
 # Lanes by precision: one AVX-512 register, two of AVX2.
 LANES = {"f64": 8, "f32": 16}
 
-# Functions of the C library beside those of `arael.runtime.library`.
+# Functions of the C library beside those of `arael.runtime.machine.library`.
 _ROUNDING = ("floor", "ceil")
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import NATIVE
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import NATIVE
 
 _BINARY = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}"}
 _CALLS = [(f.name, f.arity) for f in FUNCTIONS] + [("floor", 1), ("ceil", 1)]

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from arael.compiler.emit.operators import expression, literal
 from arael.runtime.layout import Place
-from arael.runtime.tape import Tape
+from arael.runtime.machine.tape import Tape
 
 
 class Writer:

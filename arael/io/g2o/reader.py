@@ -12,7 +12,7 @@ from arael.io.g2o.parse import Graph, parse
 from arael.io.report import Report
 from arael.runtime.store import Store, rotations
 from arael.starts.columns import angles, planar, quaternions
-from arael.starts.components import components
+from arael.starts.connected import components
 from arael.starts.graph import Anchors, PoseGraph, Poses
 from arael.starts.tree import tree_poses
 

@@ -1,6 +1,6 @@
 # What a solve has to do with Python and the clock.
 
-from arael.runtime.evaluation cimport Evaluation
+from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.record cimport History, Record
 from arael.runtime.linear.base cimport LinearSolver
 

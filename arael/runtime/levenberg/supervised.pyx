@@ -6,7 +6,7 @@ import numpy as np
 from cpython.exc cimport PyErr_CheckSignals
 
 from arael.runtime.address cimport writable
-from arael.runtime.clock cimport seconds
+from arael.runtime.levenberg.clock cimport seconds
 from arael.runtime.levenberg.record cimport History, Record
 from arael.runtime.levenberg.settings cimport ABORTED, OBSERVER_TERMINATED
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 
 # Unknowns and predicted time may differ so much from those of the comparison.
 _SIZE = 1.25

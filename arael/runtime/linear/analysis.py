@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.dissection import apart, nested_dissection
 from arael.runtime.linear.front_time import time_of_front
 from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.supernodes import Supernodes, find_supernodes
 
 Ints = NDArray[np.int64]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis, analyse, analyse_order
 from arael.runtime.linear.costs import Cost, predict
 from arael.runtime.linear.heap import give_back
 from arael.runtime.linear.iterative import iterative_solver, predict_iterative
 from arael.runtime.linear.options import SOLVERS, check_options
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduced import Reduced, choose_set, plan_reduced
 from arael.runtime.linear.reduction import Reduction, reduce
 from arael.runtime.linear.small import small_solver

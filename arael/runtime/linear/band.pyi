@@ -1,5 +1,5 @@
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 
 class BandSolver(LinearSolver):
     def __init__(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.assembly.pattern import BlockPattern
 
 
 def half_bandwidth(

@@ -3,8 +3,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.raised import Kept
+from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.evaluation.raised import Kept
 
 class LinearSolver:
     single: bool

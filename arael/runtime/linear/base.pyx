@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from arael.runtime.raised cimport Kept
+from arael.runtime.evaluation.raised cimport Kept
 
 
 cdef class LinearSolver:

@@ -8,7 +8,7 @@ bit-identical for any number of threads.
 from arael.runtime.linear cimport tiles
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.tiles cimport DEPTH, PIECE
-from arael.runtime.pool cimport distribute
+from arael.runtime.parallel.pool cimport distribute
 
 cdef extern from *:
     Py_ssize_t PY_SSIZE_T_MAX

@@ -1,8 +1,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduction import Products, Reduction
 
 class ConjugateSolver(LinearSolver):

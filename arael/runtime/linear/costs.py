@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis
 from arael.runtime.linear.bandwidth import band_flops, half_bandwidth
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.price import SINGLE, Cost, dense_cost
 
 __all__ = ["Cost", "predict"]

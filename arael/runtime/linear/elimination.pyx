@@ -16,7 +16,7 @@ from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.linear cimport eliminate as kernels
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
-from arael.runtime.pool cimport distribute
+from arael.runtime.parallel.pool cimport distribute
 
 from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK

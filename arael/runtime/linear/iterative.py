@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.clusters import visibility_clusters
 from arael.runtime.linear.costs import Cost
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduced import Reduced, elimination_cost
 from arael.runtime.linear.reduction import Products, Reduction, kept_blocks, products
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis, analyse
 from arael.runtime.linear.costs import Cost, predict
 from arael.runtime.linear.independent import independent_set, named_set
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduction import Products, Reduction, products
 
 Ints = NDArray[np.int64]

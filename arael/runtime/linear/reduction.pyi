@@ -3,7 +3,7 @@ from typing import Any
 from numpy import bool_, int64
 from numpy.typing import NDArray
 
-from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.assembly.pattern import BlockPattern
 
 Ints = NDArray[int64]
 

@@ -11,7 +11,7 @@ cimport cython
 from libc.stdlib cimport qsort
 
 from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK
-from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.assembly.pattern import BlockPattern
 
 # Padded vectors are a multiple of this many scalars, in either precision.
 PADDING = 16

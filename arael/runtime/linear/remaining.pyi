@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 
 class RemainingSolver(LinearSolver):
     """Solves for the scalars that remain; of solutions, the others stay as they are."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.blocks import table_of
 from arael.runtime.linear.fronts import Fronts
 from arael.runtime.linear.memory import leading
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.supernodes import Supernodes
 
 Ints = NDArray[np.int64]

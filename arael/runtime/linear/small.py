@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.dense import DenseSolver
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.price import dense_cost
 
 #: Unknowns up to which `auto` takes the dense solver.

@@ -3,9 +3,9 @@ from typing import Any
 from numpy import int64
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 
 class SparseSolver(LinearSolver):
     def __init__(

@@ -27,7 +27,7 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport put
 from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_product
 from arael.runtime.linear.tiles cimport PIECE
-from arael.runtime.pool cimport claim, distribute, release
+from arael.runtime.parallel.pool cimport claim, distribute, release
 
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas

@@ -11,8 +11,8 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cache
 
-from arael.runtime.library import FUNCTIONS
-from arael.runtime.tape import PRIMITIVES
+from arael.runtime.machine.library import FUNCTIONS
+from arael.runtime.machine.tape import PRIMITIVES
 from arael.symbolic.graph import Graph
 
 LARGEST_TREE = 20_000

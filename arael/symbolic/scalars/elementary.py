@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 
-from arael.runtime.library import FUNCTIONS as LIBRARY
+from arael.runtime.machine.library import FUNCTIONS as LIBRARY
 from arael.symbolic import series
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars.function import ScalarFunction, primitive

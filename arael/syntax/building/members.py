@@ -145,13 +145,13 @@ class MemberBuilder(Builder):
         return tree.Update(span=span, steps=steps, doc=self._docs.of(span))
 
     def _make_solve(self, parts: list[Any], span: Span) -> tree.Solve:
-        passes = tuple(p for p in parts if isinstance(p, tree.Pass))
+        passes = tuple(p for p in parts if isinstance(p, tree.PassBlock))
         return tree.Solve(span=span, passes=passes, doc=self._docs.of(span))
 
-    def _make_pass_(self, parts: list[Any], span: Span) -> tree.Pass:
+    def _make_pass_(self, parts: list[Any], span: Span) -> tree.PassBlock:
         name, *rest = parts
         steps = tuple(p for p in rest if not isinstance(p, Token))
-        return tree.Pass(span=span, name=name, steps=steps, doc=self._docs.of(span))
+        return tree.PassBlock(span=span, name=name, steps=steps, doc=self._docs.of(span))
 
     def _make_setting(self, parts: list[Any], span: Span) -> tree.Setting:
         target, value = parts

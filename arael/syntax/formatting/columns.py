@@ -39,7 +39,7 @@ def align(lines: list[Line], facts: Facts, source: Source) -> None:
         kind = type(run[0].node)
         if kind is tree.Field:
             _align_fields(run, source)
-        elif kind is tree.Pass:
+        elif kind is tree.PassBlock:
             _line_up(run, lambda w: w.token.type == "LBRACE")
         else:
             _line_up(run, lambda w: w.token.type == "EQUAL")
@@ -55,7 +55,7 @@ def _runs(lines: list[Line], facts: Facts) -> Iterator[list[_Row]]:
             node = None
         else:
             node = facts.aligned.get(line.words[0].token.start)
-        if isinstance(node, tree.Pass) and line.words[-1].token.type != "RBRACE":
+        if isinstance(node, tree.PassBlock) and line.words[-1].token.type != "RBRACE":
             node = None
         fits = run and node is not None and type(node) is type(run[0].node)
         if run and not (fits and line.depth == run[0].line.depth and not line.blank_before):

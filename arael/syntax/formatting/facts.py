@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from arael.syntax import tree
 from arael.syntax.walk import walk
 
-Aligned = tree.Field | tree.Let | tree.Setting | tree.Pass
+Aligned = tree.Field | tree.Let | tree.Setting | tree.PassBlock
 
 
 @dataclass
@@ -48,8 +48,8 @@ def gather(file: tree.File) -> Facts:
             facts.lambdas.add(start)
         elif isinstance(node, tree.Struct) and node.precision:
             facts.roots.add(node.name.span.start)
-        if isinstance(node, (tree.Setting, tree.Freeze, tree.Pass)):
+        if isinstance(node, (tree.Setting, tree.Freeze, tree.PassBlock)):
             facts.steps.add(start)
-        if isinstance(node, (tree.Field, tree.Let, tree.Setting, tree.Pass)):
+        if isinstance(node, (tree.Field, tree.Let, tree.Setting, tree.PassBlock)):
             facts.aligned[start] = node
     return facts

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.components import Partition
+from arael.runtime.assembly.components import Partition
+from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.evaluation.state_pair import rows_of
 from arael.runtime.linear.auto import make_solver
-from arael.runtime.linear.pattern import BlockPattern
-from arael.runtime.remaining import remaining_solver
-from arael.runtime.state_pair import rows_of
+from arael.runtime.linear.narrowing import remaining_solver
 
 # Three components, interleaved: a chain of 0, 2, 5, a pair of 1 and 4, and 3 alone.
 SIZES = np.array([2, 1, 3, 2, 1, 2])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from arael.diagnostics.records import AraelError
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear import eliminate
 from arael.runtime.linear.auto import make_solver
 from arael.runtime.linear.independent import independent_set, named_set
-from arael.runtime.linear.pattern import BlockPattern
 from arael.runtime.linear.reduced import INNER, plan_reduced, product_count
 from arael.runtime.linear.reduction import products, reduce
 from tests.runtime.linear.block_matrices import build, bundle, chain, dense, grid, positive, slam

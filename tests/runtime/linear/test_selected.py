@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.linear.pattern import BlockPattern
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.linear.sparse import SparseSolver
 from tests.runtime.linear import block_matrices as bm

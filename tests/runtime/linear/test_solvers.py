@@ -10,10 +10,10 @@ import scipy.linalg
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear import auto
 from arael.runtime.linear.auto import SOLVERS
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.pattern import BlockPattern
 from tests.optional import solvers
 from tests.runtime.linear.block_matrices import arrow, build, chain, dense, grid, positive, slam
 

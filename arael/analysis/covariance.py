@@ -1,0 +1,303 @@
+"""Covariance of the solution: marginal, cross, conditional, relative; without forming the inverse.
+
+``C = 2 H^-1 = (J'J)^-1``, the inverse of the information of all measurements, for whitened
+residuals. One query is a few solves with the factor; all marginals at once are a selected inverse
+(`arael.runtime.linear.selected`). See S. Kay, "Fundamentals of Statistical Signal Processing:
+Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for its interpretation.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.analysis.freedom import refuse_free_directions
+from arael.analysis.normal import NormalEquations
+from arael.analysis.scalars import scalar_names_within, tangent_units
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.geometry import ellipsoid
+from arael.runtime.linear.selected import SelectedInverse
+from arael.runtime.problem import Problem
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# A row of the model: a ref (`poses[3]` of the Python face), its name, or (path of the table, row).
+Where = Any
+
+_KEPT = 300
+"""Number of cached columns of the inverse."""
+
+
+class Covariance:
+    """Covariance of all free scalars, at the values of the model when it was created.
+
+    Fixed parameters and parameters on an active bound have no variance: the solution does not
+    change with the measurements there. A `where` is a ref (``path.landmarks[4]``), the name of a
+    row or of a parameter (``"poses[3]"``, ``"poses[3].pos"``), or a pair (path of the table, row).
+    Entry (i, j) is in the unit of scalar i times that of scalar j (`units`); rotations are in
+    radians of the parameter's own tangent: Euler angles directly, others by a rotation vector.
+
+    Attributes
+    ----------
+    names : (n,) names of the scalars
+    units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
+        transform the translation has the declared unit, the rotation is in radians
+    on_bound : parameters excluded because they are on an active bound, by name, each with the bound
+        in words
+
+    Raises
+    ------
+    SolveError
+        E1008: the system is singular; the free directions are named.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._equations = NormalEquations(problem, hold_bounds=True)
+        self._problem = problem
+        self.on_bound = self._equations.on_bound
+        self.names = self._equations.names
+        self._number = {name: i for i, name in enumerate(self.names)}
+        self._columns: dict[int, Floats] = {}
+        # Factorised here, so that a singular system is reported at once.
+        refuse_free_directions(self._equations)
+        self._solver = self._equations.solver
+
+    @cached_property
+    def units(self) -> list[str]:
+        """Unit of each scalar."""
+        found: list[str] = []
+        system = self._problem.structure.system
+        for entity, blocks in zip(self._problem.layout.entities, system.blocks, strict=True):
+            own = tangent_units(self._problem.layout, entity)
+            found += own * int(np.count_nonzero(blocks.first >= 0))
+        return [found[scalar] for scalar in self._equations.free]
+
+    @cached_property
+    def matrix(self) -> Floats:
+        """(n, n) the full dense covariance, for at most a few thousand scalars."""
+        return self._equations.solve(np.eye(len(self.names)))
+
+    @cached_property
+    def _selected(self) -> SelectedInverse:
+        return SelectedInverse(self._solver)
+
+    def sigma(self) -> Floats:
+        """(n,) standard deviation of each scalar, in its unit; all in one sweep."""
+        scale = self._equations.scale
+        variance = self._selected.diagonal() * scale**2
+        found: Floats = np.sqrt(variance[self._equations.free])
+        return found
+
+    def marginal(self, where: Where) -> Floats:
+        """(k, k) marginal covariance of an entity or of one parameter."""
+        found = self._scalars(where)
+        return self._block(found, found)
+
+    def marginals(self, path: str) -> Floats:
+        """Marginal covariances (rows, k, k) of a whole collection, in one sweep.
+
+        Fixed rows have zeros.
+
+        Parameters
+        ----------
+        path : of a collection (``"landmarks"``) or of a parameter in it (``"poses.pos"``)
+        """
+        entity, first, tangents = self._entity(path)
+        scale = self._equations.scale
+        found = np.zeros((len(first), len(tangents), len(tangents)))
+        rows = np.flatnonzero(first >= 0)
+        blocks = self._selected.diagonal_blocks(first[rows], entity.tangent)
+        units = scale[first[rows, None] + np.arange(entity.tangent)]
+        free = np.zeros(self._problem.size, dtype=bool)
+        free[self._equations.free] = True
+        moves = free[first[rows, None] + np.arange(entity.tangent)]
+        blocks *= (units * moves)[:, :, None] * (units * moves)[:, None, :]
+        found[rows] = blocks[:, tangents[:, None], tangents]
+        return found
+
+    def cross(self, a: Where, b: Where) -> Floats:
+        """(k, l) covariance between the scalars of `a` and those of `b`."""
+        return self._block(self._scalars(a), self._scalars(b))
+
+    def conditional(self, a: Where, given: Where | None = None) -> Floats:
+        """(k, k) covariance of `a` given `given`; None: given all other parameters.
+
+        ``C_aa - C_ab C_bb^-1 C_ba``. The difference from the marginal is the part of the
+        uncertainty of `a` that is due to `given`.
+        """
+        mine = self._scalars(a)
+        if given is None:
+            unit = self._equations.scale[self._equations.free][mine]
+            scaled = self._equations.matrix[mine][:, mine].toarray()
+            found: Floats = np.linalg.inv(scaled) * unit[:, None] * unit[None, :]
+            return found
+        known = self._scalars(given)
+        if set(mine.tolist()) & set(known.tolist()):
+            raise AraelError(
+                Diagnostic(
+                    "E1009",
+                    f"`{_shown(a)}` cannot be conditioned on `{_shown(given)}`: they overlap",
+                    origin="covariance",
+                    help=("condition on other parameters",),
+                )
+            )
+        both = self._block(np.concatenate([mine, known]), np.concatenate([mine, known]))
+        k = len(mine)
+        return both[:k, :k] - both[:k, k:] @ np.linalg.solve(both[k:, k:], both[k:, :k])
+
+    def relative(self, a: Where, b: Where) -> Floats:
+        """(k, k) covariance of the difference a - b: ``C_aa - C_ab - C_ba + C_bb``.
+
+        For the scalars with the same name in both (``pos.x``): a landmark relative to a pose is the
+        difference of their positions. Common uncertainty, such as the position of the whole map,
+        cancels. Fixed, frozen and bound parameters are exact: their variances and covariances are
+        zero.
+        """
+        of_a, of_b = self._members(a), self._members(b)
+        common = [name for name in of_a if name in of_b]
+        if not common:
+            raise AraelError(
+                Diagnostic(
+                    "E1009",
+                    f"`{_shown(a)}` and `{_shown(b)}` have no parameter of the same name",
+                    origin="covariance",
+                    notes=(f"they have {', '.join(of_a)} and {', '.join(of_b)}",),
+                )
+            )
+        i = np.array([of_a[name] for name in common])
+        j = np.array([of_b[name] for name in common])
+        cross = self._with_exact(i, j)
+        return self._with_exact(i, i) - cross - cross.T + self._with_exact(j, j)
+
+    def ellipsoid(self, where: Where, relative_to: Where | None = None) -> tuple[Floats, Floats]:
+        """One-sigma ellipsoid of `where`, or of its difference from `relative_to`.
+
+        Returns
+        -------
+        semi_axes : (k,) descending, in the unit of the parameter
+        directions : (k, k) unit vectors along them as columns
+        """
+        if relative_to is None:
+            return ellipsoid(self.marginal(where))
+        return ellipsoid(self.relative(where, relative_to))
+
+    def __repr__(self) -> str:
+        held = f", {len(self.on_bound)} more on bounds" if self.on_bound else ""
+        return f"<Covariance of {len(self.names)} parameters{held}>"
+
+    # --- entries -------------------------------------------------------------------------------
+
+    def _block(self, a: Ints, b: Ints) -> Floats:
+        if "matrix" in self.__dict__:
+            return self.matrix[np.ix_(a, b)]
+        missing = [int(i) for i in b if int(i) not in self._columns]
+        if missing:
+            unit = np.zeros((len(self.names), len(missing)))
+            unit[missing, np.arange(len(missing))] = 1
+            solved = self._equations.solve(unit)
+            if len(self._columns) + len(missing) > _KEPT:
+                kept = {int(i): self._columns[int(i)] for i in b if int(i) in self._columns}
+                self._columns = kept
+            self._columns |= {i: solved[:, k] for k, i in enumerate(missing)}
+        return np.stack([self._columns[int(i)][a] for i in b], axis=1)
+
+    def _with_exact(self, a: Ints, b: Ints) -> Floats:
+        """`_block` with zeros for the number -1, an exact parameter."""
+        found = np.zeros((len(a), len(b)))
+        i, j = np.flatnonzero(a >= 0), np.flatnonzero(b >= 0)
+        if len(i) and len(j):
+            found[np.ix_(i, j)] = self._block(a[i], b[j])
+        return found
+
+    def _members(self, where: Where) -> dict[str, int]:
+        """Names within `where` of all its scalars, and their columns; -1 for exact ones."""
+        name = self._name(where)
+        names = scalar_names_within(self._problem, name)
+        if not names:
+            return self._local_names(where)  # refuses it
+        head = f"{name}." if name else ""
+        return {
+            full.removeprefix(head) if full != name else "": self._number.get(full, -1)
+            for full in names
+        }
+
+    def _name(self, where: Where) -> str:
+        if isinstance(where, str):
+            return where
+        if isinstance(where, tuple):
+            path, row = where
+        else:
+            path, row = where._table.layout.path, where._table.row_of(where._handle)
+        return str(self._problem.store.tables[path].row_name(row)) if path else ""
+
+    def _scalars(self, where: Where) -> Ints:
+        return np.array(list(self._local_names(where).values()), dtype=np.int64)
+
+    def _local_names(self, where: Where) -> dict[str, int]:
+        """Names within `where` of its scalars, and their columns."""
+        name = self._name(where)
+        if not name:
+            entities = self._problem.layout.entities
+            own = {e.prefix + t for e in entities if not e.table for t in e.tangent_names}
+            found = {n: i for n, i in self._number.items() if n in own}
+        elif name in self._number:
+            found = {"": self._number[name]}
+        else:
+            head = f"{name}."
+            found = {n[len(head) :]: i for n, i in self._number.items() if n.startswith(head)}
+        if not found:
+            bounds = [
+                f"`{full}` is on {text}"
+                for full, text in self.on_bound.items()
+                if full == name or full.startswith(f"{name}.")
+            ]
+            raise AraelError(
+                Diagnostic(
+                    "E1009",
+                    f"`{name}` is not solved for, so it has no covariance",
+                    origin="covariance",
+                    notes=tuple(bounds),
+                    help=("it is fixed, frozen or absent, or the name is misspelt",)
+                    if not bounds
+                    else ("a parameter on an active bound is exact; widen the bound to free it",),
+                )
+            )
+        return found
+
+    def _entity(self, path: str) -> tuple[Any, Ints, Ints]:
+        """The entity at a path, the first scalar of its rows, and the requested tangents."""
+        layout = self._problem.layout
+        for number, entity in enumerate(layout.entities):
+            first = self._problem.structure.system.blocks[number].first
+            place = f"{entity.table}.{entity.prefix}" if entity.table else entity.prefix
+            if path == place.rstrip("."):
+                return entity, first, np.arange(entity.tangent)
+            meant: list[int] = []
+            for use in entity.params:
+                full = f"{entity.table}.{use.column}" if entity.table else use.column
+                if path == full or full.startswith(f"{path}."):
+                    meant += range(use.tangent_start, use.tangent_start + use.tangent)
+            if meant:
+                return entity, first, np.array(meant)
+        known = [f"{e.table}.{e.prefix}".rstrip(".") for e in layout.entities if e.table]
+        raise AraelError(
+            Diagnostic(
+                "E1009",
+                f"`{path}` holds no parameters, so it has no covariance",
+                origin="covariance",
+                help=(f"there are {', '.join(known)}",) if known else (),
+            )
+        )
+
+
+def covariance(problem: Problem) -> Covariance:
+    """Covariance of all free scalars; see `Covariance`."""
+    return Covariance(problem)
+
+
+def _shown(where: Where) -> str:
+    return where if isinstance(where, str) else str(getattr(where, "name", where))

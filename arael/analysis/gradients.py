@@ -1,0 +1,226 @@
+"""Comparison of the Jacobian with central differences of the residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.layout import Entity
+from arael.runtime.machine.interpreter import GroupInterpreter, refresh
+from arael.runtime.problem import Problem
+
+Floats = NDArray[np.float64]
+
+LENGTHS = tuple(0.25 * 16.0**-k for k in range(8))
+"""Step lengths relative to each parameter's magnitude."""
+TOLERANCE = 1e-5
+"""Largest relative difference beyond its error bound that counts as rounding."""
+
+# Rounding error of a residual or an entry, as a multiple of the precision, for long formulas.
+_ROUNDINGS = 32.0
+
+
+@dataclass(frozen=True)
+class GradientCheck:
+    """Agreement of the derivatives of one constraint with central differences.
+
+    Attributes
+    ----------
+    label : of the constraint
+    instances : number of instances compared
+    difference : the relative difference that exceeds its bound most
+    bound : its error bound, from rounding and curvature
+    worst : name of its instance, and its row
+    residual : number of its residual, 0 for several residuals with a loss
+    derivative, measured : the value of the Jacobian and the central difference
+    """
+
+    label: str
+    instances: int
+    difference: float
+    bound: float
+    worst: str
+    residual: int
+    derivative: float
+    measured: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is within `TOLERANCE` and its error bound."""
+        return self.difference <= TOLERANCE + self.bound
+
+    @property
+    def conclusive(self) -> bool:
+        """Whether the bound is small enough to detect a wrong derivative."""
+        return self.bound <= 1e-3
+
+
+def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> list[GradientCheck]:
+    """Compare J d with central differences of the residuals along random directions d.
+
+    Where several residuals have a loss, only their part of the gradient is a derivative
+    (`arael.compiler.losses`): there, half the squared residuals of an instance take the place of
+    its residuals.
+
+    Steps are in proportion to the magnitude of each parameter. Differences are computed in f64 with
+    eight step lengths, and for each residual the two that agree best are used: long steps suffer
+    from curvature, short ones from rounding. The error bound is the difference of these two plus
+    the rounding of residuals and Jacobian.
+
+    Parameters
+    ----------
+    problem : in f64, or in f32 with larger rounding bounds
+    directions : number of random directions; each changes every free parameter
+
+    Returns
+    -------
+    The largest difference for each constraint that has instances, in the order of the model.
+    """
+    rng = np.random.default_rng(seed)
+    found: dict[int, GradientCheck] = {}
+    system = problem.structure.system
+    scales = [
+        _scales(entity, np.asarray(state, dtype=np.float64)[: len(block.free)])
+        for entity, block, state in zip(
+            problem.layout.entities, system.blocks, problem.states, strict=True
+        )
+    ]
+    checked = [
+        _Group(problem, number)
+        for number, active in enumerate(problem.structure.active)
+        if len(active)
+    ]
+    still: list[Floats] = [np.zeros(block.free.shape) for block in system.blocks]
+    here = _moved(problem, still, 0.0)
+    for _ in range(directions):
+        steps: list[Floats] = [
+            np.asarray(rng.standard_normal(block.free.shape) * block.free * scale, np.float64)
+            for block, scale in zip(system.blocks, scales, strict=True)
+        ]
+        both = [
+            (length, _moved(problem, steps, length), _moved(problem, steps, -length))
+            for length in LENGTHS
+        ]
+        for group in checked:
+            one = group.compare(steps, here, both)
+            known = found.get(group.number)
+            if known is None or not one.difference - one.bound <= known.difference - known.bound:
+                found[group.number] = one
+    return [found[number] for number in sorted(found)]
+
+
+def _scales(entity: Entity, state: Floats) -> Floats:
+    """(rows, tangent) magnitude of each parameter; 1 for rotations and where all are zero."""
+    scales = np.ones((len(state), entity.tangent))
+    for use in entity.params:
+        if use.tangent != use.stored or not len(state):
+            continue
+        values = np.abs(state[:, use.stored_start : use.stored_start + use.stored]).max(axis=1)
+        known = values[np.isfinite(values) & (values > 0)]
+        usual = float(np.median(known)) if len(known) else 1.0
+        size = np.where(np.isfinite(values) & (values > 0), values, usual)
+        scales[:, use.tangent_start : use.tangent_start + use.tangent] = size[:, None]
+    return scales
+
+
+def _moved(problem: Problem, steps: list[Floats], length: float) -> list[Floats]:
+    states = []
+    for entity, state, step in zip(problem.layout.entities, problem.states, steps, strict=True):
+        moved = np.array(state, dtype=np.float64)
+        if len(step):
+            refresh(entity, moved[: len(step)].copy(), length * step, moved[: len(step)])
+        states.append(moved)
+    return states
+
+
+class _Group:
+    """One constraint at the accepted state."""
+
+    def __init__(self, problem: Problem, number: int) -> None:
+        self.problem, self.number = problem, number
+        self.group = problem.layout.groups[number]
+        own = problem.evaluation.interpreters[number]
+        # The active instances are those of the state in between.
+        own.guard(problem.states)
+        self.interpreter = GroupInterpreter(
+            self.group,
+            problem.layout.entities,
+            problem.instances[number],
+            problem.structure.placements[number],
+            np.dtype(np.float64),
+            problem.natives,
+        )
+        self.residuals, self.entries = (
+            np.asarray(part, dtype=np.float64) for part in problem.evaluation.group_rows(number)
+        )
+        self.rows = problem.structure.placements[number].rows
+        self.squared = bool(self.group.loss_text) and self.group.residuals > 1
+
+    def compare(
+        self,
+        steps: list[Floats],
+        here: list[Floats],
+        both: list[tuple[float, list[Floats], list[Floats]]],
+    ) -> GradientCheck:
+        """Return the instance whose difference exceeds its bound most, along one direction."""
+        group, problem = self.group, self.problem
+        derivative, terms = np.zeros((2, *self.residuals.shape))
+        for k, (residual, use, tangent) in enumerate(group.jacobian):
+            direction = steps[group.uses[use].entity][self.rows[:, use], tangent]
+            derivative[:, residual] += self.entries[:, k] * direction
+            terms[:, residual] += np.abs(self.entries[:, k] * direction)
+        if self.squared:
+            derivative = (self.residuals * derivative).sum(axis=1, keepdims=True)
+            terms = (np.abs(self.residuals) * terms).sum(axis=1, keepdims=True)
+        with np.errstate(all="ignore"):
+            measured, error, curvature = self._differences(here, both)
+            precision = float(np.finfo(problem.dtype.type).eps)
+            error = error + _ROUNDINGS * precision * (terms + np.abs(curvature))
+            size = np.maximum(np.maximum(terms, np.abs(measured)), np.finfo(np.float64).tiny)
+            difference = np.abs(derivative - measured) / size
+            bound = error / size
+        difference[~np.isfinite(difference)] = np.inf
+        bound[~np.isfinite(bound)] = 0.0
+        worst = int(np.argmax(difference - bound))
+        instance, column = (int(k) for k in np.unravel_index(worst, difference.shape))
+        name = problem.instance_name(self.number, instance)
+        return GradientCheck(
+            label=group.label,
+            instances=len(self.rows),
+            difference=float(difference[instance, column]),
+            bound=float(bound[instance, column]),
+            worst=f"{name} at {problem.instance_place(self.number, instance)}",
+            residual=column,
+            derivative=float(derivative[instance, column]),
+            measured=float(measured[instance, column]),
+        )
+
+    def _differences(
+        self, here: list[Floats], both: list[tuple[float, list[Floats], list[Floats]]]
+    ) -> tuple[Floats, Floats, Floats]:
+        """Central differences (n, residuals) with their error bounds, and second differences."""
+        middle = self._values(here)
+        precision = _ROUNDINGS * float(np.finfo(np.float64).eps)
+        best = np.full_like(middle, np.nan)
+        least = np.full_like(middle, np.inf)
+        curved = np.zeros_like(middle)
+        before = None
+        for length, ahead, behind in both:
+            right, left = self._values(ahead), self._values(behind)
+            slope = (right - left) / (2 * length)
+            if before is not None:
+                rounding = precision * np.maximum(np.abs(right), np.abs(left)) / length
+                error = np.abs(slope - before) + rounding
+                better = error < least
+                best = np.where(better, slope, best)
+                least = np.where(better, error, least)
+                curved = np.where(better, (right - 2 * middle + left) / length**2, curved)
+            before = slope
+        return best, least, curved
+
+    def _values(self, states: list[Floats]) -> Floats:
+        """What is differentiated: (n, residuals), or (n, 1) half their squares."""
+        residuals = np.asarray(self.interpreter.residuals(states), dtype=np.float64)
+        return 0.5 * np.square(residuals).sum(axis=1, keepdims=True) if self.squared else residuals

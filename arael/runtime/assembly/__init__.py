@@ -1,0 +1,1 @@
+"""Where the contributions of instances go: structure, offsets, first writers, shares."""

@@ -1,0 +1,149 @@
+"""Connected components of a problem: what is solved together, but has nothing to do with the rest.
+
+Rows that are solved for are joined by active instances that read two or more of them. Instances of
+one component depend on its rows only, so that its steps can be judged by their costs alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.assembly.placement import uncoupled_pairs
+from arael.runtime.assembly.structure import Structure
+from arael.runtime.assembly.union_find import connected
+from arael.runtime.layout import Group
+
+Ints = NDArray[np.int64]
+Labels = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Partition:
+    """The components of a problem that has at least two.
+
+    They are numbered in the order of their first blocks in the system. Blocks in which nothing
+    moves join nothing; they have the number 0, and take no step there.
+
+    Attributes
+    ----------
+    count : components
+    of_block : (nb,) int32, component of each block of the system
+    of_scalar : (n,) int32, component of each scalar of the system
+    of_instance : per group (instances,) int32, component of each active instance
+        Those that read nothing that is solved for have the number `count`: their cost is constant.
+    guarded : (count,) bool, whether a guard of an instance of each reads parameters
+    of_values : (m, 3) int64, begin, end and component of runs of values of J'J
+    first_block : (count,) int64, first block of each component
+    block_counts : (count,) int64, blocks of each
+    """
+
+    count: int
+    of_block: Labels
+    of_scalar: Labels
+    of_instance: tuple[Labels, ...]
+    guarded: NDArray[np.bool_]
+    of_values: Ints
+    first_block: Ints
+    block_counts: Ints
+
+
+def partition_of(structure: Structure, groups: Sequence[Group]) -> Partition | None:
+    """The components of a structure; None if there is only one, or nothing to solve for.
+
+    Kept with the structure.
+    """
+    if not structure.partition:
+        structure.partition.append(_found(structure, groups))
+    found: Partition | None = structure.partition[0]
+    return found
+
+
+def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
+    pattern = structure.pattern
+    if pattern.block_count < 2:
+        return None
+    idle = _idle(structure)
+    ones, others = _uncoupled(structure, groups)
+    count, labels = connected(pattern.column_start, pattern.rows, ones, others, idle)
+    if count < 2:
+        return None
+    instances = [_of_instances(structure, g, labels, count, idle) for g in range(len(groups))]
+    guarded = np.zeros(count + 1, dtype=bool)
+    for group, found in zip(groups, instances, strict=True):
+        if group.moving_guard is not None:
+            guarded[found] = True
+    return Partition(
+        count,
+        labels,
+        np.repeat(labels, pattern.sizes),
+        tuple(instances),
+        guarded[:count],
+        _of_values(structure, labels),
+        np.flatnonzero(np.diff(np.maximum.accumulate(np.where(idle, -1, labels)), prepend=-1)),
+        np.bincount(labels[idle == 0], minlength=count),
+    )
+
+
+def _idle(structure: Structure) -> NDArray[np.uint8]:
+    """(nb,) whether nothing moves in a block, which a session keeps for when it does again."""
+    found = np.zeros(structure.pattern.block_count, dtype=np.uint8)
+    if structure.idle:
+        for blocks in structure.system.blocks:
+            found[blocks.block[(blocks.block >= 0) & ~blocks.solved]] = 1
+    return found
+
+
+def _blocks(structure: Structure, group: int) -> Ints:
+    """(instances, uses) block of each use, -1 where it is not solved for."""
+    offsets = structure.pattern.offsets
+    at = structure.placements[group].gradient_at
+    found: Ints = np.searchsorted(offsets, at, side="right") - 1
+    found[at >= offsets[-1]] = -1
+    return found
+
+
+def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Ints]:
+    """Pairs of blocks that an instance reads, but that no residual couples.
+
+    They are no blocks of the pattern; the instance has one cost all the same.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    ones, others = [none], [none]
+    for number, group in enumerate(groups):
+        pairs = uncoupled_pairs(group)
+        if not pairs or not len(structure.placements[number].rows):
+            continue
+        blocks = _blocks(structure, number)
+        for a, b in sorted(pairs):
+            both = (blocks[:, a] >= 0) & (blocks[:, b] >= 0)
+            ones.append(blocks[both, a])
+            others.append(blocks[both, b])
+    return np.concatenate(ones), np.concatenate(others)
+
+
+def _of_instances(
+    structure: Structure, group: int, labels: Labels, count: int, idle: NDArray[np.uint8]
+) -> Labels:
+    blocks = _blocks(structure, group)
+    if blocks.shape[1] == 0:
+        return np.full(len(blocks), count, dtype=np.int32)
+    if structure.idle:
+        blocks[(blocks >= 0) & (idle[blocks] != 0)] = -1
+    # All uses that are solved for are of one component.
+    block = blocks.max(axis=1)
+    return np.where(block >= 0, labels[block], np.int32(count)).astype(np.int32)
+
+
+def _of_values(structure: Structure, labels: Labels) -> Ints:
+    pattern = structure.pattern
+    columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
+    order = np.argsort(pattern.value_start, kind="stable")
+    begin = pattern.value_start[order]
+    component = labels[columns[order]]
+    first = np.flatnonzero(np.diff(component, prepend=-1))
+    end = np.append(begin[first[1:]], pattern.value_count)
+    return np.stack((begin[first], end, component[first]), axis=1).astype(np.int64)

@@ -1,0 +1,182 @@
+"""Structure of a problem: active instances, block pattern, scatter offsets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from arael.diagnostics.records import Diagnostic
+from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.assembly.placement import Placement, pattern_and_placements
+from arael.runtime.failures import SolveError
+from arael.runtime.layout import Group
+from arael.runtime.machine.tape import Natives
+from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
+from arael.runtime.system import System, build_system, free_scalars, hold, row_name
+
+# Blocks in which nothing moves stay in a system up to this many, or up to this part of all.
+_FEW_IDLE = 2
+_IDLE = 0.1
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Active instances, system, block pattern and placements of one state of the store."""
+
+    version: Any  # of the store
+    flags: tuple[int | None, ...]  # versions of the flags of each entity's table
+    frozen: frozenset[str]
+    active: tuple[Ints, ...]
+    slot_rows: tuple[list[Ints], ...]
+    system: System
+    pattern: BlockPattern
+    placements: tuple[Placement, ...]
+    trash: int  # scalars behind the gradient; its square behind the values
+    idle: int = 0  # blocks of the system in which nothing moves, kept for when it does again
+    shares: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    # Of the components, once they were asked for; see `components.py`.
+    partition: list[Any] = field(default_factory=list, compare=False, repr=False)
+
+
+def structure_of(
+    store: StoreLike,
+    frozen: frozenset[str] = frozenset(),
+    known: Structure | None = None,
+    natives: Natives | None = None,
+    keep_idle: bool = False,
+) -> Structure:
+    """The structure of a store; `known` itself if nothing of it has changed.
+
+    With `keep_idle`, rows that were fixed since `known` was made stay in the system with all their
+    scalars held, so that pattern and placements stay too (`_with_other_flags`). Without it the
+    structure is that of the store alone.
+    """
+    layout = store.layout
+    if known is not None and (keep_idle or not known.idle):
+        same_rows = _same_rows(store, known, natives)
+        if same_rows and _same_flags(store, frozen, known):
+            return known
+        if same_rows and keep_idle:
+            found = _with_other_flags(store, frozen, known)
+            if found is not None:
+                return found
+    active = [active_rows(store, group, natives) for group in layout.groups]
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
+    system = _same_system(store, free, known) or build_system(store, free)
+    pattern, placements = pattern_and_placements(
+        layout.groups, layout.coupled, slot_rows, active, system
+    )
+    trash = max((entity.tangent for entity in layout.entities), default=1)
+    return Structure(
+        store.structure_version,
+        tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        frozen,
+        tuple(active),
+        tuple(slot_rows),
+        system,
+        pattern,
+        tuple(placements),
+        trash,
+    )
+
+
+def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -> System | None:
+    """The system of an earlier structure, if the same scalars of the same store move."""
+    if known is None or known.idle or known.system.store is not store:
+        return None
+    before = known.system.blocks
+    same = all(np.array_equal(a, b.free) for a, b in zip(free, before, strict=True))
+    return known.system if same else None
+
+
+def _same_rows(store: StoreLike, known: Structure, natives: Natives | None) -> bool:
+    """Whether rows, refs and guards are as they were when `known` was made."""
+    if known.system.store is not store or known.version != store.structure_version:
+        return False
+    for group, active in zip(store.layout.groups, known.active, strict=True):
+        if group.guard is not None and not np.array_equal(
+            active_rows(store, group, natives), active
+        ):
+            return False
+    return True
+
+
+def _same_flags(store: StoreLike, frozen: frozenset[str], known: Structure) -> bool:
+    """Whether the same scalars are free as when `known` was made."""
+    for entity, blocks, version in zip(
+        store.layout.entities, known.system.blocks, known.flags, strict=True
+    ):
+        now = store.tables[entity.table].flags_version
+        if now is not None and now == version and known.frozen == frozen:
+            continue
+        if not np.array_equal(free_scalars(store, entity, frozen), blocks.free):
+            return False
+    return True
+
+
+def _with_other_flags(
+    store: StoreLike, frozen: frozenset[str], known: Structure
+) -> Structure | None:
+    """The structure with other scalars held, on the same blocks; None if it takes new ones.
+
+    What moves must be in the system. Blocks in which nothing moves are held whole: they have an
+    identity row, no gradient and no step, so that all else is as if they were not there. Few of
+    them are worth keeping, since they are factorised with the others.
+    """
+    layout, system = store.layout, known.system
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    idle = 0
+    for moves, blocks in zip(free, system.blocks, strict=True):
+        moving = moves.any(axis=1)
+        if (moving & (blocks.first < 0)).any():
+            return None
+        idle += int((~moving & (blocks.first >= 0)).sum())
+    if idle > max(_FEW_IDLE, _IDLE * len(system.sizes)):
+        return None
+    return replace(
+        known,
+        flags=tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        frozen=frozen,
+        system=hold(system, free),
+        idle=idle,
+        partition=[],
+    )
+
+
+def active_rows(store: StoreLike, group: Group, natives: Natives | None = None) -> Ints:
+    """Rows of the group's table whose guard holds, ascending."""
+    rows = np.arange(store.tables[group.table].size, dtype=np.int64)
+    if group.guard is None or len(rows) == 0:
+        return rows
+    walker = Walker(store, group.table, rows)
+    ways = [walker.rows(slot) for slot in group.slots]
+    inputs = [gather(store, group.slots, ways, raw) for raw in group.guard_raw]
+    holds = outputs(group.guard, inputs, len(rows), natives)[0]
+    return np.flatnonzero((holds != 0) & ~np.isnan(holds)).astype(np.int64)
+
+
+def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
+    whole = group.guard is None  # then all rows are active
+    walker = Walker(store, group.table, active, whole)
+    found = []
+    needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
+    for number, slot in enumerate(group.slots):
+        rows = walker.rows(slot)
+        # What only a guard looks at may be null where the guard holds.
+        if slot.steps and number in needed and len(rows) and rows.min() < 0:
+            at = int(np.argmin(rows >= 0))
+            place = row_name(store, group.table, int(active[at]))
+            raise SolveError(
+                Diagnostic(
+                    "E1005",
+                    f"`{place}`: constraint `{group.label}` reads through "
+                    f"`{walker.first_null(slot, at)}`, which is null there",
+                    origin=group.where,
+                    help=("set the ref, or guard the constraint so that it does not act there",),
+                )
+            )
+        found.append(rows)
+    return found

@@ -1,0 +1,1 @@
+"""Cost, gradient and blocks of a problem at given values of its parameters."""

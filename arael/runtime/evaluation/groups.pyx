@@ -1,0 +1,146 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""The groups of a problem with all they read and add to, each evaluated by whatever can run it."""
+
+import numpy as np
+
+from arael.runtime.address cimport address
+from arael.runtime.evaluation.compiled_groups cimport CompiledGroups
+from arael.runtime.evaluation.group_lanes cimport GroupLanes
+from arael.runtime.kernel cimport Lanes
+from arael.runtime.evaluation.raised cimport Raised
+from arael.runtime.evaluation.state_pair cimport StatePair
+from arael.runtime.assembly.totals cimport Totals
+
+from arael.runtime.machine.interpreter import Interpreters
+from arael.runtime.assembly.shares import plan_shares
+
+
+cdef class Groups:
+    """One group at a time, at states that move.
+
+    Parameters
+    ----------
+    layout : Layout
+    structure : Structure
+    instances : list of Instances, one per group
+    stored : list of arrays (rows, stored), one per entity, in the precision of the problem
+    held_values, diagonal_at : int64 arrays, offsets in the values
+    kernels : capsule "arael.kernels" or None
+        None interprets what has no program.
+    natives : NativeTable
+        The native functions of the model.
+    programs : list of machine.Program, GroupKernel or None, one per group
+        What runs on the expression machine, or on kernels of its own. The compiled kernels of the
+        model, if any, are of the groups before the first of these, and of the first entities.
+    """
+
+    def __init__(
+        self, layout, structure, instances, stored, held_values, diagonal_at, kernels, natives,
+        programs=None
+    ):
+        system, groups = structure.system, layout.groups
+        self.single, self.size = layout.precision == "f32", system.size
+        self.value_count = structure.pattern.value_count
+        self.groups, self.count = groups, len(groups)
+        self.raised = Raised(natives)
+        programs = [None] * len(groups) if programs is None else list(programs)
+        self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
+        self.states = StatePair(
+            layout.entities, system, stored, self.single, kernels, self.raised)
+        widths, free, stores = self.compiled.widths, self.compiled.free, self.compiled.stores
+        key = tuple(widths), tuple(free), tuple(stores)
+        if key not in structure.shares:
+            structure.shares[key] = plan_shares(structure, layout, widths, free, stores)
+        plan = structure.shares[key]
+        self.shares = plan.count
+        self.orders = plan.orders
+        self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
+        self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
+        self.interpreters = Interpreters(
+            layout, instances, structure.placements, self.dtype, natives)
+
+    cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil:
+        cdef Lanes* lanes = self.lanes.whole(which, g)
+        if lanes.n == 0:
+            return 0
+        if not self.compiled.missing(g):
+            return self._checked(self.compiled.cost(g, lanes, NULL))
+        with gil:
+            try:
+                return self.interpreters[g].cost(self.states.arrays[which])
+            except BaseException as error:
+                return self.raised.keep(error)
+
+    cdef void guard_group(self, Py_ssize_t g) noexcept nogil:
+        cdef Lanes* lanes = self.lanes.whole(self.states.current, g)
+        if lanes.n == 0:
+            return
+        if not self.compiled.missing(g):
+            self.compiled.guard(g, lanes)
+            return
+        with gil:
+            try:
+                self.interpreters[g].guard(self.state_arrays)
+            except BaseException as error:
+                self.raised.keep(error)
+
+    cdef double linearise_group(
+        self, Py_ssize_t g, const Lanes* lanes, void* gradient, void* values
+    ) noexcept nogil:
+        if lanes.n == 0:
+            return 0
+        if not self.compiled.missing(g):
+            return self._checked(self.compiled.linearise(g, lanes, gradient, values))
+        with gil:
+            try:
+                return self.interpreters[g].linearise(
+                    self.state_arrays, *self.totals.views(gradient, values))
+            except BaseException as error:
+                return self.raised.keep(error)
+
+    cdef double _checked(self, double value) noexcept nogil:
+        """`value`; what went wrong in kernels and programs meanwhile is kept."""
+        if self.compiled.exhausted:
+            self.compiled.exhausted = False
+            with gil:
+                self.raised.keep(MemoryError(
+                    "no memory for the registers of runtime residuals or the stack of a kernel"))
+        return self.raised.checked(value)
+
+    @property
+    def dtype(self):
+        """NumPy type of the scalars."""
+        return np.dtype(np.float32 if self.single else np.float64)
+
+    @property
+    def state_arrays(self):
+        """Accepted states, one array (rows, state) per entity."""
+        return self.states.arrays[self.states.current]
+
+    def replace(self, Py_ssize_t g, one):
+        """Let the instances of a group have other data; there are as many as before."""
+        self.lanes.replace(g, one)
+        self.interpreters.replace(g, one)
+
+    def start_at(self, Py_ssize_t e, stored):
+        """Let the rows of an entity stand at other stored scalars (rows, stored)."""
+        self.states.start_at(e, stored)
+
+    def moved_by(self, step):
+        """Make the accepted state the one moved by `step` (size,)."""
+        kept = np.ascontiguousarray(step, dtype=self.dtype)
+        if kept.shape != (self.size,):
+            raise ValueError(f"expected a step of shape ({self.size},), found {kept.shape}")
+        cdef const void* first = address(kept, self.dtype, self.size)
+        with nogil:
+            self.states.move(first, 1)
+        self.raise_failure()
+        self.states.accept()
+
+    def room(self):
+        """Zeros for J'r and for the values of J'J, with what lies behind them."""
+        return self.totals.zeros()
+
+    def raise_failure(self):
+        """Raise what the interpreter or a native function raised, if anything."""
+        self.raised.again()

@@ -1,0 +1,102 @@
+"""The data of a group's active instances, gathered once per solve."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from arael.runtime.layout import Group
+from arael.runtime.machine.tape import Natives, evaluate
+from arael.runtime.store.access import Array, Ints, StoreLike, gather
+from arael.runtime.store.rearranged import aligned_empty, spread_rows
+
+
+class Instances:
+    """Active instances of one group.
+
+    Parameters
+    ----------
+    rows : (n,) rows of the group's table
+    data : (n, data_count) what does not change within a solve
+    uniform : (uniform_count,) what is the same for all instances
+    """
+
+    def __init__(self, rows: Ints, data: Array, uniform: Array) -> None:
+        self.rows = rows
+        self.uniform = uniform
+        self._data: Array | None = data
+        self._lanes: dict[int, tuple[Array | None, Array]] = {}
+
+    @property
+    def data(self) -> Array:
+        """(n, data_count) what does not change within a solve."""
+        if self._data is None:
+            order, lanes = next(iter(self._lanes.values()))
+            self._data = _from_lanes(lanes, len(self.rows), order)
+        return self._data
+
+    def in_lanes(self, lanes: int, order: Array | None) -> Array:
+        """The data in lane order, of instances in `order`; cached until the order changes.
+
+        Data by instance is freed meanwhile, and gathered again on request.
+        """
+        kept = self._lanes.get(lanes)
+        if kept is None or not _same(kept[0], order):
+            kept = self._lanes[lanes] = order, in_lanes(self.data, lanes, order)
+            self._data = None
+        return kept[1]
+
+
+def _same(one: Array | None, other: Array | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one is other or np.array_equal(one, other)
+
+
+def gather_instances(
+    store: StoreLike,
+    group: Group,
+    rows: Ints,
+    slot_rows: list[Ints],
+    dtype: np.dtype[Any],
+    natives: Natives | None = None,
+) -> Instances:
+    """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
+    n = len(rows)
+    data = np.zeros((n, group.data_count), dtype=dtype)
+    uniform = np.zeros(group.uniform_count, dtype=dtype)
+    if n:
+        inputs = [gather(store, group.slots, slot_rows, raw, there=True) for raw in group.raw]
+        values = evaluate(group.prepare, inputs, np.float64, natives)
+        found = [values[k] for k in group.prepare.outputs]
+        with np.errstate(over="ignore", invalid="ignore"):
+            for k in range(group.data_count):
+                data[:, k] = found[k]
+            for k in range(group.uniform_count):
+                uniform[k] = found[group.data_count + k].flat[0]
+    return Instances(rows, data, uniform)
+
+
+def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
+    """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
+    n, k = values.shape
+    blocks = -(-n // lanes)
+    shape = blocks, k, lanes
+    # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
+    # of which there may be hundreds, does without.
+    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
+    if n:
+        spread_rows(np.ascontiguousarray(values), lanes, order, found)
+    return found
+
+
+def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:
+    """(n, k) by instance of what is in lane order."""
+    blocks, k, width = lanes.shape
+    found = lanes.transpose(0, 2, 1).reshape(blocks * width, k)[:n]
+    if order is None:
+        return np.array(found)  # never a view: flags of guards are written into lanes
+    data = np.empty_like(found)
+    data[order] = found
+    return data

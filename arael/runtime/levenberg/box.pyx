@@ -1,0 +1,199 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Bounds of parameters as hard limits of a solve.
+
+Projected Levenberg-Marquardt: scalars that stand at a bound and would be pushed through it are left
+out of the linear system; of the others the step is cut off at the bound (Bertsekas, "Projected
+Newton methods for optimization problems with simple constraints", SIAM J. Control 20, 1982).
+"""
+
+import numpy as np
+
+from cython cimport floating
+from libc.math cimport fabs
+from libc.stdint cimport int32_t, int64_t, uint8_t
+
+from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.evaluation.evaluation cimport Evaluation
+
+from arael.runtime.assembly.positions import row_and_column_positions
+
+
+cdef block_table(pattern):
+    """(blocks, 5) first row, first column, height, width and place of each block of a pattern."""
+    cdef Py_ssize_t count = len(pattern.rows), column, k
+    table = np.empty((count, 5), dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(table, np.int64)
+    cdef const int64_t* start = <const int64_t*>address(pattern.column_start, np.int64)
+    cdef const int64_t* rows = <const int64_t*>address(pattern.rows, np.int64)
+    cdef const int64_t* sizes = <const int64_t*>address(pattern.sizes, np.int64)
+    cdef const int64_t* offsets = <const int64_t*>address(pattern.offsets, np.int64)
+    cdef const int64_t* places = <const int64_t*>address(pattern.value_start, np.int64)
+    for column in range(pattern.block_count):
+        for k in range(start[column], start[column + 1]):
+            to[0], to[1] = offsets[rows[k]], offsets[column]
+            to[2], to[3], to[4] = sizes[rows[k]], sizes[column], places[k]
+            to += 5
+    return table
+
+
+cdef class Box:
+    """The bounded scalars of a system.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+    structure : Structure
+    diagonal_at : (n,) int64, offsets of the diagonal in the values
+    """
+
+    def __init__(self, Evaluation evaluation, structure, diagonal_at):
+        system, pattern = structure.system, structure.pattern
+        scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
+        if len(scalars):
+            entity, at = stored_places(system, scalars)
+        else:
+            entity = at = scalars
+        start, positions = row_and_column_positions(pattern, scalars)
+        blocks = block_table(pattern)
+        ints = [
+            np.ascontiguousarray(a, dtype=np.int64)
+            for a in (scalars, entity, at, diagonal_at[scalars], start, positions)
+        ]
+        ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
+        self._all = (ints, ends, blocks)
+        self._evaluation = evaluation
+        self.restrict()
+
+    def restrict(self, component=None, kept=None):
+        """Look at the scalars and blocks of some components only.
+
+        Parameters
+        ----------
+        component : (n,) int32, component of each scalar of the system
+        kept : (components,) bool; None: all
+        """
+        ints, ends, blocks = self._all
+        if kept is not None:
+            scalars, entity, at, diagonal, start, positions = ints
+            chosen = kept[component[scalars]]
+            lengths = np.diff(start)
+            ints = [
+                *(array[chosen] for array in (scalars, entity, at, diagonal)),
+                np.concatenate(([0], np.cumsum(lengths[chosen]))),
+                positions[np.repeat(chosen, lengths)],
+            ]
+            ends = [array[chosen] for array in ends]
+            blocks = blocks[kept[component[blocks[:, 1]]]]
+        self._keep = (ints, ends, blocks)
+        self.count = len(ints[0])
+        self._scalar = <const int64_t*>address(ints[0], np.int64)
+        self._entity = <const int64_t*>address(ints[1], np.int64)
+        self._at = <const int64_t*>address(ints[2], np.int64)
+        self._diagonal = <const int64_t*>address(ints[3], np.int64)
+        self._start = <const int64_t*>address(ints[4], np.int64)
+        self._positions = <const int64_t*>address(ints[5], np.int64)
+        self._blocks = <const int64_t*>table_address(blocks, 5)
+        self._block_count = len(blocks)
+        self._low = <const double*>address(ends[0], np.float64, self.count)
+        self._high = <const double*>address(ends[1], np.float64, self.count)
+
+    cdef double _value(self, Py_ssize_t k) noexcept nogil:
+        """Present value of a bounded scalar."""
+        cdef void* state = self._evaluation.states.at(self._entity[k])
+        if self._evaluation.single:
+            return (<float*>state)[self._at[k]]
+        return (<double*>state)[self._at[k]]
+
+    cdef void hold(self, void* gradient, void* values) noexcept nogil:
+        if self._evaluation.single:
+            self._hold(<float*>gradient, <float*>values)
+        else:
+            self._hold(<double*>gradient, <double*>values)
+
+    cdef void _hold(self, floating* gradient, floating* values) noexcept nogil:
+        cdef Py_ssize_t k, p
+        cdef double x, slack
+        cdef floating g
+        for k in range(self.count):
+            x = self._value(k)
+            g = gradient[self._scalar[k]]
+            # A step onto a bound may end a rounding away from it.
+            slack = (1e-6 if floating is float else 1e-14) * (1 + fabs(x))
+            if (g > 0 and x <= self._low[k] + slack) or (g < 0 and x >= self._high[k] - slack):
+                gradient[self._scalar[k]] = 0
+                for p in range(self._start[k], self._start[k + 1]):
+                    values[self._positions[p]] = 0
+                values[self._diagonal[k]] = 1
+
+    cdef bint clamp(self, void* step, const int32_t* component, uint8_t* cut) noexcept nogil:
+        if self._evaluation.single:
+            return self._clamp(<float*>step, component, cut)
+        return self._clamp(<double*>step, component, cut)
+
+    cdef bint _clamp(
+        self, floating* step, const int32_t* component, uint8_t* cut
+    ) noexcept nogil:
+        cdef Py_ssize_t k, i
+        cdef double x, s
+        cdef bint any_cut = False
+        for k in range(self.count):
+            i = self._scalar[k]
+            x, s = self._value(k), step[i]
+            if x + s < self._low[k]:
+                step[i] = <floating>(self._low[k] - x)
+            elif x + s > self._high[k]:
+                step[i] = <floating>(self._high[k] - x)
+            else:
+                continue
+            any_cut = True
+            cut[0 if component == NULL else component[i]] = True
+        return any_cut
+
+    cdef void curvature(
+        self, const void* values, const void* step, const int32_t* component, double* total
+    ) noexcept nogil:
+        if self._evaluation.single:
+            self._curvature(<const float*>values, <const float*>step, component, total)
+        else:
+            self._curvature(<const double*>values, <const double*>step, component, total)
+
+    cdef void _curvature(
+        self, const floating* values, const floating* step, const int32_t* component,
+        double* total
+    ) noexcept nogil:
+        cdef Py_ssize_t b, i, j, c = 0
+        cdef const int64_t* block
+        cdef const floating* value
+        cdef double sum_, row
+        for b in range(self._block_count):
+            block = &self._blocks[5 * b]
+            value = values + block[4]
+            if component != NULL:
+                c = component[block[0]]
+            sum_ = total[c]
+            for i in range(block[2]):
+                row = 0
+                if block[0] == block[1]:
+                    for j in range(i):
+                        row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
+                    row += <double>value[i * block[3] + i] * step[block[1] + i]
+                else:
+                    for j in range(block[3]):
+                        row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
+                sum_ += row * step[block[0] + i]
+            total[c] = sum_
+
+
+def stored_places(system, scalars):
+    """Entity and offset in its state array of the stored scalar behind each plain scalar."""
+    entity = np.searchsorted(np.asarray(system.starts), scalars, side="right") - 1
+    at = np.zeros(len(scalars), dtype=np.int64)
+    for k, (e, scalar) in enumerate(zip(entity, scalars, strict=True)):
+        owner = system.layout.entities[e]
+        _, row, tangent = system.owner(int(scalar))
+        use = next(
+            u for u in owner.params
+            if u.tangent_start <= tangent < u.tangent_start + u.tangent
+        )
+        at[k] = row * owner.state + use.stored_start + tangent - use.tangent_start
+    return entity, at

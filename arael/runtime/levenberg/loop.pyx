@@ -1,0 +1,681 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""The loop of a solve: linearise, propose steps, accept or reject them, decide whether to go on.
+
+The default strategy is a trust region with Powell's dogleg (dogleg.pyx), the other is
+Levenberg-Marquardt (levenberg/damping.pyx). A problem is one or more connected components, which
+share linearisation and factorisation; each has its own trust region or damping, and is accepted,
+rejected and ended by itself (levenberg/). A component that has ended leaves the system: its rows
+become those of the identity, and blocks of lanes without others are not evaluated any more.
+"""
+
+import numpy as np
+
+from libc.math cimport NAN, isfinite, isnan, sqrt
+from libc.stdint cimport int32_t, int64_t, uint8_t
+from libc.string cimport memset
+
+from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.raw cimport bytes_at
+from arael.runtime.levenberg.box cimport Box
+from arael.runtime.levenberg.clock cimport seconds
+from arael.runtime.evaluation.component_lanes cimport ComponentLanes
+from arael.runtime.levenberg.dogleg cimport dogleg_of
+from arael.runtime.evaluation.evaluation cimport Evaluation
+from arael.runtime.levenberg.component cimport Component
+from arael.runtime.levenberg.damping cimport next_damping
+from arael.runtime.levenberg.ends cimport after_attempt, at_linearisation, noise_of
+from arael.runtime.levenberg.record cimport Record
+from arael.runtime.levenberg.settings cimport (
+    ABORTED, COST_THRESHOLD, CUSTOM, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, RUNNING, Settings,
+    TIME_LIMIT, badness, settings_of,
+)
+from arael.runtime.levenberg.supervised cimport (
+    COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE, Supervised,
+)
+from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.levenberg.vectors cimport Vectors
+
+from arael.runtime.linear import narrowing
+from arael.runtime.levenberg.settings import STATUSES
+from arael.runtime.records import check_record, probe_of
+from arael.runtime.evaluation.state_pair import rows_of
+
+# What became of a component, as `outcomes.py` takes it.
+COMPONENT = np.dtype(
+    [
+        ("status", np.int64),
+        ("iterations", np.int64),
+        ("accepted", np.int64),
+        ("start_cost", np.float64),
+        ("end_cost", np.float64),
+        ("predicted_decrease", np.float64),
+    ]
+)
+
+ended_probe = probe_of(COMPONENT)
+check_record("Ended", COMPONENT, (<const Ended*>address(ended_probe, COMPONENT))[0], sizeof(Ended))
+
+
+cdef class Minimiser(Supervised):
+    """One solve.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The problem; its accepted state moves.
+    solver : LinearSolver
+    box : Box
+    config : LmConfig
+    watcher : object
+        ``started(minimiser)`` is called after the first linearisation and may raise;
+        ``stepped(minimiser, record)`` after each attempt if `watched`, and ends the solve by False.
+    watched : bool
+    partition : Partition, or None
+        The components that are solved apart; None: all is one. Custom damping and ends by small
+        steps need one.
+    """
+
+    def __init__(self, Evaluation evaluation, LinearSolver solver, Box box, config, watcher,
+                 bint watched, partition=None):
+        if bool(solver.single) != bool(evaluation.single):
+            raise ValueError("the linear solver and the problem differ in precision")
+        self.evaluation, self.solver, self._box = evaluation, solver, box
+        self.watch(watcher, min(config.max_iters, 1024) + 1)
+        self._settings = settings_of(config, evaluation.dtype, evaluation.guarded, watched)
+        self._driver = config.damping if self._settings.damping == CUSTOM else None
+        self._count = self._running = 1
+        if partition is not None:
+            self._take_partition(partition)
+        self.vectors = Vectors(
+            evaluation.size, evaluation.totals, evaluation.threads,
+            None if partition is None else partition.of_scalar, self._count)
+        self._make_components(None if partition is None else partition.guarded)
+        self.predicted_decrease = self.gradient_norm = self.noise_floor = NAN
+
+    def _take_partition(self, partition):
+        if not self._settings.by_promise or self._driver is not None:
+            raise ValueError("one lambda, or an end by small steps, is for one component")
+        self._count = self._running = partition.count
+        self.lanes = ComponentLanes(self.evaluation, partition)
+        self._component = <const int32_t*>address(
+            partition.of_scalar, np.int32, self.evaluation.size)
+        self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
+        self._value_run_count = len(partition.of_values)
+        self._partition, self._whole = partition, self.solver
+        self._scalars = self.evaluation.size
+        self._constant, self._multiple = narrowing.CONSTANT, narrowing.MULTIPLE
+
+    def _make_components(self, guarded):
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef Settings* s = &self._settings
+        # One array of doubles for all of these: small problems are solved in microseconds.
+        self._memory = np.zeros(
+            self._count * (sizeof(Component) // sizeof(double)) + 2 * self._count + 2)
+        self._components = <Component*>writable(self._memory, np.float64)
+        self._sums = <double*>(self._components + self._count)
+        self._marks = <uint8_t*>(self._sums + self._count + 1)
+        self._accepts = self._marks + self._count + 1
+        memset(self._marks, 1, self._count + 1)
+        for k in range(self._count):
+            c = &self._components[k]
+            c.fresh = True
+            c.guarded = s.guarded if guarded is None else guarded[k]
+            c.growth = 2
+            c.predicted_decrease = NAN
+            c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
+        self.damping = self._components[0].damping
+        self.dogleg = dogleg_of(
+            self.vectors, self._box, s.lambda_floor, s.path, self._memory, self._component)
+
+    # --- from Python -------------------------------------------------------------------------
+
+    def run(self):
+        """Solve; return the status.
+
+        What watcher, driver, interpreter or linear solver raised passes through.
+        """
+        try:
+            with nogil:
+                self._run()
+        finally:
+            if self.narrowings:
+                self._widen()
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise failure
+        return STATUSES[self._status]
+
+    @property
+    def components(self):
+        """What became of each component, as a structured array of `COMPONENT`."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        found = np.zeros(self._count, dtype=COMPONENT)
+        cdef Ended* at = <Ended*>writable(found, COMPONENT)
+        for k in range(self._count):
+            c = &self._components[k]
+            at[k].status, at[k].iterations, at[k].accepted = c.status, c.attempts, c.steps
+            at[k].start_cost, at[k].end_cost = c.start_cost, c.cost
+            at[k].predicted_decrease = c.predicted_decrease
+        return found
+
+    # --- the loop ----------------------------------------------------------------------------
+
+    cdef void _run(self) noexcept nogil:
+        self._began = self._mark = self._last_check = seconds()
+        self._status = RUNNING
+        self._start_components()
+        while self._status == RUNNING:
+            self._linearise()
+            while self._status == RUNNING:
+                self._attempt()
+                if self._now.accepted:
+                    break
+        self._finish()
+
+    cdef void _start_components(self) noexcept nogil:
+        """Costs of the start."""
+        cdef Py_ssize_t k
+        self.evaluation.guard()
+        self._take_costs(self.evaluation.states.current)
+        if self.lanes is not None:
+            self._settled = self._sums[self._count]
+            self._marks[self._count] = False
+            if self._settled != 0:
+                self.lanes.choose(self._marks)
+        for k in range(self._count):
+            self._components[k].cost = self._components[k].start_cost = self._sums[k]
+        self._measure()
+        self.start_cost = self.current_cost
+        self._lap(COST)
+
+    cdef void _linearise(self) noexcept nogil:
+        """Gradient, blocks and diagonal at the accepted state."""
+        cdef Settings* s = &self._settings
+        cdef double cost
+        self._mark = seconds()
+        if self._running < self._count:
+            self._count_in_vain()
+        cost = self.evaluation.linearise(
+            self.vectors.gradient, self.vectors.values, self.lanes)
+        if s.guarded and not s.by_promise:
+            # Other instances may act than those the step was judged by.
+            self._components[0].cost = self.current_cost = cost
+        if s.by_promise or s.dogleg:
+            self._take_noise()
+        if self._box.count:
+            self._box.hold(self.vectors.gradient, self.vectors.values)
+        self._empty_retired()
+        self.vectors.take_diagonal(s.min_diagonal)
+        self.dogleg.begin()
+        self._begin_components()
+        self._lap(LINEARISE)
+        if self._now.iteration == 1:
+            with gil:
+                self._start()
+        self._take_failure()
+        if self._status != RUNNING:
+            return
+        if s.cost_threshold > 0 and self.current_cost <= s.cost_threshold:
+            self._status = COST_THRESHOLD
+            return
+        self._end_at_linearisation()
+
+    cdef void _begin_components(self) noexcept nogil:
+        """What each has of the new linearisation, and whether it ends with it.
+
+        One pass: with many components each pass reads all of them from memory.
+        """
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        cdef bint noise = self._settings.by_promise or self._settings.dogleg
+        cdef double largest = 0
+        self._ending = False
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.status != RUNNING:
+                continue
+            largest = max(largest, self.vectors.sums[k].largest)
+            if noise:
+                self._keep_noise(c, self._sums[k])
+            c.verdict = RUNNING
+            # One that was rejected is where it was: its steps go on from there.
+            if c.fresh:
+                c.fresh = False
+                self.dogleg.begin_component(c)
+                c.proven = c.factored = False
+                c.retry = 0
+                c.verdict = at_linearisation(
+                    c, &self._settings, 2 * self.vectors.sums[k].largest)
+                self._ending |= c.verdict != RUNNING
+        self._now.gradient = 2 * largest
+        self._now.iteration += 1
+        self._now.retry = 0
+
+    cdef void _end_at_linearisation(self) noexcept nogil:
+        cdef Py_ssize_t j
+        cdef Component* c
+        if not self._ending:
+            return
+        for j in range(self.vectors.active_count):
+            c = &self._components[self.vectors.active[j]]
+            if c.status == RUNNING:
+                self._end(c, c.verdict)
+        self._retire()
+
+    cdef void _take_noise(self) noexcept nogil:
+        """Energies, as sums: the noise of the costs follows from them."""
+        if self._component == NULL:
+            self._sums[0] = self.evaluation.states.energy(
+                self.vectors.values, self.evaluation.totals.diagonal_at)
+        else:
+            self._empty_sums()
+            self.evaluation.states.add_energy(
+                self.vectors.values, self.evaluation.totals.diagonal_at, self._component,
+                self._sums)
+
+    cdef void _empty_sums(self) noexcept nogil:
+        cdef Py_ssize_t j
+        for j in range(self.vectors.active_count):
+            self._sums[self.vectors.active[j]] = 0
+
+    cdef void _keep_noise(self, Component* c, double energy) noexcept nogil:
+        c.energy = energy
+        c.noise_floor = noise_of(c.cost, energy, self._settings.epsilon)
+
+    cdef void _attempt(self) noexcept nogil:
+        """Damp, factorise, solve, evaluate; accept or reject."""
+        cdef double began = seconds()
+        cdef Py_ssize_t j, k
+        cdef bint known = True  # whether all have their Gauss-Newton step
+        cdef Component* c
+        self._now.accepted = False
+        if not self._may_attempt():
+            return
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            c.tried, c.accepted, c.verdict = c.status == RUNNING, False, RUNNING
+            c.before, c.factored = c.cost, True  # unless the factorisation fails
+            c.trial_cost = c.predicted = c.step_length = NAN
+            c.damped = c.region.regularisation if self._settings.dogleg else c.damping
+            self.vectors.damping[k] = c.damped
+            if c.tried and not c.known:
+                known = False
+        if self._settings.dogleg:
+            if known or self._factor():
+                self._mark = seconds()
+                if not known:
+                    self.dogleg.take_newton()
+                self.dogleg.propose()
+                self._lap(SOLVE)
+                self._look_ahead()
+        elif self._factor():
+            self._mark = seconds()
+            self._propose_damped()
+            self._lap(SOLVE)
+            self._look_ahead()
+        self._conclude()
+        self._now.seconds = seconds() - began
+        self._judge()
+
+    cdef bint _may_attempt(self) noexcept nogil:
+        """Whether limits of attempts and time leave something to do."""
+        cdef Py_ssize_t j, k
+        if self.attempts >= self._settings.max_iters:  # no component has made more than all have
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
+                if (self._components[k].status == RUNNING
+                        and self._components[k].attempts >= self._settings.max_iters):
+                    self._end(&self._components[k], MAX_ITERATIONS)
+        if self._running == 0:
+            self._status = self._worst()
+        elif seconds() - self._began >= self._settings.time_limit:
+            self._status = TIME_LIMIT
+        elif self._interrupted():
+            self._status = ABORTED
+        self._retire()
+        return self._status == RUNNING
+
+    cdef bint _factor(self) noexcept nogil:
+        cdef Py_ssize_t failed, j
+        self._mark = seconds()
+        self.vectors.prepare(self._settings.dogleg or self._settings.damping == GAIN)
+        failed = self.solver.factor_with(
+            self.vectors.values, self.vectors.damped, self.vectors.step)
+        self._now.pivot, self._now.factored = failed - 1, failed == 0
+        self._lap(FACTOR if self.attempts else FIRST_FACTOR)
+        if self.narrowings == 0:
+            self.factorisations += 1
+            self.factor_seconds = self._phases[FACTOR]
+        if failed:
+            for j in range(self.vectors.active_count):
+                self._components[self.vectors.active[j]].factored = False
+            self._blame(failed - 1)
+            return False
+        self.solver.finish(self.vectors.step)
+        self._lap(SOLVE)
+        return True
+
+    cdef void _blame(self, Py_ssize_t pivot) noexcept nogil:
+        """Let the attempt be that of the component alone whose matrix is not positive definite."""
+        cdef Py_ssize_t j, k, failed
+        if self._component == NULL or self.solver.raised.any:
+            return
+        failed = self._component[pivot]
+        if self._components[failed].status == RUNNING:
+            for j in range(self.vectors.active_count):
+                k = self.vectors.active[j]
+                self._components[k].tried = k == failed
+
+    cdef void _propose_damped(self) noexcept nogil:
+        """The damped step and what it promises."""
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        self.vectors.products()
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            c.promise, c.added = -self.vectors.sums[k].slope, self.vectors.sums[k].added
+            # Of the exact solution, step' H step = -slope - added.
+            c.predicted = -self.vectors.sums[k].slope + self.vectors.sums[k].added
+        self.dogleg.clamp()
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            self._components[k].step_length = self.vectors.sums[k].length
+
+    cdef void _look_ahead(self) noexcept nogil:
+        """Costs of the trial state; whether the steps are accepted."""
+        cdef Py_ssize_t j, k
+        cdef bint sound
+        cdef Component* c
+        self._mark = seconds()
+        self.evaluation.states.move(self.vectors.step, self.vectors.threads)
+        self._lap(REFRESH)
+        if self._settings.guarded and self._settings.by_promise:
+            # Guards over parameters are evaluated at the trial state, so that costs compare.
+            self.evaluation.states.accept()
+            self.evaluation.guard()
+            self._take_costs(self.evaluation.states.current)
+            self.evaluation.states.accept()
+        else:
+            self._take_costs(1 - self.evaluation.states.current)
+        sound = not (self.evaluation.raised.any or self.solver.raised.any)
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.tried:
+                c.trial_cost = self._sums[k]
+                c.accepted = sound and c.trial_cost < c.cost
+                self._now.accepted |= c.accepted
+        self._lap(COST)
+
+    cdef void _take_costs(self, int which) noexcept nogil:
+        """Costs of the components at one of the two states, as sums."""
+        if self.lanes is None:
+            self._sums[0] = self.evaluation.cost(which)
+            return
+        self.evaluation.costs(which, self.lanes)
+        self._empty_sums()
+        self._sums[self._count] = 0
+        self.lanes.add(self._sums)
+
+    # --- damping -----------------------------------------------------------------------------
+
+    cdef void _next_damping(self, Component* c) noexcept nogil:
+        """Move damping or region of a component that was tried."""
+        cdef double gain = (c.before - c.trial_cost) / c.predicted
+        if not self._settings.dogleg:
+            c.verdict = next_damping(c, &self._settings, gain)
+            return
+        if c.known:
+            self.dogleg.adapt(c, gain)
+        else:
+            self.dogleg.regularise(c)
+        c.damping = c.region.regularisation
+
+    cdef void _ask_driver(self) noexcept nogil:
+        """Damping by the caller's function, which knows one component."""
+        cdef Component* c = &self._components[0]
+        if c.tried:
+            with gil:
+                self._drive()
+            c.damping = max(c.damping, self._settings.lambda_floor)
+        self.damping = c.damping
+
+    def _drive(self):
+        cdef double damping
+        try:
+            found = self._driver(self._record())
+            if found is None:
+                self._status = DRIVER_TERMINATED
+            else:
+                self._components[0].damping = damping = float(found)
+                if not isfinite(damping) or damping < 0:
+                    raise ValueError(f"the damping driver returned {found!r} for lambda")
+        except KeyboardInterrupt:
+            self._status = ABORTED
+        except BaseException as error:
+            self._failure, self._status = error, ABORTED
+
+    # --- after an attempt --------------------------------------------------------------------
+
+    cdef void _conclude(self) noexcept nogil:
+        """The record of the attempt of all together; of each its next damping, and its cost."""
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        cdef Record* now = &self._now
+        cdef bint some = now.accepted, custom = self._settings.damping == CUSTOM
+        now.cost = self.current_cost
+        now.damping = self.damping = 0
+        now.trial_cost, now.predicted, now.step_norm = self._settled, 0, 0
+        now.promise = 0 if now.factored else NAN
+        now.radius = NAN
+        self._reached = self._settled
+        self._all_accepted = self.vectors.active_count == self._count
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.tried:
+                now.damping = max(now.damping, c.damped)
+                now.promise += c.promise
+                if c.known and not now.radius <= c.region.radius:
+                    now.radius = c.region.radius
+            # What the problem as a whole comes to; if all are rejected, what was tried.
+            if c.tried and (c.accepted or not some):
+                now.trial_cost += c.trial_cost
+                now.predicted += c.predicted
+                now.step_norm += c.step_length
+            else:
+                now.trial_cost += c.cost
+            if c.tried and not custom:
+                self._next_damping(c)
+            self.damping = max(self.damping, c.damping)
+            self._accepts[k] = c.accepted
+            self._all_accepted &= c.accepted
+            if c.accepted:
+                c.cost, c.fresh = c.trial_cost, True
+                c.steps += 1
+            self._reached += c.cost
+        now.step_norm = sqrt(now.step_norm)
+        if custom:
+            self._ask_driver()
+        now.next_damping = self.damping
+
+    cdef void _judge(self) noexcept nogil:
+        """Take accepted steps over, keep the record, and decide who goes on."""
+        cdef Py_ssize_t j, k
+        cdef int found
+        cdef Component* c
+        self._keep_record()
+        if self._now.accepted:
+            self._accept()
+        elif self._settings.guarded and self._settings.by_promise:
+            self.evaluation.guard()
+        self._measure_tried()
+        self._ending = False
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.tried:
+                c.attempts += 1
+                found = after_attempt(c, &self._settings)
+                if found != RUNNING:
+                    c.verdict = found
+                self._ending |= c.verdict != RUNNING
+                c.retry += not c.accepted
+        self._take_failure()
+        if self._settings.watched and self._failure is None:
+            with gil:
+                self._show()
+        self._now.retry += not self._now.accepted
+        for j in range(self.vectors.active_count if self._ending else 0):
+            c = &self._components[self.vectors.active[j]]
+            if c.tried:
+                self._end(c, c.verdict)
+        if self._running == 0 and self._status != ABORTED:
+            self._status = self._worst()
+        elif (self._status == RUNNING and self._now.accepted and self._settings.cost_threshold > 0
+                and self.current_cost <= self._settings.cost_threshold):
+            self._status = COST_THRESHOLD
+        self._retire()
+
+    cdef void _accept(self) noexcept nogil:
+        """The accepted components move, the others stay."""
+        if self._all_accepted:
+            self.evaluation.states.accept()
+        else:
+            self.evaluation.states.accept_chosen(self._accepts, self._component)
+        self.accepted += 1
+        self.current_cost = self._reached
+
+    cdef void _measure(self) noexcept nogil:
+        """Cost of the whole."""
+        cdef Py_ssize_t j, k
+        self.current_cost = self._settled
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            self.current_cost += self._components[k].cost
+
+    cdef void _measure_tried(self) noexcept nogil:
+        """What only some ends ask for."""
+        cdef Py_ssize_t j, k
+        if self._settings.parameter_tolerance > 0:
+            if self._component == NULL:
+                self._components[0].norm = self.evaluation.states.norm()
+            else:
+                self._empty_sums()
+                self.evaluation.states.add_squares(self._component, self._sums)
+                for j in range(self.vectors.active_count):
+                    k = self.vectors.active[j]
+                    self._components[k].norm = sqrt(self._sums[k])
+        if not (self._settings.by_promise or self._now.accepted):
+            self.vectors.scaled_gradient()
+            self._components[0].gradient = self.vectors.sums[0].gradient
+
+    # --- ends --------------------------------------------------------------------------------
+
+    cdef void _end(self, Component* c, int status) noexcept nogil:
+        if status != RUNNING:
+            c.status = status
+            self._running -= 1
+            self._retiring = True
+
+    cdef void _retire(self) noexcept nogil:
+        """Components that have ended leave the system, if there are others."""
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        if not self._retiring:
+            return
+        self._retiring = False
+        self.vectors.scaled_gradient()
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.status != RUNNING:
+                c.gradient = self.vectors.sums[k].gradient
+                self._settled += c.cost
+                self._marks[k] = self._accepts[k] = False
+        if self._running > 0:
+            self.vectors.leave_out(self._marks)
+            self.lanes.choose(self._marks)
+            self._empty_retired()
+
+    cdef void _empty_retired(self) noexcept nogil:
+        """Couplings of components that have ended are zero, so that their rows are the identity."""
+        if self._running < self._count:
+            self.vectors.empty_values(self._value_runs, self._value_run_count, self._marks)
+
+    cdef void _count_in_vain(self) noexcept nogil:
+        """Narrow where that takes no longer than what was lost; see `narrowing.CONSTANT`."""
+        self._in_vain += self._scalars - self.vectors.active_scalars
+        if self._in_vain < self._constant + self._multiple * self.vectors.active_scalars:
+            return
+        if self._scalars == self.vectors.active_scalars:
+            return
+        with gil:
+            try:
+                self._narrow()
+            except KeyboardInterrupt:
+                self._status = ABORTED
+            except BaseException as error:
+                self._failure, self._status = error, ABORTED
+
+    def _narrow(self):
+        """Restrict solver, states, totals and bounds to the components that are left.
+
+        This is Python, and allocates: `_count_in_vain` keeps it rare.
+        """
+        partition = self._partition
+        kept = np.frombuffer(bytes_at(self._marks, self._count), np.bool_).copy()
+        runs = np.ascontiguousarray(partition.of_values[kept[partition.of_values[:, 2]]])
+        self.solver = narrowing.remaining_solver(self._whole, partition, kept)
+        self.narrowings += 1
+        self.evaluation.states.restrict(partition.of_scalar, kept)
+        self.evaluation.totals.restrict(rows_of(kept[partition.of_scalar], 0), runs[:, :2])
+        self._box.restrict(partition.of_scalar, kept)
+        self._narrowed = runs
+        self._value_runs, self._value_run_count = (
+            <const int64_t*>table_address(runs, 3), len(runs))
+        self._scalars, self._in_vain = self.vectors.active_scalars, 0
+
+    def _widen(self):
+        """Undo what `_narrow` did to the problem."""
+        self.evaluation.states.restrict()
+        self.evaluation.totals.restrict()
+        self._box.restrict()
+
+    cdef int _worst(self) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef int found = self._components[0].status
+        for k in range(1, self._count):
+            if badness(self._components[k].status) > badness(found):
+                found = self._components[k].status
+        return found
+
+    cdef void _finish(self) noexcept nogil:
+        """What a result reports of the last linearisations; not computed on the way."""
+        cdef Py_ssize_t k
+        cdef Component* c
+        cdef double energy = 0, left = 0
+        if not (self._settings.by_promise or self._settings.dogleg):
+            self._take_noise()
+            for k in range(self._count):
+                if self._components[k].status == RUNNING:
+                    self._keep_noise(&self._components[k], self._sums[k])
+        for k in range(self._count):
+            if self._components[k].status == RUNNING:
+                self._end(&self._components[k], self._status)
+        self._retire()
+        for k in range(self._count):
+            c = &self._components[k]
+            energy += c.energy
+            left += c.gradient
+            if isnan(self.predicted_decrease):
+                self.predicted_decrease = c.predicted_decrease
+            elif not isnan(c.predicted_decrease):
+                self.predicted_decrease += c.predicted_decrease
+        self.gradient_norm = sqrt(left)
+        self.noise_floor = noise_of(self.current_cost, energy, self._settings.epsilon)

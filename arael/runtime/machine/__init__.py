@@ -1,0 +1,1 @@
+"""The expression machine: tapes of operations, run without a compiler."""

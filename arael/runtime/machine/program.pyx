@@ -1,0 +1,496 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""The expression machine: runs groups without a compiled kernel, without Python and the GIL.
+
+A program is a tape with registers instead of nodes. Each instruction works on a block of `WIDTH`
+instances at a time, so that its dispatch is paid once a block and its loop is a vector loop of the
+C compiler. Results are those of the NumPy interpreter, NaN for NaN.
+"""
+
+import ctypes
+import sys
+
+import numpy as np
+
+from cython cimport floating
+from libc.math cimport (
+    NAN, acos, asin, atan, atan2, cbrt, ceil, copysign, cos, cosh, exp, fabs, floor, hypot, log,
+    log2, log10, pow, sin, sinh, sqrt, tan, tanh,
+)
+from libc.stdint cimport SIZE_MAX, int32_t
+from libc.stdlib cimport free, malloc
+
+from arael.runtime.address cimport address
+from arael.runtime.kernel cimport Lanes, Native
+
+from arael.runtime.machine.assembling import LIBRARY, OPERATIONS, assemble
+
+cdef enum:
+    LANES = 32
+
+WIDTH = LANES
+"""Instances of a block, and lanes of the arrays that programs read."""
+
+cdef enum Operation:
+    ADD, SUB, MUL, DIV, NEG, POW, SQRT, CBRT, EXP, LOG, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS
+    ATAN, ATAN2, SINH, COSH, TANH, HYPOT, ABS, SIGN, HEAVISIDE, FLOOR, CEIL, ROUND, MIN, MAX
+    IDENTITY, LT, LE, EQ, NE, AND, OR, NOT, SELECT, CALL, LIBRARY_CALL
+
+assert len(OPERATIONS) == CALL
+
+# Functions of the C library that have no instruction, by address.
+ctypedef double (*unary)(double) noexcept nogil
+
+cdef unary* functions = <unary*>malloc(max(len(LIBRARY), 1) * sizeof(unary))
+
+
+def _bind():
+    names = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+    for k, function in enumerate(LIBRARY):
+        found = ctypes.cast(getattr(names, function.c_name), ctypes.c_void_p).value
+        functions[k] = <unary><size_t>found
+
+
+_bind()
+
+
+cdef void run(
+    const Code* code, floating** registers, int n, const Native* natives, double* arguments
+) noexcept nogil:
+    """Execute instructions on `n` lanes of every register.
+
+    A CALL has the number of a native function and the first of its operands in `code.operands`;
+    `arguments` is workspace for its operands.
+    """
+    cdef Py_ssize_t at
+    cdef const int32_t* word
+    cdef floating *t
+    cdef floating *a
+    cdef floating *b
+    cdef floating *c
+    cdef const Native* native
+    cdef unary function
+    cdef const int32_t* operand
+    cdef Py_ssize_t k
+    cdef int w, op
+    for at in range(code.count):
+        word = code.words + 5 * at
+        op = word[0]
+        if op == CALL:
+            t, native, operand = registers[word[1]], natives + word[2], code.operands + word[3]
+            for w in range(n):
+                for k in range(native.arity):
+                    arguments[k] = registers[operand[k]][w]
+                t[w] = <floating>native.call(native, arguments)
+            continue
+        if op == LIBRARY_CALL:
+            t, a = registers[word[1]], registers[word[2]]
+            function = functions[word[4]]
+            for w in range(n):
+                t[w] = <floating>function(a[w])
+            continue
+        t, a, b, c = registers[word[1]], registers[word[2]], registers[word[3]], registers[word[4]]
+        if op == ADD:
+            for w in range(n):
+                t[w] = a[w] + b[w]
+        elif op == SUB:
+            for w in range(n):
+                t[w] = a[w] - b[w]
+        elif op == MUL:
+            for w in range(n):
+                t[w] = a[w] * b[w]
+        elif op == DIV:
+            for w in range(n):
+                t[w] = a[w] / b[w]
+        elif op == NEG:
+            for w in range(n):
+                t[w] = -a[w]
+        elif op == POW:
+            for w in range(n):
+                t[w] = <floating>pow(a[w], b[w])
+        elif op == SQRT:
+            for w in range(n):
+                t[w] = <floating>sqrt(a[w])
+        elif op == CBRT:
+            for w in range(n):
+                t[w] = <floating>cbrt(a[w])
+        elif op == EXP:
+            for w in range(n):
+                t[w] = <floating>exp(a[w])
+        elif op == LOG:
+            for w in range(n):
+                t[w] = <floating>log(a[w])
+        elif op == LOG2:
+            for w in range(n):
+                t[w] = <floating>log2(a[w])
+        elif op == LOG10:
+            for w in range(n):
+                t[w] = <floating>log10(a[w])
+        elif op == SIN:
+            for w in range(n):
+                t[w] = <floating>sin(a[w])
+        elif op == COS:
+            for w in range(n):
+                t[w] = <floating>cos(a[w])
+        elif op == TAN:
+            for w in range(n):
+                t[w] = <floating>tan(a[w])
+        elif op == ASIN:
+            for w in range(n):
+                t[w] = <floating>asin(a[w])
+        elif op == ACOS:
+            for w in range(n):
+                t[w] = <floating>acos(a[w])
+        elif op == ATAN:
+            for w in range(n):
+                t[w] = <floating>atan(a[w])
+        elif op == ATAN2:
+            for w in range(n):
+                t[w] = <floating>atan2(a[w], b[w])
+        elif op == SINH:
+            for w in range(n):
+                t[w] = <floating>sinh(a[w])
+        elif op == COSH:
+            for w in range(n):
+                t[w] = <floating>cosh(a[w])
+        elif op == TANH:
+            for w in range(n):
+                t[w] = <floating>tanh(a[w])
+        elif op == HYPOT:
+            for w in range(n):
+                t[w] = <floating>hypot(a[w], b[w])
+        elif op == ABS:
+            for w in range(n):
+                t[w] = <floating>fabs(a[w])
+        elif op == SIGN:
+            for w in range(n):
+                t[w] = a[w] if a[w] != a[w] else <floating>((a[w] > 0) - (a[w] < 0))
+        elif op == HEAVISIDE:
+            for w in range(n):
+                t[w] = a[w] if a[w] != a[w] else <floating>(0.5 * ((a[w] > 0) + (a[w] >= 0)))
+        elif op == FLOOR:
+            for w in range(n):
+                t[w] = <floating>floor(a[w])
+        elif op == CEIL:
+            for w in range(n):
+                t[w] = <floating>ceil(a[w])
+        elif op == ROUND:
+            for w in range(n):
+                t[w] = <floating>copysign(floor(fabs(a[w]) + 0.5), a[w])
+        elif op == MIN:
+            for w in range(n):
+                t[w] = a[w] if a[w] < b[w] or a[w] != a[w] else b[w]
+        elif op == MAX:
+            for w in range(n):
+                t[w] = a[w] if a[w] > b[w] or a[w] != a[w] else b[w]
+        elif op == IDENTITY:
+            for w in range(n):
+                t[w] = a[w]
+        elif op == LT:
+            for w in range(n):
+                t[w] = <floating>(a[w] < b[w])
+        elif op == LE:
+            for w in range(n):
+                t[w] = <floating>(a[w] <= b[w])
+        elif op == EQ:
+            for w in range(n):
+                t[w] = <floating>(a[w] == b[w])
+        elif op == NE:
+            for w in range(n):
+                t[w] = <floating>(a[w] != b[w])
+        elif op == AND:
+            for w in range(n):
+                t[w] = <floating>((a[w] != 0) & (b[w] != 0))
+        elif op == OR:
+            for w in range(n):
+                t[w] = <floating>((a[w] != 0) | (b[w] != 0))
+        elif op == NOT:
+            for w in range(n):
+                t[w] = <floating>(a[w] == 0)
+        else:  # SELECT
+            for w in range(n):
+                t[w] = b[w] if a[w] != 0 else c[w]
+
+
+cdef class Program:
+    """The programs of one group: its residuals, and its residuals with their derivatives.
+
+    Registers are numbered: states, data, uniforms, constants, then what instructions compute.
+
+    Parameters
+    ----------
+    group : arael.runtime.layout.Group
+    entities : all entities of the layout
+    single : f32 if true, else f64
+    natives : names of the native functions, in the order in which lanes number them
+    """
+
+    def __init__(self, group, entities, single, natives=()):
+        parts = assemble(group, entities, natives)
+        self.single = single
+        self.uses = len(group.uses)
+        self.residuals = group.residuals
+        self._states, self._data = len(group.states), group.data_count
+        self._uniforms, self._constants = group.uniform_count, len(parts.constants)
+        self._registers, self._arguments = parts.registers, parts.arguments
+        arrays = [
+            np.ascontiguousarray(a, dtype=np.int32)
+            for a in (parts.cost, parts.full, parts.states, parts.results, parts.entries,
+                      parts.products, parts.operands)
+        ]
+        constants = np.ascontiguousarray(parts.constants, dtype=np.float64)
+        self._keep = (arrays, constants)
+        self._cost.count, self._full.count = len(arrays[0]), len(arrays[1])
+        self._cost.words = <const int32_t*>address(arrays[0], np.int32)
+        self._full.words = <const int32_t*>address(arrays[1], np.int32)
+        self._state = <const int32_t*>address(arrays[2], np.int32)
+        self._results = <const int32_t*>address(arrays[3], np.int32)
+        self._entries = <const int32_t*>address(arrays[4], np.int32)
+        self._products = <const int32_t*>address(arrays[5], np.int32)
+        self._entry_count, self._product_count = len(arrays[4]), len(arrays[5])
+        self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
+        self._constant = <const double*>address(constants, np.float64)
+
+    @property
+    def instructions(self):
+        """Instructions of the cost and of the linearisation."""
+        return self._cost.count, self._full.count
+
+    @property
+    def workspace(self):
+        """Bytes that a run takes for its registers."""
+        return workspace_of(self, sizeof(float) if self.single else sizeof(double))
+
+    cdef double cost(self, const Lanes* lanes, double* costs, bint* exhausted) noexcept nogil:
+        if self.single:
+            return cost_of[float](self, lanes, costs, exhausted, <float*>NULL)
+        return cost_of[double](self, lanes, costs, exhausted, <double*>NULL)
+
+    cdef double linearise(
+        self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
+    ) noexcept nogil:
+        if self.single:
+            return linearise_of[float](
+                self, lanes, shared, exhausted, <float*>gradient, <float*>values)
+        return linearise_of[double](
+            self, lanes, shared, exhausted, <double*>gradient, <double*>values)
+
+    cdef void rows(
+        self, const Lanes* lanes, void* residuals, void* entries, bint* exhausted
+    ) noexcept nogil:
+        if self.single:
+            rows_of[float](self, lanes, exhausted, <float*>residuals, <float*>entries)
+        else:
+            rows_of[double](self, lanes, exhausted, <double*>residuals, <double*>entries)
+
+
+cdef size_t workspace_of(Program p, size_t scalar) noexcept nogil:
+    return p._registers * (sizeof(void*) + LANES * scalar) + p._arguments * sizeof(double)
+
+
+cdef size_t most_workspace = SIZE_MAX
+
+
+def limit_workspace(most=None):
+    """Refuse more bytes of registers than `most` as if there was no memory; None: no limit."""
+    global most_workspace
+    most_workspace = SIZE_MAX if most is None else most
+
+
+cdef floating** begin(
+    Program p, const Lanes* lanes, bint* exhausted, floating* _
+) noexcept nogil:
+    """Registers with what is the same for all blocks in them.
+
+    Without memory NULL, and `exhausted` is set: threads share it, but nothing else is ever stored.
+    """
+    cdef Py_ssize_t k, w, pointers = p._registers * sizeof(void*)
+    cdef Py_ssize_t fixed = p._states + p._data
+    cdef size_t size = workspace_of(p, sizeof(floating))
+    cdef char* room = <char*>malloc(size) if size <= most_workspace else NULL
+    cdef floating** registers = <floating**>room
+    cdef floating* memory = <floating*>(room + pointers)
+    cdef floating value
+    if room == NULL:
+        exhausted[0] = True
+        return NULL
+    for k in range(p._registers):
+        registers[k] = memory + k * LANES
+    for k in range(p._uniforms + p._constants):
+        if k < p._uniforms:
+            value = (<const floating*>lanes.uniform)[k]
+        else:
+            value = <floating>p._constant[k - p._uniforms]
+        for w in range(LANES):
+            registers[fixed + k][w] = value
+    return registers
+
+
+cdef double* arguments_of(Program p, floating** registers) noexcept nogil:
+    """Workspace for the arguments of a call, behind the registers."""
+    return <double*>(registers[0] + p._registers * LANES)
+
+
+cdef int gather(
+    Program p, const Lanes* lanes, Py_ssize_t block, floating** registers
+) noexcept nogil:
+    """Bring states and data of a block into the registers; return its number of instances."""
+    cdef Py_ssize_t k, w
+    cdef const int32_t* state
+    cdef const int32_t* row
+    cdef const floating* source
+    cdef int n = <int>min(<Py_ssize_t>LANES, lanes.n - block * LANES)
+    for k in range(p._states):
+        state = p._state + 3 * k
+        row = lanes.row + (block * p.uses + state[0]) * LANES
+        source = (<const floating*>lanes.state[state[0]]) + state[1]
+        for w in range(n):
+            registers[k][w] = source[<Py_ssize_t>row[w] * state[2]]
+    for k in range(p._data):
+        # Nothing writes to it: targets of instructions are numbered behind the inputs.
+        registers[p._states + k] = (<floating*>lanes.data) + (block * p._data + k) * LANES
+    return n
+
+
+cdef double squares(Program p, floating** registers, int n) noexcept nogil:
+    cdef Py_ssize_t k, w
+    cdef double total = 0, r
+    for k in range(p.residuals):
+        for w in range(n):
+            r = registers[p._results[k]][w]
+            total += r * r
+    return total
+
+
+cdef void each_square(Program p, floating** registers, int n, double* costs) noexcept nogil:
+    """Squared residuals of each instance of a block."""
+    cdef Py_ssize_t k, w
+    cdef double r
+    for w in range(n):
+        costs[w] = 0
+    for k in range(p.residuals):
+        for w in range(n):
+            r = registers[p._results[k]][w]
+            costs[w] += r * r
+
+
+cdef double cost_of(
+    Program p, const Lanes* lanes, double* costs, bint* exhausted, floating* _
+) noexcept nogil:
+    cdef floating** registers = begin(p, lanes, exhausted, _)
+    cdef double total = 0
+    cdef Py_ssize_t block
+    cdef double* arguments
+    cdef int n
+    if registers == NULL:
+        return NAN
+    arguments = arguments_of(p, registers)
+    for block in range((lanes.n + LANES - 1) // LANES):
+        n = gather(p, lanes, block, registers)
+        run(&p._cost, registers, n, lanes.natives, arguments)
+        if costs != NULL:
+            each_square(p, registers, n, costs + block * LANES)
+        else:
+            total += squares(p, registers, n)
+    free(registers)
+    return total
+
+
+cdef double linearise_of(
+    Program p, const Lanes* lanes, bint shared, bint* exhausted, floating* gradient,
+    floating* values,
+) noexcept nogil:
+    cdef floating** registers = begin(p, lanes, exhausted, gradient)
+    cdef double total = 0
+    cdef Py_ssize_t block
+    cdef double* arguments
+    cdef int n
+    if registers == NULL:
+        return NAN
+    arguments = arguments_of(p, registers)
+    for block in range((lanes.n + LANES - 1) // LANES):
+        n = gather(p, lanes, block, registers)
+        run(&p._full, registers, n, lanes.natives, arguments)
+        total += squares(p, registers, n)
+        add_gradient(p, lanes, block, n, shared, registers, gradient)
+        add_products(p, lanes, block, n, shared, registers, values)
+    free(registers)
+    return total
+
+
+cdef void add_gradient(
+    Program p, const Lanes* lanes, Py_ssize_t block, int n, bint shared,
+    floating** registers, floating* gradient,
+) noexcept nogil:
+    """Add J'r."""
+    cdef Py_ssize_t k, w, use, tangent
+    cdef const int32_t* entry
+    cdef const int32_t* at
+    cdef const floating* j
+    cdef const floating* r
+    cdef double total
+    for k in range(p._entry_count):
+        entry = p._entries + 3 * k
+        j, r = registers[entry[0]], registers[p._results[entry[1]]]
+        use, tangent = entry[2] & 0xffff, entry[2] >> 16
+        at = lanes.gradient_at + (block * p.uses + use) * LANES
+        if shared:
+            total = 0
+            for w in range(n):
+                total += <double>(j[w] * r[w])
+            gradient[at[0] + tangent] += <floating>total
+        else:
+            for w in range(n):
+                gradient[at[w] + tangent] += j[w] * r[w]
+
+
+cdef void add_products(
+    Program p, const Lanes* lanes, Py_ssize_t block, int n, bint shared,
+    floating** registers, floating* values,
+) noexcept nogil:
+    """Add the lower half of J'J: offsets by whether a block is turned, as `Lanes.turn` says."""
+    cdef Py_ssize_t k, w, first, pairs = p.uses * (p.uses + 1) // 2
+    cdef const int32_t* product
+    cdef const floating* i
+    cdef const floating* j
+    cdef int turn
+    cdef double total
+    for k in range(p._product_count):
+        product = p._products + 7 * k
+        i, j = registers[product[0]], registers[product[1]]
+        first = (block * pairs + product[2]) * LANES
+        if shared:
+            total = 0
+            for w in range(n):
+                total += <double>(i[w] * j[w])
+            turn = lanes.turn[first]
+            if turn == 2:
+                total *= product[6]
+            values[lanes.block_at[first] + product[3 + turn]] += <floating>total
+        else:
+            for w in range(n):
+                turn = lanes.turn[first + w]
+                values[lanes.block_at[first + w] + product[3 + turn]] += (
+                    i[w] * j[w] * (product[6] if turn == 2 else 1)
+                )
+
+
+cdef void rows_of(
+    Program p, const Lanes* lanes, bint* exhausted, floating* residuals, floating* entries
+) noexcept nogil:
+    cdef floating** registers = begin(p, lanes, exhausted, residuals)
+    cdef Py_ssize_t block, k, w, first
+    cdef double* arguments
+    cdef int n
+    if registers == NULL:
+        return
+    arguments = arguments_of(p, registers)
+    for block in range((lanes.n + LANES - 1) // LANES):
+        n = gather(p, lanes, block, registers)
+        run(&p._full, registers, n, lanes.natives, arguments)
+        first = block * LANES
+        for w in range(n):
+            for k in range(p.residuals):
+                residuals[(first + w) * p.residuals + k] = registers[p._results[k]][w]
+            for k in range(p._entry_count):
+                entries[(first + w) * p._entry_count + k] = registers[p._entries[3 * k]][w]
+    free(registers)

@@ -1,0 +1,1 @@
+"""The thread pool, and stacks that suffice for kernels."""

@@ -1,0 +1,170 @@
+"""Interface of the store for the solver, and paths from a constraint's row to the rows it reads."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.machine.tape import Natives, Tape, evaluate
+from arael.runtime.store.rearranged import taken
+
+Array = NDArray[Any]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+class TableLike(Protocol):
+    """One table of a store: columns over dense rows."""
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+
+    @property
+    def structure_version(self) -> int:
+        """Changes whenever rows or refs do."""
+
+    @property
+    def data_version(self) -> int | None:
+        """Changes whenever data does; None where that is not counted, as views are handed out."""
+
+    @property
+    def values_version(self) -> int | None:
+        """Changes whenever values of parameters do; None where that is not counted."""
+
+    @property
+    def flags_version(self) -> Any:
+        """Changes whenever parameters are fixed or freed, or become absent; None: not known."""
+
+    def column(self, path: str) -> Array:
+        """Live values (size, *shape)."""
+
+    def written(self) -> None:
+        """Values of parameters were written into their columns."""
+
+    def present(self, path: str) -> Array:
+        """Whether what is at `path` is there (size,)."""
+
+    def free(self, path: str) -> Array:
+        """Whether a parameter is solved for (size,)."""
+
+    def column_of_flags(self, path: str, name: str) -> Array:
+        """Live flags (size,) of a parameter: ``optimize_translation``."""
+
+    def parent_rows(self) -> Array:
+        """Row of each row's owner (size,)."""
+
+    def target_rows(self, path: str) -> Array:
+        """Row that each ref points to (size,), -1 for null."""
+
+    def row_name(self, row: int) -> str:
+        """``poses[3]``; "" for the root."""
+
+    def row_names(self, rows: Array) -> list[str]:
+        """The same of several rows."""
+
+
+class StoreLike(Protocol):
+    """A model instance: its tables by path, the root's under the empty one."""
+
+    @property
+    def layout(self) -> Layout:
+        """The compiled model."""
+
+    @property
+    def tables(self) -> Any:
+        """Path -> `TableLike`."""
+
+    @property
+    def structure_version(self) -> Any:
+        """Differs from what it was whenever rows or refs of any table have changed."""
+
+
+class Walker:
+    """Follows slots from the rows of one table; each way is walked once.
+
+    Parameters
+    ----------
+    store : the model instance
+    table : path of the table where the ways begin
+    rows : (n,) rows to begin from
+    whole : whether these are all rows of the table, in order
+    """
+
+    def __init__(self, store: StoreLike, table: str, rows: Ints, whole: bool = False) -> None:
+        self._store = store
+        self._whole = whole
+        self._start = table
+        self._known: dict[tuple[Step, ...], tuple[str, Ints]] = {(): (table, rows)}
+
+    def rows(self, slot: Slot) -> Ints:
+        """(n,) row of `slot` for each row of the start; -1 where a ref on the way is null."""
+        return self._walk(slot.steps)[1]
+
+    def first_null(self, slot: Slot, at: int) -> str:
+        """Path of the ref at which the way of the `at`-th row ends."""
+        for length in range(1, len(slot.steps) + 1):
+            if self._walk(slot.steps[:length])[1][at] < 0:
+                return slot.steps[length - 1].ref
+        raise ValueError("no ref of this way is null")
+
+    def _walk(self, steps: tuple[Step, ...]) -> tuple[str, Ints]:
+        if steps not in self._known:
+            path, rows = self._walk(steps[:-1])
+            self._known[steps] = self._take(steps[-1], path, rows, self._whole and len(steps) == 1)
+        return self._known[steps]
+
+    def _take(self, step: Step, path: str, rows: Ints, whole: bool) -> tuple[str, Ints]:
+        if step.kind == "root":
+            return "", np.zeros(len(rows), dtype=np.int64)
+        layout, table = self._store.layout.table(path), self._store.tables[path]
+        if step.kind == "parent":
+            return layout.parent, _follow(np.asarray(table.parent_rows()), rows, whole)
+        target = layout.column(step.ref).target
+        assert target is not None
+        return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows, whole)
+
+
+def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
+    if whole:
+        return np.asarray(targets, dtype=np.int64)
+    if len(targets) == 0:
+        return np.full(len(rows), -1, dtype=np.int64)
+    return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
+
+
+def gather(
+    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw, there: bool = False
+) -> Array:
+    """One raw input for all instances as f64; a column of the root comes as a scalar.
+
+    Rows that are -1 read as NaN: only a guard looks at them. With `there` no row is -1.
+    """
+    path = slots[raw.slot].table
+    table = store.tables[path]
+    if raw.column.endswith("?"):
+        values = np.asarray(table.present(raw.column[:-1]))
+    else:
+        values = np.asarray(table.column(raw.column))
+    flat = values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
+    if path == "":
+        return np.asarray(flat[0, raw.component], dtype=np.float64)
+    at = rows[raw.slot]
+    if there:
+        return taken(np.ascontiguousarray(flat), raw.component, at)
+    if len(flat) == 0:
+        return np.full(len(at), np.nan)
+    found = flat[np.maximum(at, 0), raw.component].astype(np.float64)
+    if np.any(at < 0):
+        found[at < 0] = np.nan
+    return np.asarray(found)
+
+
+def outputs(tape: Tape, inputs: list[Array], n: int, natives: Natives | None = None) -> list[Array]:
+    """Results of a tape, each as (n,) f64."""
+    values = evaluate(tape, inputs, np.float64, natives)
+    return [np.broadcast_to(np.asarray(values[o], dtype=np.float64), (n,)) for o in tape.outputs]

@@ -1,0 +1,58 @@
+"""Columns by instance and rows in lanes, against NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arael.runtime.store.rearranged import aligned_empty, spread_rows, taken
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.bool_])
+def test_a_component_of_some_rows_is_taken_as_f64(dtype: type) -> None:
+    rng = np.random.default_rng(1)
+    values = rng.integers(0, 2, (7, 3)).astype(dtype)
+    rows = rng.integers(0, 7, 20)
+    for component in range(3):
+        found = taken(values, component, rows)
+        assert found.dtype == np.float64
+        np.testing.assert_array_equal(found, values[rows, component].astype(np.float64))
+    assert taken(values, 0, rows[:0]).shape == (0,)
+
+
+def test_rows_and_components_that_are_not_there_are_refused() -> None:
+    values = np.zeros((2, 3))
+    with pytest.raises(IndexError, match="row 2 of 2"):
+        taken(values, 0, np.array([0, 2]))
+    with pytest.raises(IndexError, match="row -1 of 2"):
+        taken(values, 0, np.array([-1]))
+    with pytest.raises(IndexError, match="component 3 of 3"):
+        taken(values, 3, np.array([0]))
+    with pytest.raises(TypeError, match="expected numbers"):
+        taken(values.astype(np.complex128), 0, np.array([0]))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.int32, np.uint8])
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 24])
+def test_rows_are_spread_over_lanes_and_the_last_one_pads(dtype: type, n: int) -> None:
+    rng = np.random.default_rng(n)
+    values = rng.integers(0, 100, (n, 3)).astype(dtype)
+    order = rng.permutation(n)
+    for chosen in (None, order):
+        found = np.zeros((-(-n // 8), 3, 8), dtype=dtype)
+        spread_rows(values, 8, chosen, found)
+        at = np.minimum(np.arange(8 * len(found)), n - 1)
+        expected = (values if chosen is None else values[order])[at]
+        np.testing.assert_array_equal(found.transpose(0, 2, 1).reshape(-1, 3), expected)
+
+
+def test_arrays_begin_on_a_cache_line() -> None:
+    for count in range(1, 40):
+        found = aligned_empty((count, 3), np.dtype(np.float32))
+        assert found.shape == (count, 3) and found.dtype == np.float32
+        assert found.ctypes.data % 64 == 0 and found.flags.c_contiguous
+
+
+def test_an_order_of_other_instances_is_refused() -> None:
+    with pytest.raises(IndexError, match="not there"):
+        spread_rows(np.zeros((2, 1)), 8, np.array([0, 2]), np.zeros((1, 1, 8)))
