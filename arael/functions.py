@@ -40,8 +40,8 @@ class Function:
     Notes
     -----
     Numbers and arrays are scalar arguments: arrays are broadcast, and a function whose value is a
-    vector appends axes. With an expression, a vector or a matrix of `arael.sym` among the arguments
-    the value is symbolic too. A function of vectors can only be called with expressions.
+    vector appends axes. With an expression, a matrix or a quaternion of SymPy among the arguments
+    the value is symbolic too. A function of vectors can only be called with columns of SymPy.
     """
 
     def __init__(self, declared: layouts.Function, family: Functions) -> None:
@@ -82,22 +82,21 @@ class Function:
         """
         if self._is_symbolic(args):
             # imported here: start-up time
-            from arael.sym import symbols
+            from arael import sym
 
-            formals = symbols(self.params)
-            value = self._family.bag[self.name](*formals)
+            value = self._family.bag[self.name](*sym.symbols(self.params))
             given = dict(zip(self.params, args, strict=True))
-            return tuple(value.diff(x).subs(given) for x in formals)
+            return tuple(sym.subs(sym.diff(value, x), given) for x in self.params)
         n, shape = len(self.params), self._declared.shape
         return self._values(self._declared.partials, args, (shape,) * n, n)
 
     def _is_symbolic(self, args: tuple[Any, ...]) -> bool:
         if len(args) != len(self.params):
             raise TypeError(f"{self!r} takes {len(self.params)} arguments, found {len(args)}")
-        room = sys.modules.get(
-            "arael.sym.value"
-        )  # a value of that type exists only if the module is imported
-        return room is not None and any(isinstance(a, room.Value) for a in args)
+        sympy = sys.modules.get("sympy")  # without it there is no value of its types
+        return sympy is not None and any(
+            isinstance(a, sympy.Basic | sympy.MatrixBase) for a in args
+        )
 
     def _values(
         self, tape: Tape | None, args: tuple[Any, ...], shapes: tuple[Any, ...], stride: int = 1
@@ -109,7 +108,9 @@ class Function:
                     f"`{self.name}` does not take numbers",
                     origin=self._declared.where,
                     notes=(f"it is {self!r}",),
-                    help=("call it with vectors: `arael.sym.Vector([1, 2])`, then `.eval()`",),
+                    help=(
+                        "call it with columns, `sympy.Matrix([1, 2])`; `sym.eval` gives numbers",
+                    ),
                 )
             )
         missing = tape.natives - self._family.bindings.keys()

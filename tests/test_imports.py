@@ -40,9 +40,6 @@ STRICT = (
     "syntax",
 )
 
-# Still to be untangled: the expressions of `arael.sym`, and the bridge to SymPy.
-PENDING = ("arael.sym.", "arael.symbolic.printers.")
-
 # What a package may import of arael, as in the table of the design: nothing else is known to it.
 DATA = {"diagnostics", "config", "statuses", "result"}
 MAY_IMPORT = {
@@ -108,8 +105,7 @@ def test_no_circle_of_packages() -> None:
 
 def test_at_most_two_circles_of_modules() -> None:
     graph = graph_of(edge for edge in own(edges()) if not edge.typing)
-    found = {circle for circle in circles(graph) if not circle[0].startswith(PENDING)}
-    assert found <= KNOWN
+    assert set(circles(graph)) <= KNOWN
     assert len(KNOWN) <= 2
     assert all(len({package(name) for name in circle}) == 1 for circle in KNOWN)
 
@@ -149,7 +145,7 @@ def test_imports_in_functions_state_their_reason() -> None:
     """Start-up time, or one of the known circles."""
     in_circles = {name for circle in KNOWN for name in circle}
     for edge in edges():
-        if edge.inside and not edge.typing and not edge.source.startswith(PENDING):
+        if edge.inside and not edge.typing:
             allowed = "start-up time" in edge.reason or (
                 "circle" in edge.reason and edge.source in in_circles
             )
@@ -192,7 +188,7 @@ def test_circles_are_found() -> None:
 IDENTITIES = {"arael.face.ref": 1}
 
 
-@pytest.mark.parametrize("name", sorted({package(one) for one in modules()} - {"arael.sym"}))
+@pytest.mark.parametrize("name", sorted({package(one) for one in modules()}))
 def test_no_cache_is_keyed_by_id(name: str) -> None:
     """A key outlives what it was the `id` of; nodes are keys themselves."""
     for module, path in modules().items():

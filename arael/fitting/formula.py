@@ -5,15 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from arael import sym
 from arael.diagnostics.records import AraelError
 from arael.diagnostics.suggest import closest
 from arael.fitting.messages import mistake
-
-if TYPE_CHECKING:
-    from arael.sym import Expr
+from arael.sym.values import Value, entries
 
 _EQUATION = re.compile(r"\s*([^=<>!()]+?)\s*=(?!=)(.*)", re.DOTALL)
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w|\s*\()")
@@ -75,7 +72,7 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
             )
 
     parsed = sym.parse(formula)
-    names = list(parsed.free_vars)
+    names = list(sym.free_vars(parsed))
     own = left is None and target is None and "y" in titles and "y" in names
     if own or (left == "0" and target is None):
         measured, residual = None, formula
@@ -99,7 +96,8 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
             f"every name in it is a column ({', '.join(titles)}): there is nothing to fit",
             "formula",
         )
-    read = [name for name in dict.fromkeys([*names, measured]) if name in titles]
+    used = [*names, measured] if measured else names
+    read = [name for name in dict.fromkeys(used) if name in titles]
     return Formula(residual, formula.strip(), measured, tuple(read), tuple(parameters))
 
 
@@ -139,7 +137,7 @@ def _known_function(name: str) -> str:
 
 
 def _refuse_what_cancels(
-    formula: str, parsed: Expr, parameters: list[str], titles: Mapping[str, str]
+    formula: str, parsed: Value, parameters: list[str], titles: Mapping[str, str]
 ) -> None:
     """Reject parameters without influence on the formula: ``0 * c``, ``c - c``, ``sign(c)``."""
     written = dict.fromkeys(_NAME.findall(formula))
@@ -159,10 +157,10 @@ def _refuse_what_cancels(
 def _is_symbol(name: str) -> bool:
     """Whether a name is neither a constant nor a word of the language."""
     try:
-        return name in sym.parse(name).free_vars
+        return name in sym.free_vars(sym.parse(name))
     except AraelError:
         return False
 
 
-def _is_flat(parsed: Expr, name: str) -> bool:
-    return str(parsed.diff(name)) == "0"
+def _is_flat(parsed: Value, name: str) -> bool:
+    return not any(entries(sym.diff(parsed, name)))

@@ -1,216 +1,117 @@
-"""Symbolic mathematics: expressions, their derivatives, values and texts.
+"""Symbolic mathematics: formulas of the language as SymPy expressions.
 
     from arael import sym
 
-    x = sym.symbol("x")
-    f = sym.sin(x) * x + 1
-    f.diff("x")          # x * cos(x) + sin(x)
-    f.eval(x=2.0)        # 2.8185948536513634
+    f = sym.parse("sin(x) * x + 1")   # x*sin(x) + 1, a SymPy expression
+    f.diff("x")                       # x*cos(x) + sin(x)
+    sym.eval(f, x=2.0)                # 2.8185948536513634
 
-The functions, their derivatives and their values at singular points are those of models.
+SymPy differentiates, rearranges and prints. This package has what SymPy lacks: the reader of the
+language's notation, its functions with the values and derivatives of models, functions of the user,
+evaluation on arrays, C text, and the calculator of `arael calc`.
 """
 
 from __future__ import annotations
 
-from arael.sym.derivatives import diff, gradient, hessian, jacobian
-from arael.sym.evaluation import Compiled, compiled
-from arael.sym.expr import Expr, const, symbol, symbols
-from arael.sym.functions import (
-    abs,
-    acos,
-    asin,
-    atan,
-    atan2,
-    both,
-    cbrt,
-    ceil,
-    clamp,
-    conj,
-    cos,
-    cosh,
-    cross,
-    deg2rad,
-    det,
-    digamma,
-    dot,
-    e,
-    either,
-    epsilon,
-    eq,
-    erf,
-    erfc,
-    euler_angles,
-    exp,
-    expm1,
-    fast_atan,
-    fast_atan2,
-    floor,
-    heaviside,
-    hypot,
-    identity,
-    identity2,
-    identity3,
-    inverse,
-    lgamma,
-    log,
-    log1p,
-    log2,
-    log10,
-    mat3,
-    matrix,
-    max,
-    min,
-    ne,
-    negated,
-    norm,
-    norm2,
-    perp,
-    pi,
-    pow,
-    quaternion,
-    rad2deg,
-    rad_diff,
-    rad_sum,
-    rotate,
-    rotation_matrix,
-    rotation_vector,
-    round,
-    safe_acos,
-    safe_asin,
-    safe_atan2,
-    safe_sqrt,
-    sign,
-    similarity,
-    sin,
-    sinc,
-    sinh,
-    skew,
-    sqrt,
-    starship,
-    starship_gamma,
-    tan,
-    tanh,
-    trace,
-    transform,
-    transpose,
-    unit,
-    vee,
-    where,
+from typing import Any
+
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
+from arael.check.typed import REAL
+from arael.sym.algebra import (
+    Shared,
+    collect,
+    cse,
+    diff,
+    expand,
+    gradient,
+    hessian,
+    jacobian,
+    simplify,
+    subs,
 )
-from arael.sym.parsing import parse
-from arael.sym.printing import c_function
-from arael.sym.shapes import Matrix, Quaternion, Vector
-from arael.sym.sharing import Shared, cse
-from arael.sym.sympy_bridge import from_sympy, to_sympy
-from arael.sym.transforms import Transform
+from arael.sym.evaluation import Compiled, compiled, eval
+from arael.sym.functions import operation
+from arael.sym.notation import text
+from arael.sym.printing import c, c_function, latex, python
+from arael.sym.reading import call, parse
+from arael.sym.rewriting import from_sympy, to_sympy
 from arael.sym.user_functions import Function, FunctionBag, function
-from arael.sym.value import Value
+from arael.sym.values import (
+    Transform,
+    as_value,
+    free_vars,
+    symbol,
+    symbols,
+    type_of,
+    vector,
+)
+from arael.sym.values import quaternion as _variables
 from arael.symbolic.printers.c import c_prelude
+from arael.symbolic.scalars import SCALARS
 
 __all__ = [
     "Compiled",
-    "Expr",
     "Function",
     "FunctionBag",
-    "Matrix",
-    "Quaternion",
     "Shared",
     "Transform",
-    "Value",
-    "Vector",
-    "abs",
-    "acos",
-    "asin",
-    "atan",
-    "atan2",
-    "both",
+    "c",
     "c_function",
     "c_prelude",
-    "cbrt",
-    "ceil",
-    "clamp",
+    "collect",
     "compiled",
-    "conj",
-    "const",
-    "cos",
-    "cosh",
-    "cross",
     "cse",
-    "deg2rad",
-    "det",
     "diff",
-    "digamma",
-    "dot",
-    "e",
-    "either",
-    "epsilon",
-    "eq",
-    "erf",
-    "erfc",
-    "euler_angles",
-    "exp",
-    "expm1",
-    "fast_atan",
-    "fast_atan2",
-    "floor",
+    "eval",
+    "expand",
+    "free_vars",
     "from_sympy",
     "function",
     "gradient",
-    "heaviside",
     "hessian",
-    "hypot",
-    "identity",
-    "identity2",
-    "identity3",
-    "inverse",
     "jacobian",
-    "lgamma",
-    "log",
-    "log1p",
-    "log2",
-    "log10",
-    "mat3",
-    "matrix",
-    "max",
-    "min",
-    "ne",
-    "negated",
-    "norm",
-    "norm2",
+    "latex",
     "parse",
-    "perp",
-    "pi",
-    "pow",
+    "python",
     "quaternion",
-    "rad2deg",
-    "rad_diff",
-    "rad_sum",
-    "rotate",
-    "rotation_matrix",
-    "rotation_vector",
-    "round",
-    "safe_acos",
-    "safe_asin",
-    "safe_atan2",
-    "safe_sqrt",
-    "sign",
-    "similarity",
-    "sin",
-    "sinc",
-    "sinh",
-    "skew",
-    "sqrt",
-    "starship",
-    "starship_gamma",
+    "simplify",
+    "subs",
     "symbol",
     "symbols",
-    "tan",
-    "tanh",
+    "text",
     "to_sympy",
-    "trace",
-    "transform",
-    "transpose",
-    "unit",
-    "vee",
-    "where",
+    "vector",
 ]
+
+
+def quaternion(of: Any) -> Any:
+    """Return the quaternion of a rotation matrix; of ``"q"`` that of ``q.w q.x q.y q.z``."""
+    return _variables(of) if isinstance(of, str) else call("quaternion", [as_value(of)])
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function of the language, or one of its constants, by name."""
+    if name in CONSTANTS:
+        return operation(name)
+    if name not in FUNCTIONS and name not in IDENTITIES:
+        raise AttributeError(f"module 'arael.sym' has no attribute {name!r}")
+
+    def apply(*args: Any) -> Any:
+        values = [as_value(a) for a in args]
+        scalars = name in SCALARS and SCALARS[name].arity == len(args)
+        if scalars and all(type_of(v) == REAL for v in values):
+            return operation(name, *values)
+        return call(name, values)
+
+    apply.__name__ = apply.__qualname__ = name
+    known = SCALARS.get(name)
+    if known is not None:
+        singular = f"\nSingular points: {known.singular}." if known.singular else ""
+        apply.__doc__ = f"{known.value}.\n\nDerivative: {known.derivative}.{singular}"
+    elif name in FUNCTIONS:
+        apply.__doc__ = f"{name} of {FUNCTIONS[name].takes}."
+    return apply
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *FUNCTIONS, *CONSTANTS, *IDENTITIES})

@@ -11,19 +11,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
-from arael.check.typed import BOOL, ScalarType
+from arael.check.typed import BOOL
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
 from arael.sym.errors import fail
-from arael.sym.expr import Expr, const, postorder
-from arael.sym.forms import FORMS, TEXTS
-from arael.sym.limits import MAX_DEFINITIONS, MAX_STEPS
-from arael.sym.printing import shaped, text
+from arael.sym.evaluation import eval
+from arael.sym.forms import FORMS, TEXTS, resolved
+from arael.sym.functions import number
+from arael.sym.limits import MAX_DEFINITIONS
+from arael.sym.notation import shaped, text
 from arael.sym.reading import Reader
-from arael.sym.shapes import composite
 from arael.sym.user_functions import FunctionBag
-from arael.sym.value import Value
+from arael.sym.values import Value, entries, free_vars, type_of, with_entries
 from arael.syntax import tree
 from arael.syntax.lexer import tokenise
 from arael.syntax.log import ErrorLog
@@ -104,18 +105,28 @@ class Calculator:
             fail("E0655", f"`{name}` is a function", at, help=("choose another name",))
         if len(self.variables) >= MAX_DEFINITIONS and name not in self.variables:
             fail("E0655", f"more than {MAX_DEFINITIONS} variables", at)
-        without = {n: v for n, v in self.variables.items() if n != name}
-        if name in _resolved(value, without).free_vars:
+        if self._reads(value, name):
             fail(
                 "E0655",
                 f"`{name}` would be defined by itself",
                 at,
                 help=(f"give `{name}` a number first",),
             )
-        if sum(1 for _ in postorder(value.entries)) > MAX_STEPS:
-            fail("E0653", f"`{name}` would hold more than {MAX_STEPS} operations", at)
         self.variables[name] = value
         return Answer("", value)
+
+    def _reads(self, value: Value, name: str) -> bool:
+        """Whether a value depends on the variable `name`, through other variables too."""
+        waiting = list(free_vars(value))
+        seen: set[str] = set()
+        while waiting:
+            here = waiting.pop()
+            if here == name:
+                return True
+            if here not in seen:
+                seen.add(here)
+                waiting += free_vars(self.variables.get(here, number(0.0)))
+        return False
 
     def _define(self, source: Source, start: int, end: int) -> Answer:
         """Take in ``f(x) = expr``, by the grammar of a model's functions."""
@@ -139,13 +150,13 @@ class Calculator:
         moved = Source(source.name, blank + source.text[start:end])
         try:
             node = parse_expression(moved)
-            reader = Reader(self.functions, self.variables, FORMS)
+            reader = Reader(self.functions, self.variables, {}, FORMS)
             if _asks_for_text(node, self.functions):
                 assert isinstance(node, tree.Call) and isinstance(node.func, tree.Name)
                 if len(node.args) != 1:
                     fail("E0303", f"`{node.func.id}` takes 1 argument", node.span)
-                return None, TEXTS[node.func.id](_resolved(reader.value(node.args[0]), {}))
-            return _resolved(reader.value(node), self.variables), ""
+                return None, TEXTS[node.func.id](_worked_out(reader.read(node.args[0])))
+            return _worked_out(resolved(reader.read(node), self.variables)), ""
         except AraelError as error:
             raise _moved(error, moved, source, 0) from None
 
@@ -160,12 +171,10 @@ class Calculator:
 
     def text(self, value: Value) -> str:
         """Write a value: numbers where there is no variable left, else a formula."""
-        if value.free_vars:
+        if free_vars(value) or type_of(value) == BOOL:
             return text(value)
-        numbers = np.ravel(value.eval())
-        if value.type == BOOL:
-            return "true" if numbers[0] else "false"
-        return shaped(value.type, [self._number(float(x)) for x in numbers])
+        numbers = np.ravel(eval(value))
+        return shaped(type_of(value), [self._number(float(x)) for x in numbers])
 
     def _number(self, x: float) -> str:
         return f"{x + 0.0:.{self.digits}g}"
@@ -177,22 +186,13 @@ def _asks_for_text(node: tree.Expr, functions: FunctionBag) -> bool:
     return node.func.id in TEXTS and node.func.id not in functions
 
 
-def _resolved(value: Value, variables: dict[str, Value]) -> Value:
-    """Put scalar variables in place, and what they are made of, until none is left."""
-    for _ in range(len(variables) + 1):
-        known = {
-            n: variables[n]
-            for n in value.free_vars
-            if n in variables and isinstance(variables[n].type, ScalarType)
-        }
-        if not known:
-            break
-        value = value.subs(known)
-    if not value.free_vars and isinstance(value, Expr) and value.type != BOOL:
-        return const(value.eval())
-    if not value.free_vars and value.type != BOOL:
-        return composite(value.type, tuple(const(e.eval()) for e in value.entries))
-    return value
+def _worked_out(value: Value) -> Value:
+    """Return the numbers that a value without variables is."""
+    if free_vars(value):
+        return value
+    if type_of(value) == BOOL:
+        return sp.true if eval(value) else sp.false
+    return with_entries(value, [number(eval(e)) for e in entries(value)])
 
 
 # --- places ---------------------------------------------------------------------------------------

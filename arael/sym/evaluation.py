@@ -1,23 +1,141 @@
-"""Numbers from expressions."""
+"""Numbers from SymPy expressions, on arrays, by the programs that evaluate models."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from typing import Any, NoReturn
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import BooleanFunction
 
-from arael.check.typed import BOOL
+from arael.check.typed import BOOL, REAL, ValueType
+from arael.check.types import shape_of
 from arael.diagnostics.suggest import closest
+from arael.operations import OPERATIONS
 from arael.runtime.machine.programs import evaluate as run
 from arael.sym.errors import fail
-from arael.sym.expr import Expr
-from arael.sym.lowering import lower
-from arael.sym.shapes import as_value
-from arael.sym.value import Value
+from arael.sym.functions import OWN, UserFunction
+from arael.sym.values import Value, as_value, entries, free_vars, type_of
+from arael.symbolic.functions import OPERATION_OF
+from arael.symbolic.graph import Graph
+from arael.symbolic.scalars import SCALARS
+from arael.symbolic.sharing import Writer
 
 Array = NDArray[Any]
+
+_NAME_OF: Mapping[Any, str] = {
+    **OPERATION_OF,
+    **{made: name for name, made in OWN.items()},
+    **{sp.Max: "max", sp.Min: "min", sp.loggamma: "lgamma", sp.sinc: "sinc"},
+    **{sp.StrictLessThan: "lt", sp.LessThan: "le", sp.Eq: "eq", sp.Ne: "ne"},
+    **{sp.And: "and", sp.Or: "or", sp.Not: "not"},
+}
+_SWAPPED = {sp.StrictGreaterThan: "lt", sp.GreaterThan: "le"}
+_MORE: Mapping[Any, Callable[[Any], Any]] = {
+    sp.cot: lambda a: 1 / sp.tan(a),
+    sp.sec: lambda a: 1 / sp.cos(a),
+    sp.csc: lambda a: 1 / sp.sin(a),
+    sp.coth: lambda a: 1 / sp.tanh(a),
+    sp.sech: lambda a: 1 / sp.cosh(a),
+    sp.csch: lambda a: 1 / sp.sinh(a),
+}
+
+
+class Lowered(Writer):
+    """Expressions as operations of a graph, whose inputs are their variables.
+
+    Functions with a formula are written out; a call of a native one is an input of the graph, keyed
+    by the call.
+
+    Attributes
+    ----------
+    calls : native calls, in order of evaluation
+    """
+
+    def __init__(self, roots: Sequence[Any], *, simplify: bool = True) -> None:
+        super().__init__(Graph(simplify=simplify), {}, {})
+        self.calls: list[Any] = []
+        self._trail: list[Any] = []
+        self.roots = [self.node(root) for root in roots]
+
+    def _write(self, term: Any) -> int:
+        g = self.graph
+        if term.is_Symbol:
+            return g.input(term.name)
+        if term in (sp.true, sp.false):
+            return g.op("eq", g.const(float(term is sp.true)), g.const(1.0))
+        if isinstance(term, UserFunction):
+            return self._user(term)
+        if isinstance(term, (Relational, BooleanFunction, sp.Piecewise)):
+            return self._condition(term)
+        if term.is_number or term.is_Add or term.is_Mul or term.is_Pow:
+            return super()._write(term)
+        if isinstance(term, sp.Heaviside) and term.args[1] == sp.S.Half:
+            return g.op("heaviside", self.node(term.args[0]))
+        if type(term) in _MORE:
+            return self.node(_MORE[type(term)](*term.args))
+        return self._named(term)
+
+    def _named(self, term: Any) -> int:
+        name = _NAME_OF.get(type(term))
+        if name is None:
+            _unknown(term)
+        args = [self.node(a) for a in term.args]
+        if name in ("min", "max", "and", "or"):
+            return reduce(lambda a, b: self.graph.op(name, a, b), args)
+        if OPERATIONS[name].arity != len(args):
+            _unknown(term)
+        if OPERATIONS[name].primitive:
+            return self.graph.op(name, *args)
+        return SCALARS[name](self.graph, *args)
+
+    def _condition(self, term: Any) -> int:
+        g = self.graph
+        if type(term) in _SWAPPED:
+            return g.op(_SWAPPED[type(term)], *map(self.node, reversed(term.args)))
+        if isinstance(term, sp.ITE):
+            return g.op("select", *map(self.node, term.args))
+        if not isinstance(term, sp.Piecewise):
+            return self._named(term)
+        *arms, (last, rest) = term.args
+        if rest != sp.true:
+            _unknown(term)  # without a last arm it has no value somewhere
+        node = self.node(last)
+        for arm, chosen in reversed(arms):
+            node = g.op("select", self.node(chosen), self.node(arm), node)
+        return node
+
+    def _user(self, call: Any) -> int:
+        function = call.declared
+        if function.is_native:
+            self.calls.append(call)
+            return self.graph.input(call)
+        return self.node(function.formula(call.args))
+
+    def _factors(self, factors: Sequence[Any]) -> int:
+        """Multiply; a fraction divides at the end, which rounds once."""
+        below = 1
+        kept = []
+        for factor in factors:
+            if factor.is_Rational and factor.q & (factor.q - 1):
+                below *= factor.q
+                factor = sp.Integer(factor.p)
+            kept.append(factor)
+        product = super()._factors(kept)
+        return product if below == 1 else self.graph.op("div", product, self.graph.const(below))
+
+
+def _unknown(term: Any) -> NoReturn:
+    fail(
+        "E0654",
+        f"`{str(term)[:60]}` has no counterpart in the language",
+        origin="SymPy",
+        help=("formulas are over the real numbers, with the functions of the language",),
+    )
 
 
 class Program:
@@ -29,12 +147,12 @@ class Program:
     operations : arithmetic operations of one evaluation, after sharing
     """
 
-    def __init__(self, entries: Sequence[Expr], names: Sequence[str]) -> None:
-        lowered = lower(entries)
+    def __init__(self, scalars: Sequence[Any], names: Sequence[str]) -> None:
+        lowered = Lowered(scalars)
         self.names = tuple(names)
         self._calls = lowered.calls
         self._inner = [Program(call.args, self.names) for call in self._calls]
-        self._tape = lowered.graph.tape(lowered.nodes, [*self.names, *self._calls])
+        self._tape = lowered.graph.tape(lowered.roots, [*self.names, *self._calls])
 
     @property
     def operations(self) -> int:
@@ -47,15 +165,9 @@ class Program:
             raise TypeError(f"expected {len(self.names)} values ({', '.join(self.names)})")
         arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
         for call, inner in zip(self._calls, self._inner, strict=True):
-            arrays.append(_native(call, inner(*arrays[: len(self.names)])))
+            arguments = inner(*arrays[: len(self.names)])
+            arrays.append(np.asarray(call.declared.native_value(*arguments)))
         return run(self._tape, arrays)
-
-
-def _native(call: Expr, args: Sequence[Array]) -> Array:
-    function = call.data.native
-    if all(a.ndim == 0 for a in args):
-        return np.asarray(float(function(*(float(a) for a in args))))
-    return np.asarray(np.vectorize(function, otypes=[np.float64])(*args))
 
 
 class Compiled:
@@ -69,16 +181,17 @@ class Compiled:
 
     def __init__(self, value: Value, names: Sequence[str]) -> None:
         self.value = value
-        self._program = Program(value.entries, names)
+        self._type = type_of(value)
+        self._program = Program(entries(value), names)
         self.names = self._program.names
         self.operations = self._program.operations
 
     def __call__(self, *inputs: Any) -> Any:
         """Evaluate; arguments are numbers or arrays that broadcast against each other."""
-        return _shaped(self.value, self._program(*inputs))
+        return _shaped(self._type, self._program(*inputs))
 
 
-def compiled(value: Any, by: Sequence[Expr | str] | None = None) -> Compiled:
+def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
     """Make a fast function of a value, for evaluation at many points.
 
     Parameters
@@ -89,36 +202,43 @@ def compiled(value: Any, by: Sequence[Expr | str] | None = None) -> Compiled:
     Raises
     ------
     AraelError
-        E0650 if a variable of `value` is not among `by`.
+        E0650 if a variable of `value` is not among `by`; E0654 if it has something that the
+        language lacks.
     """
     value = as_value(value)
-    names = value.free_vars if by is None else [str(v) for v in by]
-    _require(value, dict.fromkeys(names))
+    names = free_vars(value) if by is None else [str(v) for v in by]
+    _require(free_vars(value), dict.fromkeys(names))
     return Compiled(value, names)
 
 
-def evaluate(value: Value, values: Mapping[Any, Any] | None, named: Mapping[str, Any]) -> Any:
-    """Do what `Value.eval` documents."""
+def eval(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -> Any:
+    """Value at a point: a float, or an array with the shape of a vector or matrix behind.
+
+    Variables, given by name or as symbols, may be arrays, which are broadcast against each other: a
+    scalar expression gives an array of their common shape, a vector one with its length as the last
+    axis.
+
+    Raises
+    ------
+    AraelError
+        E0650 if a variable has no value; E0654 as for `compiled`.
+    """
+    value = as_value(value)
     given = {str(k): v for k, v in {**(values or {}), **named}.items()}
-    names = value.free_vars
-    _require(value, given)
-    program = value._program if isinstance(value, Expr) else None
-    if program is None:
-        program = Program(value.entries, names)
-        if isinstance(value, Expr):
-            value._program = program
-    return _shaped(value, program(*(given[n] for n in names)))
+    names = free_vars(value)
+    _require(names, given)
+    return Compiled(value, names)(*(given[n] for n in names))
 
 
-def _require(value: Value, given: Mapping[str, Any]) -> None:
-    missing = [n for n in value.free_vars if n not in given]
+def _require(names: Sequence[str], given: Mapping[str, Any]) -> None:
+    missing = [n for n in names if n not in given]
     if not missing:
         return
-    near = closest(missing[0], [n for n in given if n not in value.free_vars])
+    near = closest(missing[0], [n for n in given if n not in names])
     hint = (
         f"did you mean `{missing[0]}` by `{near[0]}`?"
         if near
-        else (f"give it one: `eval({missing[0]}=1.0)`")
+        else (f"give it one: `eval(f, {missing[0]}=1.0)`")
     )
     fail(
         "E0650",
@@ -129,13 +249,11 @@ def _require(value: Value, given: Mapping[str, Any]) -> None:
     )
 
 
-def _shaped(value: Value, entries: list[Array]) -> Any:
-    if isinstance(value, Expr):
-        (result,) = entries
+def _shaped(type_: ValueType, scalars: list[Array]) -> Any:
+    if type_ in (REAL, BOOL):
+        (result,) = scalars
         if result.ndim:
-            return result != 0 if value.type == BOOL else result
-        return bool(result) if value.type == BOOL else float(result)
-    from arael.check.types import shape_of
-
-    stacked = np.stack(np.broadcast_arrays(*entries), axis=-1)
-    return stacked.reshape(*stacked.shape[:-1], *shape_of(value.type))
+            return result != 0 if type_ == BOOL else result
+        return bool(result) if type_ == BOOL else float(result)
+    stacked = np.stack(np.broadcast_arrays(*scalars), axis=-1)
+    return stacked.reshape(*stacked.shape[:-1], *shape_of(type_))

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from arael.sym import algebra, derivatives, printing
+import sympy as sp
+
+from arael.check.typed import REAL
+from arael.sym import algebra, printing
 from arael.sym.errors import fail
-from arael.sym.expr import Expr
+from arael.sym.notation import require_printable
 from arael.sym.reading import Reader, Special
-from arael.sym.substitution import subs
-from arael.sym.value import Value
+from arael.sym.values import Value, free_vars, type_of
 from arael.syntax import tree
 
 
@@ -42,13 +44,24 @@ def _count(node: tree.Call, name: str, least: int, most: int, takes: str) -> Non
 
 def _apart(r: Reader, node: tree.Expr, names: list[str]) -> Value:
     """Value of `node` with `names` as variables, and other variables put in place."""
-    known = {n: v for n, v in r.names.items() if n not in names}
-    value = r.within(known, node)
-    for _ in range(len(known)):
-        scalars = {n: known[n] for n in value.free_vars if isinstance(known.get(n), Expr)}
-        if not scalars:
+    before = r.names
+    r.names = known = {n: v for n, v in before.items() if n not in names}
+    try:
+        value = r.read(node)
+    finally:
+        r.names = before
+    return resolved(value, known)
+
+
+def resolved(value: Value, variables: Mapping[str, Value]) -> Value:
+    """Put scalar variables in place, and what they are made of, until none is left."""
+    for _ in range(len(variables) + 1):
+        known = {n: variables[n] for n in free_vars(value) if n in variables}
+        known = {n: v for n, v in known.items() if type_of(v) == REAL}
+        if not known:
             break
-        value = value.subs(scalars)
+        require_printable(value)
+        value = algebra.subs(value, known)
     return value
 
 
@@ -57,12 +70,11 @@ def _diff(r: Reader, node: tree.Call) -> Value:
     name = _variable(node.args[1], "diff")
     times = 1
     if len(node.args) == 3:
-        order = r.value(node.args[2])
-        number = order.value if isinstance(order, Expr) else None
-        if number is None or not number.is_integer():
+        order = r.read(node.args[2])
+        if not isinstance(order, sp.Integer):
             fail("E0652", "the order of a derivative is a whole number", node.args[2].span)
-        times = int(min(max(number, -1.0), 1e6))
-    return derivatives.diff(_apart(r, node.args[0], [name]), name, times)
+        times = int(order)
+    return algebra.diff(_apart(r, node.args[0], [name]), name, times)
 
 
 def _jacobian(r: Reader, node: tree.Call) -> Value:
@@ -70,7 +82,7 @@ def _jacobian(r: Reader, node: tree.Call) -> Value:
     listed = node.args[1]
     items = listed.items if isinstance(listed, tree.ListExpr) else (listed,)
     names = [_variable(item, "jacobian") for item in items]
-    return derivatives.jacobian(_apart(r, node.args[0], names), names)
+    return algebra.jacobian(_apart(r, node.args[0], names), names)
 
 
 def _expand(r: Reader, node: tree.Call) -> Value:
@@ -92,10 +104,10 @@ def _collect(r: Reader, node: tree.Call) -> Value:
 def _subs(r: Reader, node: tree.Call) -> Value:
     _count(node, "subs", 3, 3, "a formula, a variable, and what to put in its place")
     name = _variable(node.args[1], "subs")
-    new = r.value(node.args[2])
-    if not isinstance(new, Expr):
-        fail("E0302", f"`subs` puts in a scalar, found {new.type}", node.args[2].span)
-    return subs(_apart(r, node.args[0], [name]), {name: new}, {})
+    new = r.read(node.args[2])
+    if type_of(new) != REAL:
+        fail("E0302", f"`subs` puts in a scalar, found {type_of(new)}", node.args[2].span)
+    return algebra.subs(_apart(r, node.args[0], [name]), {name: new})
 
 
 FORMS: Mapping[str, Special] = {

@@ -1,119 +1,421 @@
-"""The functions of the language, for use from Python.
+"""The language's functions as SymPy functions, where SymPy's own will not do.
 
-Arguments may be expressions, numbers, vectors, matrices and quaternions, as the language has it:
-``sin`` of a vector is elementwise, ``exp`` of a vector of length 3 the quaternion of a rotation
-vector, ``log`` of a quaternion that vector.
+SymPy's `Abs`, `Max` and the like are not differentiated as a solver needs it: at kinks and jumps
+they give a ``DiracDelta``, a ``Heaviside`` or, over complex symbols, the derivative of ``re(x)``.
+The classes here have the values and derivatives of models (docs/internals/symbolic.md). They print
+as in the language, evaluate numerically, and work in `sympy.lambdify`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any, cast
 
-from arael.check.builtins import FUNCTIONS
-from arael.sym.building import build
-from arael.sym.expr import Expr, as_expr
-from arael.sym.operations import call_on_any, logic
-from arael.sym.shapes import Matrix, as_value, composite
+import numpy as np
+import sympy as sp
+from sympy.core.relational import Relational
+from sympy.printing.precedence import PRECEDENCE
+
+from arael.operations import OPERATIONS, numbers
+from arael.operations import Operation as Record
+from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.tape import Tape
+from arael.sym.limits import MAX_SUPERSCRIPT
+from arael.symbolic import functions as core
+from arael.symbolic.graph import Graph
+from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS
+from arael.symbolic.sharing import real
 
-Call = Callable[..., Any]
+Maker = Callable[..., Any]
 
-
-def _function(name: str) -> Call:
-    def apply(*args: Any) -> Any:
-        return call_on_any(name, *args)
-
-    apply.__name__ = apply.__qualname__ = name
-    scalar = SCALARS.get(name)
-    if scalar is not None:
-        singular = f"\nSingular points: {scalar.singular}." if scalar.singular else ""
-        apply.__doc__ = f"{scalar.value}.\n\nDerivative: {scalar.derivative}.{singular}"
-    else:
-        apply.__doc__ = f"{name} of {FUNCTIONS[name].takes}." if name in FUNCTIONS else None
-    return apply
+_LARGEST_DENOMINATOR = 1024
+_LARGEST = 1e15
+_LONGEST = 1 << 128
 
 
-sin, cos, tan = _function("sin"), _function("cos"), _function("tan")
-asin, acos, atan = _function("asin"), _function("acos"), _function("atan")
-atan2, hypot, pow = _function("atan2"), _function("hypot"), _function("pow")
-sinh, cosh, tanh = _function("sinh"), _function("cosh"), _function("tanh")
-exp, log, log2, log10 = (_function(n) for n in ("exp", "log", "log2", "log10"))
-sqrt, cbrt = _function("sqrt"), _function("cbrt")
-abs, sign, heaviside = _function("abs"), _function("sign"), _function("heaviside")
-min, max, clamp = _function("min"), _function("max"), _function("clamp")
-floor, ceil, round = _function("floor"), _function("ceil"), _function("round")
-identity = _function("identity")
-safe_sqrt, safe_asin = _function("safe_sqrt"), _function("safe_asin")
-safe_acos, safe_atan2 = _function("safe_acos"), _function("safe_atan2")
-rad_diff, rad_sum = _function("rad_diff"), _function("rad_sum")
-deg2rad, rad2deg = _function("deg2rad"), _function("rad2deg")
-fast_atan, fast_atan2 = _function("fast_atan"), _function("fast_atan2")
-starship, starship_gamma = _function("starship"), _function("starship_gamma")
-erf, erfc, lgamma, digamma = (_function(n) for n in ("erf", "erfc", "lgamma", "digamma"))
-expm1, log1p, sinc = _function("expm1"), _function("log1p"), _function("sinc")
-dot, cross, norm, norm2 = (_function(n) for n in ("dot", "cross", "norm", "norm2"))
-unit, perp = _function("unit"), _function("perp")
-det, transpose, inverse, trace = (_function(n) for n in ("det", "transpose", "inverse", "trace"))
-skew, vee = _function("skew"), _function("vee")
-rotation_matrix, euler_angles = _function("rotation_matrix"), _function("euler_angles")
-rotation_vector = _function("rotation_vector")
-conj, rotate = _function("conj"), _function("rotate")
-transform, similarity = _function("transform"), _function("similarity")
-matrix = _function("matrix")
-mat3, quaternion = _function("mat3"), _function("quaternion")
+class Numeric(sp.Function):  # type: ignore[misc]
+    """A function that SymPy keeps as it is, with a numeric value."""
 
-pi: Expr = build("pi")
-e: Expr = build("e")
-epsilon: Expr = build("epsilon")
+    @classmethod
+    def eval(cls, *args: Any) -> None:
+        """Keep the function: operands may be anything."""
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
+        raise NotImplementedError
+
+    def _numpycode(self, printer: Any) -> str:
+        """Call it by name in `lambdify`, though SymPy has a function `sinc` too."""
+        return f"{type(self).__name__}({', '.join(map(printer.doprint, self.args))})"
+
+    _pythoncode = _numpycode
+
+    def _eval_evalf(self, prec: int) -> Any:
+        values = [a.evalf(prec) for a in self.args]
+        if not all(v.is_Number for v in values):
+            return None
+        return sp.Float(float(self._imp_(*map(float, values))), prec)
 
 
-def identity2() -> Matrix:
-    """Identity matrix, 2 x 2."""
-    return call_on_any("identity2")  # type: ignore[no-any-return]
+class Operation(Numeric):
+    """A function of the language; the name of the class is that of its record in the table."""
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        return _evaluated(cls.__name__, [np.asarray(a, float) for a in args])
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        known = OPERATIONS[type(self).__name__].latex
+        if not known:
+            return str(printer._print_Function(self, exp))
+        raised = "" if exp is None else f"^{{{exp}}}"
+        return rf"{known}{raised}{{\left({', '.join(map(printer.doprint, self.args))} \right)}}"
+
+    def _npcode(self, printer: Any) -> str:
+        """Text of `arael.sym.python`; composed functions have been written out."""
+        written = OPERATIONS[type(self).__name__].python_expression
+        if written.endswith(")"):
+            return written.format(*map(printer.doprint, self.args))
+        (inner,) = (printer.parenthesize(a, PRECEDENCE["Atom"], strict=True) for a in self.args)
+        return f"({written.format(inner)})"
 
 
-def identity3() -> Matrix:
-    """Identity matrix, 3 x 3."""
-    return call_on_any("identity3")  # type: ignore[no-any-return]
+def _evaluated(name: str, args: Sequence[Any]) -> Any:
+    """Value on arrays, by the table; of a composed function by the expression machine."""
+    of_arrays = OPERATIONS[name].numpy
+    if of_arrays is None:
+        return evaluate(_tape(name), args)[0]
+    with np.errstate(all="ignore"):
+        return of_arrays(*args)
 
 
-def where(condition: Expr, then: Any, otherwise: Any) -> Any:
-    """``if condition then a else b``; only the arm that is taken counts, also for derivatives."""
-    a, b = as_value(then), as_value(otherwise)
-    if a.type != b.type:
-        raise TypeError(f"the two arms differ: {a.type} and {b.type}")
-    pairs = zip(a.entries, b.entries, strict=True)
-    return composite(a.type, tuple(build("select", as_expr(condition), x, y) for x, y in pairs))
+@cache
+def _tape(name: str) -> Tape:
+    g = Graph(simplify=False)
+    return g.tape([SCALARS[name](g, *map(g.input, range(SCALARS[name].arity)))])
 
 
-def eq(a: Expr | float, b: Expr | float) -> Expr:
-    """Condition ``a == b``; the operator ``==`` compares how expressions are written."""
-    return build("eq", as_expr(a), as_expr(b))
+class Flat(Operation):
+    """A function whose derivative is zero, also where it jumps."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return zero."""
+        return sp.S.Zero
 
 
-def ne(a: Expr | float, b: Expr | float) -> Expr:
-    """Condition ``a != b``."""
-    return build("ne", as_expr(a), as_expr(b))
+class abs(Operation):
+    """Absolute value."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the sign: 0 at 0."""
+        return MAKERS["sign"](self.args[0])
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\left|{{{printer.doprint(self.args[0])}}}\right|"
+        return text if exp is None else f"{text}^{{{exp}}}"
 
 
-def both(a: Expr, b: Expr) -> Expr:
-    """Condition ``a and b``."""
-    return logic("and", a, b)
+def _is_first(taken: Any, argindex: int) -> Any:
+    """1 for the operand that is taken, 0 for the other."""
+    here, other = (sp.S.One, sp.S.Zero) if argindex == 1 else (sp.S.Zero, sp.S.One)
+    return sp.Piecewise((here, taken), (other, True))
 
 
-def either(a: Expr, b: Expr) -> Expr:
-    """Condition ``a or b``."""
-    return logic("or", a, b)
+class min(Operation):
+    """The smaller operand."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative of the operand that is taken; of the first where they tie."""
+        return _is_first(sp.Le(*self.args), argindex)
 
 
-def negated(a: Expr) -> Expr:
-    """Condition ``not a``."""
-    return logic("not", a)
+class max(Operation):
+    """The larger operand."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative of the operand that is taken; of the first where they tie."""
+        return _is_first(sp.Ge(*self.args), argindex)
 
 
-__all__ = [
-    *(name for name in SCALARS),
-    *(name for name in FUNCTIONS if name not in SCALARS),
-    *("identity2", "identity3", "where", "eq", "ne", "both", "either", "negated"),
-]
+class identity(Operation):
+    """The argument itself, which no simplification looks through."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return one."""
+        return sp.S.One
+
+
+class cbrt(Operation):
+    """Real cube root, of negative numbers too; SymPy's own is complex there."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 / (3 cbrt(a)^2)."""
+        return 1 / (3 * self**2)
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\sqrt[3]{{{printer.doprint(self.args[0])}}}"
+        return text if exp is None else f"{{{text}}}^{{{exp}}}"
+
+
+class sinc(Operation):
+    """``sin(a) / a``, 1 at 0."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """0 at 0."""
+        (a,) = self.args
+        return sp.Piecewise((sp.S.Zero, sp.Eq(a, 0)), ((sp.cos(a) - self) / a, True))
+
+
+class rad_diff(Operation):
+    """``a - b``, wrapped to (-pi, pi]."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 and -1, at the jump too."""
+        return sp.S.One if argindex == 1 else sp.S.NegativeOne
+
+
+class rad_sum(Operation):
+    """``a + b``, wrapped to (-pi, pi]."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 and 1, at the jump too."""
+        return sp.S.One
+
+
+class UserFunction(Numeric):
+    """Base of the classes of user functions with derivatives of their own.
+
+    Attributes
+    ----------
+    declared : the `arael.sym.Function`
+    """
+
+    declared: Any
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Return the derivative that the function prescribes."""
+        return self.declared.partials(self.args)[argindex - 1]
+
+    @classmethod
+    def _imp_(cls, *args: Any) -> Any:
+        return cls.declared.evaluate(*args)
+
+
+def _as_in_models(one: Record, made: Any) -> Any:
+    """Make a class with the derivatives of a class of `arael.symbolic.functions`.
+
+    Those are over the operations of graphs, in which a condition is a number.
+    """
+
+    def fdiff(self: Any, argindex: int = 1) -> Any:
+        slope = _slope(made, len(self.args), argindex)
+        return slope.xreplace(dict(zip(core.FORMAL, self.args, strict=False)))
+
+    return _class(one, Operation, fdiff=fdiff)
+
+
+def _class(one: Record, base: type[Operation], **members: Any) -> Any:
+    return type(one.name, (base,), {"__doc__": one.value, "__module__": __name__, **members})
+
+
+@cache
+def _slope(made: Any, count: int, argindex: int) -> Any:
+    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`."""
+    slope = made(*core.FORMAL[:count]).fdiff(argindex).subs(core.CONSTANTS)
+    return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
+
+
+def _of_record(one: Record) -> Maker:
+    """Return SymPy's function of a record, or a class with its derivatives."""
+    if one.name in _SPECIAL:
+        return _SPECIAL[one.name]
+    if one.flat:
+        return cast(Maker, _class(one, Flat))
+    if not one.sympy:
+        return lambda *args: written_out(one.name, *args)
+    made = core.sympy_function(one)
+    own = isinstance(made, type) and not made.__module__.startswith("sympy.")
+    return cast(Maker, _as_in_models(one, made)) if own else made
+
+
+def _translated(term: Any) -> Any:
+    return MAKERS[core.OPERATION_OF[term.func]](*term.args)
+
+
+class digamma(Operation):
+    """Derivative of ``lgamma``."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Differentiate the series that gives the value."""
+        a = sp.Dummy()
+        return written_out("digamma", a).diff(a).subs(a, self.args[0])
+
+
+class Formulas:
+    """Takes the part of a `Graph` whose nodes are SymPy expressions.
+
+    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
+    """
+
+    place: int | None = None
+
+    def const(self, value: float) -> Any:
+        """Make a number."""
+        return number(value)
+
+    def value(self, node: Any) -> float | None:
+        """Value of a number; None of anything else."""
+        return float(node) if node.is_Number else None
+
+    def op(self, name: str, *args: Any) -> Any:
+        """Make an operation."""
+        return operation(name, *args)
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        """Make a call of a function with prescribed derivatives."""
+        if isinstance(function, Prescribed):
+            return operation(function.name, *args)
+        return function.sympy_class(*args)
+
+
+class _WrittenOut(Formulas):
+    """Writes functions with prescribed derivatives out as the formula of their value."""
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        return value
+
+
+def written_out(name: str, *args: Any) -> Any:
+    """Return the formula that gives the value of a function of the language."""
+    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
+
+
+def number(value: float) -> Any:
+    """Return a number as SymPy's: exact if it is whole or a short binary fraction."""
+    if value != value or value in (math.inf, -math.inf):
+        return sp.nan if value != value else sp.oo if value > 0 else -sp.oo
+    numerator, denominator = value.as_integer_ratio()
+    if denominator <= _LARGEST_DENOMINATOR and -_LARGEST <= value <= _LARGEST:
+        return sp.Rational(numerator, denominator)
+    return sp.Float(value)
+
+
+def operation(name: str, *args: Any) -> Any:
+    """Make an operation of the language, in bounded time.
+
+    SymPy computes with exact numbers of any length. Here a number that has become long, or very
+    large or small, goes on as a float; a number that is not real is NaN.
+    """
+    make = MAKERS[name]
+    if args and all(_is_known(a) for a in args):
+        values = [real(a) for a in args]
+        value = _value(name, values)
+        if not all(x == 0 or 1 / _LARGEST < _size(x) < _LARGEST for x in (value, *values)):
+            return sp.S(value != 0) if name in _COMPARISONS else number(value)
+    if name == "pow" and args[1].is_Rational and _is_long(args[1], MAX_SUPERSCRIPT):
+        args = args[0], sp.Float(args[1], 15)
+    if name in _COMPARISONS and _has_nan(args):
+        return sp.true if name == "ne" else sp.false
+    made = make(*args)
+    if isinstance(made, sp.Expr):
+        for found in (made.as_coeff_Mul()[0], made.as_coeff_Add()[0]):
+            if found.is_Rational and _is_long(found, _LONGEST):
+                made = made.xreplace({found: sp.Float(found, 15)})
+    return made
+
+
+_COMPARISONS = ("lt", "le", "eq", "ne")
+
+
+def _has_nan(args: Sequence[Any]) -> bool:
+    """Whether a comparison is with NaN, which differs from everything and is never less."""
+    return any(a in (sp.nan, sp.zoo) for a in args)
+
+
+def remade(node: Any, args: Sequence[Any]) -> Any:
+    """Return `node` with other operands."""
+    if isinstance(node, Relational) and _has_nan(args):
+        return sp.true if isinstance(node, sp.Ne) else sp.false
+    return node.func(*args)
+
+
+def _is_known(value: Any) -> bool:
+    return bool(isinstance(value, sp.Expr) and value.is_number and not value.has(UserFunction))
+
+
+def _is_long(rational: Any, largest: int) -> bool:
+    return bool(-largest > rational.p or rational.p > largest or rational.q > largest)
+
+
+def _size(value: float) -> float:
+    return -value if value < 0 else value
+
+
+def _value(name: str, values: Sequence[float]) -> float:
+    if name == "sum":
+        return sum(values)
+    if OPERATIONS[name].primitive:
+        return numbers.value(name, *values)
+    return float(_evaluated(name, values))
+
+
+def condition(value: Any) -> Any:
+    """`value` as a condition: a number holds if it is not zero."""
+    return value if isinstance(value, sp.logic.boolalg.Boolean) else sp.Ne(value, 0)
+
+
+def _select(chosen: Any, a: Any, b: Any) -> Any:
+    return sp.Piecewise((a, condition(chosen)), (b, True))
+
+
+_SPECIAL: Mapping[str, Maker] = {
+    "div": lambda a, b: a * sp.oo if b == 0 else a / b,
+    "pow": lambda a, b: a**b,
+    "cbrt": cbrt,
+    "sinc": sinc,
+    "digamma": digamma,
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "identity": identity,
+    "rad_diff": rad_diff,
+    "rad_sum": rad_sum,
+    "starship_gamma": lambda a: 2 * sp.sqrt(a) / sp.pi,
+    "deg2rad": lambda a: a * sp.pi / 180,
+    "rad2deg": lambda a: a * 180 / sp.pi,
+    "lt": sp.Lt,
+    "le": sp.Le,
+    "eq": sp.Eq,
+    "ne": sp.Ne,
+    "and": lambda a, b: sp.And(condition(a), condition(b)),
+    "or": lambda a, b: sp.Or(condition(a), condition(b)),
+    "not": lambda a: sp.Not(condition(a)),
+    "select": _select,
+}
+
+MAKERS: Mapping[str, Maker] = {
+    **{one.name: _of_record(one) for one in OPERATIONS.values()},
+    "sum": lambda *terms: sp.Add(*terms),
+    "pi": lambda: sp.pi,
+    "e": lambda: sp.E,
+    "epsilon": lambda: sp.Float(2.0**-52),
+}
+"""Operation of the language -> SymPy's expression of its operands."""
+
+OWN: Mapping[str, Any] = {
+    name: made
+    for name, made in MAKERS.items()
+    if isinstance(made, type) and issubclass(made, Operation)
+}
+"""Functions of the language with a class of their own, by name."""
+
+
+def __getattr__(name: str) -> Any:
+    """Return a class that is made from one of `arael.symbolic.functions`; pickling looks for it."""
+    if name not in OWN:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return OWN[name]

@@ -3,11 +3,8 @@
 The size of a text is bounded by `arael.syntax.limits`; these bound the size of its results.
 """
 
-MAX_NESTING = 150
-"""Levels of an expression as written, through the calls of functions."""
-
-MAX_STEPS = 50_000
-"""Operations made while one text is read, functions written out."""
+MAX_WRITTEN_OUT = 10_000
+"""Operations of an expression written out, nothing shared: of what is read, printed, calculated."""
 
 MAX_SCALARS = 4096
 """Scalars of one vector or matrix."""
@@ -30,8 +27,8 @@ MAX_SUPERSCRIPT = 64
 MAX_DERIVATIVES = 16
 """Order of the highest derivative asked for at once."""
 
-MAX_DIFFERENTIATED = 30_000
-"""Operations of what is differentiated, each kept once; each derivative is three times as large."""
+MAX_DIFFERENTIATED = 5000
+"""Operations, written out, of what `diff` takes; SymPy needs about a millisecond for each."""
 
 MAX_DEFINITIONS = 1000
 """Variables and functions that a calculator holds."""

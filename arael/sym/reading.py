@@ -1,430 +1,291 @@
-"""From the tree of a formula to a value: names, operators, calls.
+"""Formulas from text: the reader of models and of runtime residuals, with SymPy's values for names.
 
-This is the language of constraint bodies (`arael.check` types those), read into expressions at
-once. A name that means nothing becomes a variable, ``L0.length`` included.
+`arael.check` resolves and types a formula, `arael.compiler.scalarise` writes vectors, matrices and
+rotations out as scalars; its graph is `Formulas`, so the scalars are SymPy expressions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
-from arael.check.access import QUATERNION_PARTS, VECTOR_PARTS
-from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, ROW_METHODS
+import sympy as sp
+
+from arael.check import access, calls, expressions
+from arael.check.binding import Binding, Broken
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, ROW_METHODS
+from arael.check.declared import Declarations
+from arael.check.report import Reporter
+from arael.check.scope import ConstantScope
 from arael.check.suggest import did_you_mean
-from arael.check.typed import BOOL, ScalarType, VectorType
-from arael.diagnostics.records import AraelError, Diagnostic, Label, Span
-from arael.sym import operations
-from arael.sym.building import build
-from arael.sym.errors import fail
-from arael.sym.expr import Expr, const
-from arael.sym.limits import MAX_NESTING, MAX_STEPS
-from arael.sym.operations import Operand
-from arael.sym.shapes import Matrix, Quaternion, Vector, composite
-from arael.sym.transforms import Transform, part
-from arael.sym.user_functions import Function, FunctionBag, recursion
-from arael.sym.value import Value
+from arael.check.typed import INT, Apply, Formal, Invoke, Literal_, Typed
+from arael.check.typist import Slots, Typist
+from arael.check.walk import operands, postorder
+from arael.compiler.scalarise import NoUses, Scalariser
+from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source, Span
+from arael.sym.functions import Formulas, operation
+from arael.sym.limits import MAX_WRITTEN_OUT
+from arael.sym.values import Value, as_value, composite, entries, require_size, type_of
+from arael.symbolic.graph import Graph
+from arael.symbolic.scalars import SCALARS
 from arael.syntax import tree
+from arael.syntax.parser import parse_expression
+
+if TYPE_CHECKING:
+    from arael.sym.user_functions import Function
 
 Special = Callable[["Reader", tree.Call], Value]
 """A form that looks at its arguments as they are written, as ``diff(f, x)`` does."""
 
 
-class Reader:
-    """Reads trees into values.
+class Reader(Typist):
+    """Reads trees of formulas into values.
+
+    A name is, in this order: a parameter of the function that is read; one of `names`; a constant
+    of the language; a variable.
 
     Attributes
     ----------
     bag : functions of the user
-    names : values of names; what is absent is a constant of the language or a variable
+    names : values of names; within functions those of `constants`
+    constants : the constants that functions see
     special : forms by name
     """
 
     def __init__(
         self,
-        bag: FunctionBag,
+        bag: Mapping[str, Function],
         names: Mapping[str, Value],
+        constants: Mapping[str, Value],
         special: Mapping[str, Special] | None = None,
     ) -> None:
+        declared = Declarations(functions={name: f.node for name, f in bag.items()})
+        report = Reporter(Findings())
+        scope = ConstantScope(declared, self.leaf_of)
+        super().__init__(declared, report, _HANDLERS, scope, self.leaf_of, Slots([]))
         self.bag = bag
         self.names = names
+        self.constants = constants
         self.special = special or {}
-        self._trail: list[str] = []
-        self._steps = 0
-        self._nesting = 0
-        self._known: dict[tuple[Function, tuple[Value, ...]], Value] = {}
+        self.leaves: list[Sequence[Any]] = []
+        self._scalars = _Scalars(self.leaves, bag)
 
-    def value(self, node: tree.Expr) -> Value:
-        """Value of `node`."""
-        self._steps += 1
-        if self._nesting >= MAX_NESTING or self._steps > MAX_STEPS:
-            deep = self._nesting >= MAX_NESTING
-            raise AraelError(
-                Diagnostic(
-                    "E0607" if deep else "E0653",
-                    "expression is nested too deeply" if deep else "expression is too large",
-                    node.span,
-                    f"more than {MAX_NESTING} levels, functions included"
-                    if deep
-                    else f"more than {MAX_STEPS} operations, functions written out",
-                )
+    def read(self, node: tree.Expr) -> Value:
+        """Value of a formula.
+
+        Raises
+        ------
+        AraelError
+            With every mistake in it; E0653 if it is too large.
+        """
+        return self.finished(self.value(node))
+
+    def finished(self, typed: Typed | Broken) -> Value:
+        """Value of a formula that has been typed."""
+        self.report.stop()
+        assert isinstance(typed, Typed)
+        _require_size(typed)
+        found = self._scalars.nodes(typed)
+        require_size(found, MAX_WRITTEN_OUT, "the formula, written out,")
+        return composite(typed.type, found)
+
+    def leaf(self, value: Value, span: Span) -> Typed | Broken:
+        """Bind a value to the place where it is named."""
+        if isinstance(value, sp.Integer):
+            return self.make(Literal_(type=INT, span=span, value=float(value)))
+        self.leaves.append(entries(value))
+        return self.make(Formal(type=type_of(value), span=span, index=len(self.leaves) - 1))
+
+    def leaf_of(self, name: str, span: Span) -> Typed | Broken:
+        """Value of the name, or the variable of that name."""
+        names = self.constants if self.calls else self.names
+        return self.leaf(names[name] if name in names else sp.Symbol(name), span)
+
+
+def parse(
+    text: str | Source,
+    functions: Mapping[str, Function] | None = None,
+    names: Mapping[str, Any] | None = None,
+) -> Value:
+    """Read a formula in the notation of models.
+
+    Parameters
+    ----------
+    text : such as ``"a * exp(-b * x) + c"``
+    functions : a `FunctionBag`: functions of the user, which shadow built-in ones of the same name
+    names : values of names: numbers, expressions, vectors, matrices, quaternions. What is not
+        among them is a constant (``pi``, ``e``, ``epsilon``) or else becomes a variable.
+
+    Returns
+    -------
+    A SymPy expression; a condition; a column for a vector, a matrix (`ImmutableMatrix`); SymPy's
+    `Quaternion`; a `Transform`.
+
+    Raises
+    ------
+    AraelError
+        With the place in the text for what is wrong in it. Nothing of the text is ever run.
+    """
+    source = text if isinstance(text, Source) else Source("formula", text)
+    values = {name: as_value(value) for name, value in (names or {}).items()}
+    bag = functions if functions is not None else {}
+    reader = Reader(bag, values, getattr(bag, "constants", {}))
+    return reader.read(parse_expression(source))
+
+
+def call(name: str, args: Sequence[Any], bag: Mapping[str, Function] | None = None) -> Value:
+    """Call a function of the language, or of a bag, on values.
+
+    Raises
+    ------
+    AraelError
+        E0303 for a wrong number of arguments, E0302 for wrong types.
+    """
+    formals = [f"a{i}" for i in range(len(args))]
+    source = Source(name, f"{name}({', '.join(formals)})")
+    values = dict(zip(formals, map(as_value, args), strict=True))
+    functions = bag if bag is not None else {}
+    constants = getattr(functions, "constants", {})
+    return Reader(functions, values, constants).read(parse_expression(source))
+
+
+class _Scalars(Scalariser):
+    """Scalars of formulas as SymPy expressions."""
+
+    def __init__(self, leaves: Sequence[Sequence[Any]], bag: Mapping[str, Function]) -> None:
+        super().__init__(cast(Graph, Formulas()), NoUses(), cast(Any, bag))
+        self.leaves = leaves
+
+    def _needs(self, e: Typed) -> tuple[Typed, ...]:
+        if isinstance(e, Invoke):
+            return e.args  # not the formula of its value
+        terms = _terms(e)
+        return tuple(term for _, term in terms) if terms else super()._needs(e)
+
+    def _scalarise(self, e: Typed) -> list[Any]:
+        if isinstance(e, Formal):
+            return list(self.leaves[e.index])
+        if isinstance(e, Invoke):
+            return [self.graph.call(self.functions[e.function], [self.nodes(a)[0] for a in e.args])]
+        terms = _terms(e)
+        if terms:
+            # At once: SymPy takes the square of their number for one after the other.
+            columns = [[-x if minus else x for x in self.nodes(t)] for minus, t in terms]
+            return [operation("sum", *scalars) for scalars in zip(*columns, strict=True)]
+        if isinstance(e, Apply) and e.name in SCALARS:
+            args: Any = [self.nodes(a) for a in e.args]
+            n = max(map(len, args), default=1)
+            spread = [a if len(a) == n else list(a) * n for a in args]
+            return [operation(e.name, *scalars) for scalars in zip(*spread, strict=True)]
+        return cast("list[Any]", super()._scalarise(e))
+
+    def _place(self, span: Span) -> int | None:
+        return None
+
+
+def _terms(e: Typed) -> list[tuple[bool, Typed]]:
+    """Terms of a chain of more than one ``+`` or ``-``, and whether they are subtracted."""
+    found: list[tuple[bool, Typed]] = []
+    while isinstance(e, Apply) and e.name in ("add", "sub"):
+        left, right = e.args
+        found.append((e.name == "sub", right))
+        e = left
+    return [(False, e), *reversed(found)] if len(found) > 1 else []
+
+
+def _require_size(typed: Typed) -> None:
+    """Bound what the formula has written out, before it is made."""
+    counts: dict[Typed, int] = {}
+    for node in postorder([typed]):
+        counts[node] = 1 + sum(counts[o] for o in operands(node))
+    if counts[typed] > 2 * MAX_WRITTEN_OUT:
+        raise AraelError(
+            Diagnostic(
+                "E0653",
+                "expression is too large",
+                typed.span,
+                f"written out, functions included, more than {MAX_WRITTEN_OUT} operations",
             )
-        self._nesting += 1
-        try:
-            return _READERS[type(node)](self, node)
-        finally:
-            self._nesting -= 1
-
-    def operand(self, node: tree.Expr) -> Operand:
-        """Value of `node` with its place."""
-        return self.value(node), node.span
-
-    def condition(self, node: tree.Expr) -> Expr:
-        """Value of `node`, which must be a condition."""
-        found = self.value(node)
-        if isinstance(found, Expr) and (found.type == BOOL or found.op == "const"):
-            return found
-        fail(
-            "E0307",
-            "expected a condition here",
-            node.span,
-            f"this is {found.type}",
-            help=("compare it: `x > 0`",) if isinstance(found.type, ScalarType) else (),
         )
 
-    def within(self, names: Mapping[str, Value], node: tree.Expr) -> Value:
-        """Value of `node` where `names` are the only ones."""
-        before, self.names = self.names, names
-        try:
-            return self.value(node)
-        finally:
-            self.names = before
 
-    def apply(self, function: Function, args: Sequence[Operand], at: Span | None) -> Value:
-        """Call a function of the user."""
-        values = tuple(value for value, _ in args)
-        if len(args) != len(function.parameters):
-            n = len(function.parameters)
-            fail(
-                "E0303",
-                f"`{function.name}` takes {n} argument{'' if n == 1 else 's'}, found {len(args)}",
-                at,
-                "in this call",
-                labels=(Label(function.node.name.span, "declared here"),),
-                origin="" if at else f"{function.name}()",
+# --- names ----------------------------------------------------------------------------------------
+
+
+def _name(t: Reader, node: tree.Name) -> Binding:
+    scope = cast(ConstantScope, t.scope)
+    if node.id in scope.locals:
+        return scope.locals[node.id][0]
+    if node.id not in (t.constants if t.calls else t.names):
+        if node.id in CONSTANTS:
+            return t.leaf(operation(node.id), node.span)
+        if node.id in IDENTITIES:
+            return t.apply(node, node.id, [], IDENTITIES[node.id])
+        if node.id in FUNCTIONS or node.id in t.bag:
+            return t.fail(
+                "E0304",
+                node.span,
+                f"`{node.id}` is a function",
+                label="expected a value here",
+                help=[f"call it: `{node.id}(...)`"],
             )
-        if function.node.derivs is not None:
-            return self._kept(function, args, at)
-        key = (function, values)
-        if key not in self._known:
-            if function.name in self._trail:
-                raise recursion(self._trail, function.name, function)
-            self._known[key] = self._inlined(function, values)
-        return self._known[key]
-
-    def _inlined(self, function: Function, values: tuple[Value, ...]) -> Value:
-        assert function.node.body is not None
-        self._trail.append(function.name)
-        bag, special, self.bag, self.special = self.bag, self.special, function.bag, {}
-        try:
-            called = dict(zip(function.parameters, values, strict=True))
-            names: dict[str, Value] = {**function.bag.constants, **called}
-            return self.within(names, function.node.body)
-        finally:
-            self.bag, self.special = bag, special
-            self._trail.pop()
-
-    def _kept(self, function: Function, args: Sequence[Operand], at: Span | None) -> Expr:
-        """Make a call that stays one, because its derivatives are its own."""
-        scalars: list[Expr] = []
-        for value, place in args:
-            found = operations.number(value, place)
-            if not isinstance(found, Expr):
-                fail(
-                    "E0302",
-                    f"`{function.name}` takes scalars, found {found.type}",
-                    place or at,
-                    origin="" if place or at else f"{function.name}()",
-                )
-            scalars.append(found)
-        return Expr("call", tuple(scalars), function)
+    return t.leaf_of(node.id, node.span)
 
 
-# --- names and parts ------------------------------------------------------------------------------
+def _attribute(t: Reader, node: tree.Attribute) -> Binding:
+    """``p.x`` of a value, or the variable ``L0.length``."""
+    parts: list[str] = []
+    inner: tree.Expr = node
+    while isinstance(inner, tree.Attribute):
+        parts.append(inner.name)
+        inner = inner.obj
+    names = t.constants if t.calls else t.names
+    if isinstance(inner, tree.Name):
+        path = ".".join([inner.id, *reversed(parts)])
+        if path in names:
+            return t.leaf_of(path, node.span)
+        if inner.id not in cast(ConstantScope, t.scope).locals and inner.id not in names:
+            return t.leaf_of(path, node.span)
+    return access.attribute(t, node)
 
 
-def _number(r: Reader, node: tree.Number) -> Value:
-    if node.unit is not None:
-        fail(
-            "E0320",
-            "this formula has no units",
-            node.unit.span,
-            "units are checked in model files",
-            help=(f"write `{node.text}`",),
+def _call(t: Reader, node: tree.Call) -> Binding:
+    name = node.func.id if isinstance(node.func, tree.Name) else ""
+    if name in t.bag:
+        chain = [caller for caller, _ in t.calls]
+        if name in chain:
+            raise recursion([*chain[chain.index(name) :], name], t.bag[name].node)
+    elif name in t.special and not t.calls:
+        return t.leaf(t.special[name](t, node), node.span)
+    elif name and name not in FUNCTIONS and name not in IDENTITIES:
+        near = did_you_mean(name, [*t.bag, *t.special, *FUNCTIONS, *IDENTITIES])
+        if name in t.names:
+            near = [f"`{name}` is a value; write `{name} * (...)` to multiply"]
+        elif name in ROW_METHODS:
+            near = [f"write `M.{name}(i)`"]
+        return t.fail(
+            "E0205", node.func.span, f"unknown function `{name}`", label="not found", help=near
         )
-    return const(node.value)
+    return calls.call(t, node)
 
 
-def _boolean(r: Reader, node: tree.Boolean) -> Value:
-    truth = const(float(node.value))
-    return build("eq", truth, const(1.0))
-
-
-def _name(r: Reader, node: tree.Name) -> Value:
-    if node.id in r.names:
-        return r.names[node.id]
-    if node.id in CONSTANTS:
-        return build(node.id)
-    if node.id in IDENTITIES:
-        return operations.call(node.id, [], node.span)
-    if node.id in r.bag or node.id in FUNCTIONS:
-        fail(
-            "E0304",
-            f"`{node.id}` is a function",
-            node.span,
-            "expected a value here",
-            help=(f"call it: `{node.id}(...)`",),
+def recursion(chain: Sequence[str], node: tree.Function) -> AraelError:
+    """The error for a function in text that calls itself."""
+    shown = " -> ".join([*chain[:6], *(["..."] if len(chain) > 6 else [])])
+    return AraelError(
+        Diagnostic(
+            "E0605",
+            f"function calls itself: {shown}",
+            node.name.span,
+            "cannot be written out as a formula",
+            help=("formulas have no loops; give the function as a closed formula",),
         )
-    return Expr("symbol", (), node.id)
-
-
-def _attribute(r: Reader, node: tree.Attribute) -> Value:
-    path = _dotted(node)
-    if path is not None and path[0] not in r.names:
-        return r.names.get(".".join(path), Expr("symbol", (), ".".join(path)))
-    owner = r.value(node.obj)
-    if isinstance(owner, Quaternion):
-        if node.name in QUATERNION_PARTS:
-            return owner.entries[QUATERNION_PARTS[node.name]]
-        if node.name == "vec":
-            return owner.vec
-    if isinstance(owner, Transform) and (found := part(owner, node.name)) is not None:
-        return found
-    at = VECTOR_PARTS.get(node.name)
-    if isinstance(owner, Vector) and at is not None:
-        if at < len(owner):
-            return owner[at]
-        has = ", ".join(list(VECTOR_PARTS)[: len(owner)])
-        fail("E0305", f"{owner.type} has no `{node.name}`", node.name_span, f"it has {has}")
-    help_: tuple[str, ...] = ()
-    if node.name in METHODS:
-        help_ = (f"`{node.name}` is a method: write `{node.name}()`",)
-    elif isinstance(owner, Matrix):
-        help_ = ("write `M[row, column]`, `M.row(i)` or `M.col(i)`",)
-    fail(
-        "E0204",
-        f"{owner.type} has no part `{node.name}`",
-        node.name_span,
-        "unknown part",
-        help=help_,
     )
 
 
-def _dotted(node: tree.Expr) -> list[str] | None:
-    parts: list[str] = []
-    while isinstance(node, tree.Attribute):
-        parts.append(node.name)
-        node = node.obj
-    return [node.id, *reversed(parts)] if isinstance(node, tree.Name) else None
-
-
-def _index(r: Reader, node: tree.Index) -> Value:
-    owner = r.value(node.obj)
-    sizes: tuple[int, ...] = ()
-    if isinstance(owner, Vector):
-        sizes = (len(owner),)
-    elif isinstance(owner, Matrix):
-        sizes = owner.shape
-    if not sizes:
-        fail("E0305", f"{owner.type} cannot be indexed", node.span)
-    if len(node.indices) != len(sizes):
-        fail(
-            "E0305",
-            f"{owner.type} takes {len(sizes)} {'index' if len(sizes) == 1 else 'indices'}, "
-            f"found {len(node.indices)}",
-            node.span,
-            help=("write `M[i, :]` for a whole row",) if len(sizes) == 2 else (),
-        )
-    taken = [
-        _range(r, expr, size, str(owner.type))
-        for expr, size in zip(node.indices, sizes, strict=True)
-    ]
-    kept = [isinstance(expr, tree.Slice) for expr in node.indices]
-    rows, columns = (taken[0], taken[1]) if len(taken) == 2 else ([0], taken[0])
-    table = [[owner.entries[i * sizes[-1] + j] for j in columns] for i in rows]
-    if kept == [True, True]:
-        return Matrix(table)
-    entries = [entry for row in table for entry in row]
-    return Vector(entries) if any(kept) else entries[0]
-
-
-def _range(r: Reader, node: tree.Expr | tree.Slice, size: int, of: str) -> range:
-    """Positions that an index or a slice takes."""
-    if not isinstance(node, tree.Slice):
-        at = _position(r, node, size, of)
-        return range(at, at + 1)
-    low = 0 if node.low is None else _position(r, node.low, size + 1, of)
-    high = size if node.high is None else _position(r, node.high, size + 1, of)
-    if low >= high:
-        fail("E0305", f"the slice {low}:{high} is empty", node.span, "no elements")
-    return range(low, high)
-
-
-def _position(r: Reader, node: tree.Expr, size: int, of: str) -> int:
-    found = r.value(node)
-    value = found.value if isinstance(found, Expr) else None
-    if value is None or not value.is_integer():
-        fail("E0305", "an index is a whole number known in advance", node.span, "not whole")
-    if not 0 <= value < size:
-        fail(
-            "E0305",
-            f"index {int(value)} is outside of {of}",
-            node.span,
-            f"expected 0 to {size - 1}",
-        )
-    return int(value)
-
-
-# --- operators ------------------------------------------------------------------------------------
-
-
-def _unary(r: Reader, node: tree.Unary) -> Value:
-    if node.op == "not":
-        return operations.logic("not", r.condition(node.operand))
-    value = operations.number(r.value(node.operand), node.operand.span)
-    return value if node.op == "+" else operations.negative(value, node.span)
-
-
-def _binary(r: Reader, node: tree.Binary) -> Value:
-    """Read a chain ``a + b - c``, which leans to the left, step by step."""
-    chain = [node]
-    while isinstance(chain[-1].left, tree.Binary):
-        chain.append(chain[-1].left)
-    first = chain[-1].left
-    at = first.span
-    left: Value | None = None
-    for step in reversed(chain):
-        if step.op in ("and", "or"):
-            a = r.condition(first) if left is None else _as_condition(left, at)
-            left = operations.logic(step.op, a, r.condition(step.right))
-        else:
-            value = r.value(first) if left is None else left
-            left = operations.operate(step.op, (value, at), r.operand(step.right), step.span)
-        at = step.span
-    assert left is not None
-    return left
-
-
-def _as_condition(value: Value, at: Span) -> Expr:
-    if isinstance(value, Expr) and value.type == BOOL:
-        return value
-    fail("E0307", "expected a condition here", at, f"this is {value.type}")
-
-
-def _transpose(r: Reader, node: tree.Transpose) -> Value:
-    return operations.transposed(r.value(node.operand), node.span)
-
-
-def _conditional(r: Reader, node: tree.Conditional) -> Value:
-    condition = r.condition(node.cond)
-    then, otherwise = r.value(node.then), r.value(node.otherwise)
-    if then.type != otherwise.type:
-        fail(
-            "E0306",
-            f"the two arms of `if` differ: {then.type} and {otherwise.type}",
-            node.span,
-            labels=(
-                Label(node.then.span, f"this is {then.type}"),
-                Label(node.otherwise.span, f"this is {otherwise.type}"),
-            ),
-        )
-    pairs = zip(then.entries, otherwise.entries, strict=True)
-    return composite(then.type, tuple(build("select", condition, a, b) for a, b in pairs))
-
-
-def _list(r: Reader, node: tree.ListExpr) -> Value:
-    if node.items and all(isinstance(item, tree.ListExpr) for item in node.items):
-        rows = [r.value(item).entries for item in node.items]
-        for row, item in zip(rows, node.items, strict=True):
-            if len(row) != len(rows[0]):
-                fail("E0312", "the rows of a matrix have one length", item.span)
-        return Matrix(rows)
-    entries: list[Expr] = []
-    for item in node.items:
-        value = operations.number(r.value(item), item.span)
-        if not isinstance(value.type, (ScalarType, VectorType)):
-            fail("E0312", f"a list holds scalars and vectors, found {value.type}", item.span)
-        entries.extend(value.entries)
-    if not entries:
-        fail("E0312", "an empty list has no value", node.span, "put numbers in it")
-    return Vector(entries)
-
-
-def _string(r: Reader, node: tree.String) -> Value:
-    fail("E0304", "text cannot be computed with", node.span, "this is a string")
-
-
-def _lambda(r: Reader, node: tree.Lambda) -> Value:
-    fail("E0304", "expected a value here", node.span, "`|s| ...` belongs behind `loss`")
-
-
-# --- calls ----------------------------------------------------------------------------------------
-
-
-def _call(r: Reader, node: tree.Call) -> Value:
-    func = node.func
-    if isinstance(func, tree.Attribute):
-        return _method(r, node, func)
-    if not isinstance(func, tree.Name):
-        fail("E0205", "expected the name of a function", func.span, "cannot be called")
-    if func.id in r.bag:
-        return r.apply(r.bag[func.id], [r.operand(a) for a in node.args], node.span)
-    if func.id in r.special:
-        return r.special[func.id](r, node)
-    if func.id in FUNCTIONS or func.id in IDENTITIES:
-        return operations.call(func.id, [r.operand(a) for a in node.args], node.span)
-    known = [*r.bag, *r.special, *FUNCTIONS, *IDENTITIES]
-    help_ = tuple(did_you_mean(func.id, known))
-    if func.id in ROW_METHODS:
-        help_ = (f"write `M.{func.id}(i)`",)
-    elif func.id in r.names:
-        help_ = (f"`{func.id}` is a value; write `{func.id} * (...)` to multiply",)
-    fail("E0205", f"unknown function `{func.id}`", func.span, "not found", help=help_)
-
-
-def _method(r: Reader, node: tree.Call, func: tree.Attribute) -> Value:
-    if func.name not in METHODS:
-        fail(
-            "E0205",
-            f"a value has no method `{func.name}`",
-            func.name_span,
-            "unknown method",
-            help=tuple(did_you_mean(func.name, sorted(METHODS))),
-        )
-    owner = r.operand(func.obj)
-    if func.name not in ROW_METHODS:
-        return operations.call(func.name, [owner, *map(r.operand, node.args)], node.span)
-    matrix = owner[0]
-    if not isinstance(matrix, Matrix):
-        fail("E0302", f"`{func.name}` is of a matrix, found {matrix.type}", func.obj.span)
-    if len(node.args) != 1:
-        fail("E0303", f"`{func.name}` takes 1 argument, found {len(node.args)}", node.span)
-    by_row = func.name == "row"
-    at = _position(r, node.args[0], matrix.shape[not by_row], str(matrix.type))
-    return matrix.row(at) if by_row else matrix.col(at)
-
-
-_READERS: dict[type, Callable[..., Value]] = {
-    tree.Number: _number,
-    tree.Boolean: _boolean,
-    tree.String: _string,
+_HANDLERS: Mapping[type, Callable[[Any, Any], Binding]] = {
+    **expressions.HANDLERS,
     tree.Name: _name,
     tree.Attribute: _attribute,
-    tree.Index: _index,
     tree.Call: _call,
-    tree.Unary: _unary,
-    tree.Binary: _binary,
-    tree.Transpose: _transpose,
-    tree.Conditional: _conditional,
-    tree.ListExpr: _list,
-    tree.Lambda: _lambda,
 }

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import sympy as sp
+
+from arael.check.constants import Constants
+from arael.check.items import gather
+from arael.check.report import Reporter
 from arael.check.typed import BOOL, REAL
-from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
-from arael.sym.building import build
+from arael.compiler.imports import Imports
+from arael.diagnostics.records import Findings, Source
 from arael.sym.errors import fail
-from arael.sym.expr import Expr, const
-from arael.sym.shapes import as_value, composite
-from arael.sym.value import Value
+from arael.sym.evaluation import Program
+from arael.sym.functions import UserFunction, number
+from arael.sym.reading import Reader, call
+from arael.sym.values import Value, composite, type_of
 from arael.syntax import tree
+from arael.syntax.files import read_source
 from arael.syntax.parser import parse as parse_file
 
 Native = Callable[..., float]
@@ -50,6 +59,11 @@ class Function:
         """Show the declaration."""
         return f"<function {self.node.span.text}>"
 
+    @cached_property
+    def sympy_class(self) -> Any:
+        """The SymPy function of calls that stay calls: those of a function with `derivs`."""
+        return type(self.name, (UserFunction,), {"declared": self, "nargs": len(self.parameters)})
+
     def __call__(self, *args: Any) -> Any:
         """Apply to expressions, vectors or numbers.
 
@@ -58,26 +72,36 @@ class Function:
         AraelError
             E0303 for a wrong number of arguments; what is wrong in its text.
         """
-        from arael.sym.reading import Reader
+        return call(self.name, args, self.bag)
 
-        return Reader(self.bag, {}).apply(self, [(as_value(a), None) for a in args], None)
-
-    def formula(self, args: Iterable[Expr]) -> Expr:
+    def formula(self, args: Iterable[Any]) -> Any:
         """Value of a form A function for these arguments, written out."""
         assert self.node.body is not None
         return self._read(self.node.body, tuple(args))
 
-    def partials(self, args: tuple[Expr, ...]) -> list[Expr]:
+    def partials(self, args: Iterable[Any]) -> list[Any]:
         """Derivatives by each argument, as prescribed."""
         assert self.node.derivs is not None
-        return [self._read(d, args) for d in self.node.derivs]
+        return [self._read(d, tuple(args)) for d in self.node.derivs]
 
-    def _read(self, node: tree.Expr, args: tuple[Expr, ...]) -> Expr:
-        from arael.sym.reading import Reader
+    def native_value(self, *args: Any) -> Any:
+        """Value of a form B function on numbers or arrays."""
+        assert self.native is not None
+        if all(np.ndim(a) == 0 for a in args):
+            return float(self.native(*map(float, args)))
+        return np.vectorize(self.native, otypes=[np.float64])(*args)
 
+    def evaluate(self, *args: Any) -> Any:
+        """Value on numbers or arrays."""
+        if self.is_native:
+            return self.native_value(*args)
+        formals = sp.symbols(self.parameters)
+        return Program([self.formula(formals)], self.parameters)(*args)[0]
+
+    def _read(self, node: tree.Expr, args: tuple[Any, ...]) -> Any:
         names = {**self.bag.constants, **dict(zip(self.parameters, args, strict=True))}
-        found = Reader(self.bag, names).value(node)
-        if not isinstance(found, Expr) or found.type != REAL:
+        found = Reader(self.bag, names, self.bag.constants).read(node)
+        if type_of(found) != REAL:
             fail("E0652", f"`{self.name}` has derivatives, so it must be a scalar", node.span)
         return found
 
@@ -108,13 +132,6 @@ class FunctionBag(Mapping[str, Function]):
 
     def __len__(self) -> int:
         return len(self._functions)
-
-    def copy(self) -> FunctionBag:
-        """Return a bag with the same functions, which look names up where they did."""
-        bag = FunctionBag()
-        bag._functions = dict(self._functions)
-        bag.constants = dict(self.constants)
-        return bag
 
     def define(self, text: str) -> Function:
         """Add a function from text: ``f(x, y) = x * y``, or with ``derivs [d1, d2]`` before ``=``.
@@ -200,9 +217,6 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             As reading the model does; E0651 where an ``extern fn`` has no callable.
         """
-        from arael.compiler.imports import Imports
-        from arael.syntax.files import read_source
-
         is_text = isinstance(model, str) and ("\n" in model or "=" in model)
         source = Source("model", str(model)) if is_text else read_source(str(model))
         return cls.from_source(source, natives, None if is_text else Imports())
@@ -215,10 +229,6 @@ class FunctionBag(Mapping[str, Function]):
         load: Callable[[tree.Import], tree.File] | None = None,
     ) -> FunctionBag:
         """Take the functions of a text, which sees its constants and what `load` imports."""
-        from arael.check.constants import Constants
-        from arael.check.items import gather
-        from arael.check.report import Reporter
-
         report = Reporter(Findings())
         found = gather(parse_file(source), load, report)
         report.stop()
@@ -227,11 +237,11 @@ class FunctionBag(Mapping[str, Function]):
         for name, item in found.consts.items():
             value = constants.evaluate(item.value)
             if value is not None:
-                entries = tuple(const(float(number)) for number in value.values)
-                if value.type == BOOL:
-                    bag.constants[name] = build("eq", *entries, const(1.0))
-                else:
-                    bag.constants[name] = composite(value.type, entries)
+                scalars = [number(float(x)) for x in value.values]
+                is_bool = value.type == BOOL
+                bag.constants[name] = (
+                    sp.Eq(*scalars, 1) if is_bool else composite(value.type, scalars)
+                )
         report.stop()
         for function_ in found.functions.values():
             bag.add(function_, (natives or {}).get(function_.name.id))
@@ -241,17 +251,3 @@ class FunctionBag(Mapping[str, Function]):
 def function(definition: str) -> Function:
     """Make one function: ``sigmoid = function("sigmoid(x) = 1 / (1 + exp(-x))")``."""
     return FunctionBag().define(definition)
-
-
-def recursion(trail: list[str], name: str, function: Function) -> AraelError:
-    """The error for a function in text that calls itself."""
-    chain = " -> ".join([*trail[trail.index(name) :][:6], name])
-    return AraelError(
-        Diagnostic(
-            "E0605",
-            f"function calls itself: {chain}",
-            function.node.name.span,
-            "cannot be written out as a formula",
-            help=("formulas have no loops; give the function as a closed formula",),
-        )
-    )

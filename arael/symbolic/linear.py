@@ -116,11 +116,6 @@ def cross(g: Graph, a: Sequence[int], b: Sequence[int]) -> Vector:
     ]
 
 
-def cross2(g: Graph, a: Sequence[int], b: Sequence[int]) -> int:
-    """Cross product of 2-vectors, a scalar: the signed area they span."""
-    return g.op("sub", g.op("mul", a[0], b[1]), g.op("mul", a[1], b[0]))
-
-
 def transpose(m: Matrix) -> Matrix:
     """Transposed matrix."""
     return [list(column) for column in zip(*m, strict=True)]
@@ -135,21 +130,6 @@ def matmul(g: Graph, a: Matrix, b: Matrix) -> Matrix:
 def matvec(g: Graph, m: Matrix, v: Sequence[int]) -> Vector:
     """Matrix times column vector."""
     return [dot(g, row, v) for row in m]
-
-
-def matadd(g: Graph, a: Matrix, b: Matrix) -> Matrix:
-    """Sum of two matrices."""
-    return [add(g, x, y) for x, y in zip(a, b, strict=True)]
-
-
-def matsub(g: Graph, a: Matrix, b: Matrix) -> Matrix:
-    """Difference of two matrices."""
-    return [sub(g, x, y) for x, y in zip(a, b, strict=True)]
-
-
-def matscale(g: Graph, factor: int, m: Matrix) -> Matrix:
-    """Scalar times matrix."""
-    return [scale(g, factor, row) for row in m]
 
 
 def outer(g: Graph, a: Sequence[int], b: Sequence[int]) -> Matrix:

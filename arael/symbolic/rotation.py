@@ -85,8 +85,3 @@ def quaternion_of_euler(g: Graph, rpy: Sequence[int]) -> Vector:
     zero = g.const(0.0)
     roll, pitch, yaw = [cr, sr, zero, zero], [cp, zero, sp, zero], [cy, zero, zero, sy]
     return quaternion.product(g, quaternion.product(g, yaw, pitch), roll)
-
-
-def angle_of(g: Graph, m: Matrix) -> int:
-    """Angle (rad) of a planar rotation matrix, in (-pi, pi]."""
-    return g.op("atan2", m[1][0], m[0][0])

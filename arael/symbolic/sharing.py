@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import sympy as sp
@@ -46,7 +46,7 @@ class Shared(Generic[Seed]):
     def write(self) -> list[dict[Seed, int]]:
         """Write the derivatives as nodes of the graph."""
         g = self.terms.graph
-        writer = _Writer(self.terms, self.subexpressions)
+        writer = Writer(g, self.subexpressions, self.terms.symbols)
         saved = g.place
         for symbol, (term, place) in self.definitions.items():
             g.place = saved if place is None else place
@@ -93,13 +93,22 @@ def real(number: Any) -> float:
         return math.nan
 
 
-class _Writer:
-    """Writes terms as operations of the graph; a term that has been written is not again."""
+class Writer:
+    """Writes terms as operations of a graph; a term that has been written is not again.
 
-    def __init__(self, terms: Terms, subexpressions: dict[Term, Term]) -> None:
-        self.graph: Graph = terms.graph
+    Parameters
+    ----------
+    graph : where the operations go
+    subexpressions : symbol -> term of what is written where it is needed first
+    nodes : nodes of the other symbols
+    """
+
+    def __init__(
+        self, graph: Graph, subexpressions: dict[Term, Term], nodes: Mapping[Term, int]
+    ) -> None:
+        self.graph = graph
         self.subexpressions = subexpressions
-        self.nodes: dict[Term, int] = dict(terms.symbols)
+        self.nodes: dict[Term, int] = dict(nodes)
 
     def write(self, term: Term) -> int:
         """Node of `term`, after those of the subexpressions that it needs."""

@@ -156,7 +156,7 @@ def _pow(g: Graph, base: int, exponent: int) -> int:
             return g.op("sqrt", base)
         if power == -0.5:
             return g.op("div", g.const(1.0), g.op("sqrt", base))
-        if power == int(power) and abs(power) <= _LARGEST_POWER:
+        if abs(power) <= _LARGEST_POWER and power == int(power):
             product = _integer_power(g, base, abs(int(power)))
             return product if power > 0 else g.op("div", g.const(1.0), product)
     if g.value(base) == 1:

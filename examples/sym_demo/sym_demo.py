@@ -2,7 +2,7 @@
 
     python sym_demo.py [--plot sym_demo.png]
 
-`arael.sym` without a model and a solver.
+`arael.sym` without a model and a solver. Its expressions are SymPy's.
 """
 
 from __future__ import annotations
@@ -11,45 +11,47 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+import sympy as sp
 
 from arael import sym
 
 
-def building() -> sym.Expr:
+def building() -> sp.Expr:
     """Build an expression with operators, evaluate it, differentiate it."""
     x = sym.symbol("x")
-    f = sym.sin(x) * x + 1.0
-    print("f(x)    =", f)
-    print("f'(x)   =", f.diff("x"))
-    print("f''(x)  =", f.diff("x", 2))
-    print("f(2)    =", f.eval(x=2.0))
-    print("f(2 y)  =", f.subs(x=2 * sym.symbol("y")))
+    f = sp.sin(x) * x + 1
+    print("f(x)    =", sym.text(f))
+    print("f'(x)   =", sym.text(f.diff(x)))
+    print("f''(x)  =", sym.text(f.diff(x, 2)))
+    print("f(2)    =", sym.eval(f, x=2.0))
+    print("f(2 y)  =", sym.text(f.subs(x, 2 * sym.symbol("y"))))
     return f
 
 
 def rearranging() -> None:
     """Multiply out, collect, simplify."""
     f = sym.parse("(x + y)^2 - a * x^2")
-    print("expand  =", f.expand())
-    print("collect =", f.collect("x"))
-    print("simple  =", sym.parse("sin(x)^2 + cos(x)^2 + (x^2 - 1) / (x - 1)").simplify())
+    print("expand  =", sym.text(f.expand()))
+    print("collect =", sym.text(sym.collect(f, "x")))
+    g = sym.parse("sin(x)^2 + cos(x)^2 + (x^2 - 1) / (x - 1)")
+    print("simple  =", sym.text(sp.simplify(g)))
 
 
 def sharing() -> sym.Shared:
     """Differentiate a residual by all its variables and extract common subexpressions."""
     residual = sym.parse("starship(atan2(y - b, x - a) * isigma, gamma)")
-    rows = sym.jacobian(residual.subs(gamma=3.0), ["a", "b"])
+    rows = sym.jacobian(residual.subs("gamma", 3), ["a", "b"])
     shared = sym.cse(rows)
     print(shared)
     return shared
 
 
-def printing(f: sym.Expr) -> None:
+def printing(f: sp.Expr) -> None:
     """Write an expression in four notations."""
-    print("text    =", f)
-    print("LaTeX   =", f.latex())
-    print("Python  =", f.python())
-    print("C       =", f.c())
+    print("text    =", sym.text(f))
+    print("LaTeX   =", sp.latex(f))
+    print("Python  =", sym.python(f))
+    print("C       =", sym.c(f))
 
 
 def parsing() -> None:
@@ -59,23 +61,23 @@ def parsing() -> None:
         "abs(x) = sqrt(x^2 + 1e-6)",
     )
     f = sym.parse("sigmoid(2 * t) + abs(t)", bag)
-    print("f(t)    =", f)
-    print("f'(t)   =", f.diff("t"))
-    print("f'(0.5) =", round(f.diff("t").eval(t=0.5), 12))
+    print("f(t)    =", sym.text(f))
+    print("f'(t)   =", sym.text(f.diff("t")))
+    print("f'(0.5) =", round(sym.eval(f.diff("t"), t=0.5), 12))
 
 
 def rotations() -> float:
     """Rotate a vector by a quaternion and by its matrix; return the difference."""
-    q = sym.exp(sym.Vector("w", 3))
-    v = sym.Vector([1, 2, 3])
-    apart = q.rotate(v) - q.rotation_matrix() @ v
+    q = sym.exp(sym.vector("w", 3))
+    v = sp.Matrix([1, 2, 3])
+    apart = sym.rotate(q, v) - sym.rotation_matrix(q) * v
     at = {"w.x": 0.3, "w.y": -0.5, "w.z": 1.1}
-    distance = float(np.abs(apart.eval(at)).max())
+    distance = float(np.abs(sym.eval(apart, at)).max())
     print("q v q* - R v:", "equal to rounding" if distance < 1e-14 else distance)
     return distance
 
 
-def plot(f: sym.Expr, path: Path) -> None:
+def plot(f: sp.Expr, path: Path) -> None:
     """Draw an expression and its derivatives."""
     import matplotlib
 
@@ -86,7 +88,7 @@ def plot(f: sym.Expr, path: Path) -> None:
     figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
     for order, name in enumerate(("f", "f'", "f''")):
         curve = f.diff("x", order)
-        axes.plot(x, curve.eval(x=x), label=f"${name} = {curve.latex()}$")
+        axes.plot(x, sym.eval(curve, x=x), label=f"${name} = {sp.latex(curve)}$")
     axes.set_xlabel("x")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -29,13 +28,13 @@ def examine(content: bytes, name: str, rng: random.Random, folder: Path) -> str:
     text = content.decode("utf-8", "surrogateescape")
     outcomes = [_calculated(text, rng), _fitted(text, rng)]
     values = {name: rng.gauss(0, 2) for name in "abcxy"}
-    formula: Any = sym.parse(text)
-    if isinstance(formula, sym.Expr):
-        free = formula.free_vars
-        outcomes.append("evaluated")
-        formula.eval(**{name: values.get(name, 0.5) for name in free})
-        for variable in free[:2]:
-            formula.diff(variable).eval(**{name: values.get(name, 0.5) for name in free})
+    formula = sym.parse(text)
+    free = sym.free_vars(formula)
+    at = {name: values.get(name, 0.5) for name in free}
+    outcomes.append("evaluated")
+    sym.eval(formula, at)
+    for variable in free[:2]:
+        sym.eval(sym.diff(formula, variable), at)
     return " ".join(outcomes)
 
 

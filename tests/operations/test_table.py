@@ -67,8 +67,12 @@ found["machine"] = float(runtime.residuals.parameters["b"])
 runtime.residuals.add("fdim(c, 1) - 2 + fdim(1, c)", label="two", parameters={"c": 2.5})
 found["two operands"] = runtime.cost()
 f = sym.parse("exp2(x)")
-found["latex"] = f.latex()
-found["slope"] = f.diff("x").eval(x=3.0)
+found["latex"] = sym.latex(f)
+found["slope"] = sym.eval(f.diff("x"), x=3.0)
+found["number"] = float(f.subs("x", 3))
+found["python"], found["c"], found["text"] = sym.python(f), sym.c(f), sym.text(f)
+found["to sympy"] = str(sym.to_sympy(f))
+found["slope of two"] = sym.eval(sym.parse("x * fdim(1, x)").diff("x"), x=0.5)
 from arael.sym.calculator import Calculator
 found["calculator"] = [answer.text for answer in Calculator(17).run("exp2(5)")]
 added.parameters["b"] = 2000.0
@@ -96,6 +100,10 @@ def test_a_function_is_added_in_one_place(tmp_path: object) -> None:
     assert found["machine"] == pytest.approx(1.0, rel=1e-9)
     assert found["latex"].startswith("\\exp_{2}")
     assert found["slope"] == pytest.approx(8 * math.log(2), rel=1e-14)
+    assert found["number"] == 8.0
+    assert (found["python"], found["c"]) == ("np.exp2(x)", "exp2(x)")
+    assert found["text"] == found["to sympy"] == "exp2(x)"
+    assert found["slope of two"] == 0.0
     assert found["calculator"] == ["32"]
     assert found["two operands"] == pytest.approx(0.25, rel=1e-12)
     assert "`exp2(x)` takes x < 1024" in found["domain"]

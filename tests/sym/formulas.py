@@ -50,13 +50,13 @@ def central(value: Any, name: str, at: dict[str, float], step: float = 1e-6) -> 
     above, below = dict(at), dict(at)
     above[name] += step
     below[name] -= step
-    return (np.asarray(value.eval(above)) - np.asarray(value.eval(below))) / (2 * step)
+    return (np.asarray(sym.eval(value, above)) - np.asarray(sym.eval(value, below))) / (2 * step)
 
 
 def all_functions() -> list[str]:
     return [name for name, f in SCALARS.items() if f.arity]
 
 
-def of_symbols(name: str) -> sym.Expr:
+def of_symbols(name: str) -> Any:
     """A function of the language applied to x, y, z, as many as it takes."""
     return sym.parse(f"{name}({', '.join(NAMES[: SCALARS[name].arity])})")

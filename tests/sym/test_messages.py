@@ -15,8 +15,8 @@ from arael.diagnostics.render import render
 from tests.mdtest import Case, check_case, find_cases
 
 CASES = find_cases(Path(__file__).parent / "cases")
-ROOM = Path(arael.__file__).parent / "sym"
-RAISED = {c for p in ROOM.glob("*.py") for c in re.findall(r'"([EW]\d{4})"', p.read_text())}
+FOLDER = Path(arael.__file__).parent / "sym"
+RAISED = {c for p in FOLDER.glob("*.py") for c in re.findall(r'"([EW]\d{4})"', p.read_text())}
 OWN = sorted(c for c in RAISED if "E0650" <= c <= "E0659")
 PYTHON = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -25,7 +25,7 @@ def messages(name: str, text: str) -> str:
     bag = sym.FunctionBag(
         "square(x) = x^2", "pair(a, b) = a + b", "endless(x) = other(x)", "other(x) = endless(x)"
     )
-    names = {"v": sym.Vector("v", 3), "M": sym.Matrix([[1, 2], [3, 4]])}
+    names = {"v": sym.vector("v", 3), "M": [[1, 2], [3, 4]]}
     try:
         sym.parse(text.rstrip("\n"), bag, names)
     except AraelError as error:

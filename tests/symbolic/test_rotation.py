@@ -155,4 +155,3 @@ def test_planar_rotation() -> None:
         [np.cos(0.3), -np.sin(0.3), np.sin(0.3), np.cos(0.3)],
         rtol=1e-15,
     )
-    assert run(g, [rotation.angle_of(g, m)], [0.3])[0] == pytest.approx(0.3, rel=1e-15)

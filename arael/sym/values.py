@@ -1,0 +1,209 @@
+"""SymPy's values with the types of the language: scalars, vectors, matrices, quaternions.
+
+A vector is a column (`ImmutableMatrix`), a quaternion SymPy's `Quaternion`, a condition a SymPy
+`Boolean`. SymPy has no rigid transforms: they are a `Transform`, a tuple.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from arael.check.typed import (
+    BOOL,
+    QUATERNION,
+    REAL,
+    MatrixType,
+    QuaternionType,
+    TransformType,
+    ValueType,
+    VectorType,
+)
+from arael.sym.errors import fail
+from arael.sym.functions import number
+from arael.sym.limits import MAX_SCALARS
+
+Value = Any
+"""A SymPy expression, condition, matrix or quaternion, or a `Transform`."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+class Transform(NamedTuple):
+    """``x -> s R x + t``: rigid, or a similarity if it has a scale.
+
+    Compute with it in text: ``parse("A.inverse() * B", names={"A": a, "B": b})``.
+
+    Attributes
+    ----------
+    translation : t, a column of three
+    rotation : R as a unit quaternion
+    scale : s; None of a rigid transform
+    """
+
+    translation: Any
+    rotation: Any
+    scale: Any = None
+
+
+def symbol(name: str) -> Any:
+    """Return the variable called `name`: letters, digits and ``_``, parts joined by dots.
+
+    Raises
+    ------
+    AraelError
+        E0651 if that is no name.
+    """
+    if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > 200:
+        fail(
+            "E0651",
+            f"{str(name)[:60]!r} cannot be the name of a variable",
+            origin="symbol",
+            help=("a name has letters, digits and `_`, and begins with no digit",),
+        )
+    return sp.Symbol(name)
+
+
+def symbols(names: str | Iterable[str]) -> tuple[Any, ...]:
+    """Return several variables: ``x, y = symbols("x y")``."""
+    if isinstance(names, str):
+        names = names.replace(",", " ").split()
+    return tuple(symbol(name) for name in names)
+
+
+def vector(name: str, n: int) -> Any:
+    """Return the column of the variables ``name.x name.y name.z``, or ``name._0`` ... if n > 3."""
+    parts = "xyz"[:n] if n <= 3 else [f"_{i}" for i in range(n)]
+    return composite(VectorType(n), [symbol(f"{name}.{part}") for part in parts])
+
+
+def quaternion(name: str) -> Any:
+    """Return the quaternion of the variables ``name.w name.x name.y name.z``."""
+    return sp.Quaternion(*(symbol(f"{name}.{part}") for part in "wxyz"))
+
+
+def free_vars(value: Value) -> tuple[str, ...]:
+    """Names of the variables of a value, in alphabetical order."""
+    found = (node for node in postorder(entries(value)) if node.is_Symbol)
+    return tuple(sorted({node.name for node in found}))
+
+
+# --- types ----------------------------------------------------------------------------------------
+
+
+def type_of(value: Value) -> ValueType:
+    """Type of a value, as the language names it."""
+    if isinstance(value, Boolean) and not value.is_Symbol:
+        return BOOL
+    if isinstance(value, sp.Quaternion):
+        return QUATERNION
+    if isinstance(value, Transform):
+        return TransformType(scaled=value.scale is not None)
+    if isinstance(value, sp.MatrixBase):
+        rows, columns = value.shape
+        return VectorType(rows) if columns == 1 else MatrixType(rows, columns)
+    return REAL
+
+
+def entries(value: Value) -> tuple[Any, ...]:
+    """Scalars of a value: a matrix row by row, a quaternion w, x, y, z."""
+    if isinstance(value, sp.MatrixBase):
+        return tuple(value)
+    if isinstance(value, sp.Quaternion):
+        return tuple(value.args)
+    if isinstance(value, Transform):
+        scale = () if value.scale is None else (value.scale,)
+        return (*value.translation, *value.rotation.args, *scale)
+    return (value,)
+
+
+def composite(type_: ValueType, scalars: Sequence[Any]) -> Value:
+    """Return a value of type `type_`; a scalar as itself."""
+    if len(scalars) > MAX_SCALARS:
+        fail(
+            "E0653",
+            f"{len(scalars)} scalars in one value",
+            origin="expression",
+            help=(f"at most {MAX_SCALARS} are allowed",),
+        )
+    if isinstance(type_, VectorType):
+        return sp.ImmutableMatrix(len(scalars), 1, list(scalars))
+    if isinstance(type_, MatrixType):
+        return sp.ImmutableMatrix(type_.rows, type_.columns, list(scalars))
+    if isinstance(type_, QuaternionType):
+        return sp.Quaternion(*scalars)
+    if isinstance(type_, TransformType):
+        translation = composite(VectorType(3), scalars[:3])
+        return Transform(translation, sp.Quaternion(*scalars[3:7]), *scalars[7:])
+    (scalar,) = scalars
+    return scalar
+
+
+def with_entries(value: Value, scalars: Iterable[Any]) -> Value:
+    """Return a value of the same type with other scalars."""
+    return composite(type_of(value), list(scalars))
+
+
+def as_value(x: Any) -> Value:
+    """Return what a caller gave as a value: numbers, lists and arrays become SymPy's."""
+    if isinstance(x, Transform):
+        return x
+    if isinstance(x, sp.MatrixBase):
+        return sp.ImmutableMatrix(x)
+    if isinstance(x, sp.Basic):
+        return x
+    if hasattr(x, "ndim") and hasattr(x, "tolist"):
+        x = x.tolist()
+    if isinstance(x, (list, tuple)):
+        table = x if x and isinstance(x[0], (list, tuple)) else [[item] for item in x]
+        if not table or not table[0] or len({len(row) for row in table}) != 1:
+            raise ValueError("a matrix needs rows of one length, one at least")
+        rows, columns = len(table), len(table[0])
+        scalars = [as_value(item) for row in table for item in row]
+        type_ = VectorType(rows) if columns == 1 else MatrixType(rows, columns)
+        return composite(type_, scalars)
+    if isinstance(x, (str, bytes)):
+        raise TypeError("text is no value: `parse` reads formulas, `symbol` names variables")
+    return number(float(x))
+
+
+# --- walking --------------------------------------------------------------------------------------
+
+
+def postorder(roots: Iterable[Any]) -> Iterator[Any]:
+    """Every expression that `roots` are made of, once, operands first.
+
+    SymPy's own traversals visit a shared part as often as it occurs.
+    """
+    done: set[Any] = set()
+    for root in roots:
+        stack: list[tuple[Any, bool]] = [(root, False)]
+        while stack:
+            node, ready = stack.pop()
+            if ready:
+                yield node
+            elif node not in done:
+                done.add(node)
+                stack.append((node, True))
+                stack.extend((a, False) for a in reversed(node.args) if a not in done)
+
+
+def size(roots: Iterable[Any]) -> int:
+    """Operations of `roots` written out in full, nothing shared."""
+    counts: dict[Any, int] = {}
+    roots = list(roots)
+    for node in postorder(roots):
+        inner = sum(counts[a] for a in node.args)
+        joins = max(1, len(node.args) - 1) if node.args and not node.is_number else 0
+        counts[node] = inner + joins
+    return sum(counts[root] for root in roots)
+
+
+def require_size(roots: Iterable[Any], most: int, what: str, *help_: str) -> None:
+    """Raise E0653 if `roots`, written out, have more than `most` operations."""
+    if size(roots) > most:
+        fail("E0653", f"{what} has more than {most} operations", origin="expression", help=help_)
