@@ -1,4 +1,7 @@
-"""The language's functions as SymPy functions, where SymPy's own will not do.
+"""The functions of the table of operations as SymPy functions.
+
+A record whose SymPy function is SymPy's own is that function, others are classes: values, LaTeX and
+text in Python come from the record, derivatives from `arael.symbolic.functions`.
 
 SymPy's `Abs`, `Max` and the like are not differentiated as a solver needs it: at kinks and jumps
 they give a ``DiracDelta``, a ``Heaviside`` or, over complex symbols, the derivative of ``re(x)``.

@@ -212,6 +212,18 @@ def _require_size(typed: Typed) -> None:
 # --- names ----------------------------------------------------------------------------------------
 
 
+def _number(t: Reader, node: tree.Number) -> Binding:
+    if node.unit is None:
+        return expressions.HANDLERS[tree.Number](t, node)
+    return t.fail(
+        "E0320",
+        node.unit.span,
+        "this formula has no units",
+        label="units are checked in model files",
+        help=[f"write `{node.text}`"],
+    )
+
+
 def _name(t: Reader, node: tree.Name) -> Binding:
     scope = cast(ConstantScope, t.scope)
     if node.id in scope.locals:
@@ -285,6 +297,7 @@ def recursion(chain: Sequence[str], node: tree.Function) -> AraelError:
 
 _HANDLERS: Mapping[type, Callable[[Any, Any], Binding]] = {
     **expressions.HANDLERS,
+    tree.Number: _number,
     tree.Name: _name,
     tree.Attribute: _attribute,
     tree.Call: _call,

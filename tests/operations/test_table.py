@@ -133,8 +133,11 @@ def test_operands_outside_of_the_domain_are_named_with_the_condition() -> None:
 
 # Where formulas are built of operations, or one has a meaning beyond that for scalars.
 USES = {
-    "arael/check": {"exp", "log", "min", "max", "pow", "sqrt", "starship"},
-    "arael/compiler": {"pow", "sqrt", "log", "sin", "cos", "abs", "max", "min", "identity"},
+    "arael/check": {"exp", "log", "min", "max", "pow", "rad_diff", "sqrt", "starship"},
+    "arael/compiler": {
+        *("abs", "cos", "exp", "expm1", "identity", "log", "log1p", "max", "min", "pow", "sin"),
+        "sqrt",
+    },
     "arael/runtime": set(),
 }
 

@@ -126,6 +126,8 @@ def test_matplotlib_reads_the_latex() -> None:
 def test_c_and_python_text_read_well() -> None:
     f = sym.parse("p.x * sin(t) + t^2 / 3")
     assert sym.python(f) == "p_x*np.sin(t) + (1/3)*t**2"
+    own = sym.parse("hypot(expm1(x), y) * identity(x + y)")
+    assert sym.python(own) == "np.hypot(np.expm1(x), y)*(+(x + y))", "as the table names them"
     assert sym.c(f) == "t * t / 3.0 + p_x * sin(t)"
     assert sym.c(f, "float") == "t * t / 3.0f + p_x * sinf(t)"
     assert sym.c(sym.parse("[x, 1]")) == "{x, 1.0}"

@@ -155,6 +155,18 @@ def test_quaternions_have_parts() -> None:
     assert sym.parse("q.w + q.vec.y", names={"q": q}) == q.a + q.c
     a, b = sym.quaternion("a"), sym.quaternion("b")
     assert sym.parse("a * b", names={"a": a, "b": b}) == a * b, "as SymPy multiplies them"
+    turn = sym.exp([0.1, 0.2, 0.3])
+    np.testing.assert_allclose(sym.eval(sym.quaternion(sym.mat3(turn))), sym.eval(turn), rtol=1e-14)
+
+
+def test_rows_of_rows_and_slices() -> None:
+    m = sym.parse("[[1, x], [3, 4]]")
+    assert m == sp.Matrix([[1, sp.Symbol("x")], [3, 4]])
+    assert sym.parse("M[0, :]", names={"M": m}) == sp.Matrix([1, sp.Symbol("x")])
+    assert sym.parse("M[:, 1:2]", names={"M": m}) == sp.Matrix([sp.Symbol("x"), 4])
+    assert sym.parse("[1, 2, 3][1:]") == sp.Matrix([2, 3])
+    with pytest.raises(AraelError, match="E0312"):
+        sym.parse("[[1, 2], [3]]")
 
 
 @settings(max_examples=10)
