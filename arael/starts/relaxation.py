@@ -117,11 +117,12 @@ class Relaxation:
 
 def _solver(pattern: BlockPattern, shared: BlockPattern | None) -> Any:
     """A solver for a pattern, with the symbolic factor of one that has the same blocks."""
-    # Imported here, so that other models do not load them.
     if pattern.size <= _SMALL:
+        # imported here: start-up time
         from arael.runtime.linear.dense import DenseSolver
 
         return DenseSolver(pattern)
+    # imported here: start-up time
     from arael.runtime.linear.analysis import analyse
     from arael.runtime.linear.sparse import SparseSolver
 
