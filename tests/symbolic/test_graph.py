@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from arael.runtime.machine.tape import PRIMITIVES
-from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
+from arael.symbolic.simplify import fold
 from tests.oracle import evaluate
 from tests.symbolic.programs import between_factor, inputs, run
 
