@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from arael.manifolds.linear import add
+from arael.manifolds.parameters.kind import Caches, ParameterType, Tangents, diagonal, numbered
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import add
-from arael.symbolic.parameters.kind import Caches, ParameterType, Tangents, diagonal, numbered
 
 
 def no_caches(g: Graph, stored: Sequence[int]) -> Caches:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from arael.manifolds.linear import Vector, add
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Vector, add
 
 Tangents = list[dict[int, int]]
 """Per scalar, its derivative by each component of delta that it depends on, as a node."""
