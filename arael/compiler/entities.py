@@ -27,8 +27,7 @@ from arael.compiler.component_state import (
 from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.manifolds.parameters import ParameterType, parameter_type
-from arael.manifolds.parameters.kind import numbered
-from arael.manifolds.parameters.plain import plain
+from arael.manifolds.parameters.kind import numbered, plain
 from arael.runtime.layout import Entity, Param, ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import jacobian

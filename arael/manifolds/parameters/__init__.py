@@ -12,8 +12,7 @@ import re
 
 from arael.manifolds.parameters.angles import ANGLE, EULER
 from arael.manifolds.parameters.direction import DIRECTION
-from arael.manifolds.parameters.kind import Caches, ParameterType, Tangents
-from arael.manifolds.parameters.plain import plain
+from arael.manifolds.parameters.kind import Caches, ParameterType, Tangents, plain
 from arael.manifolds.parameters.rigid import SIMILARITY, TRANSFORM
 from arael.manifolds.parameters.rotations import QUATERNION, ROTATION
 
