@@ -21,6 +21,7 @@ FAST = [
     "tests/syntax",
     "tests/check",
     "tests/diagnostics",
+    "tests/manifolds",
     "tests/symbolic",
     "tests/sym",
     "tests/io",

@@ -48,8 +48,18 @@ MAY_IMPORT = {
     "display": set[str](),
     "syntax": {"diagnostics"},
     "symbolic": {"diagnostics", "operations", "runtime"},
-    "check": {*DATA, "operations", "runtime", "symbolic", "syntax"},
-    "compiler": {*DATA, "check", "operations", "runtime", "symbolic", "syntax", "version"},
+    "manifolds": {"symbolic"},
+    "check": {*DATA, "manifolds", "operations", "runtime", "symbolic", "syntax"},
+    "compiler": {
+        *DATA,
+        "check",
+        "manifolds",
+        "operations",
+        "runtime",
+        "symbolic",
+        "syntax",
+        "version",
+    },
     "runtime": {*DATA, "operations"},
     "io": {*DATA, "runtime", "starts"},
     "analysis": {*DATA, "display", "geometry", "runtime"},
@@ -127,11 +137,14 @@ def test_a_package_imports_only_what_it_may_know(name: str) -> None:
     assert found == []
 
 
+LANGUAGE = ("arael.check", "arael.compiler", "arael.manifolds", "arael.symbolic")
+
+
 def test_the_compiler_knows_nothing_of_solving() -> None:
     """It shares the layout, tapes and the table of operations with the runtime."""
     shared = ("layout", "library", "operations", "relocation", "tape")
     for edge in own(edges()):
-        language = package(edge.source) in ("arael.check", "arael.compiler", "arael.symbolic")
+        language = package(edge.source) in LANGUAGE
         if language and package(edge.target) == "arael.runtime":
             assert edge.target.rpartition(".")[2].startswith(shared), str(edge)
 

@@ -22,8 +22,8 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.manifolds.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 from arael.operations import OPERATIONS, Operation
-from arael.symbolic.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
 
 Types = Sequence[ValueType]
 

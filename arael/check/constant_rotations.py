@@ -1,4 +1,4 @@
-"""Rotations and transforms in constant expressions, by the formulas of `arael.symbolic`."""
+"""Rotations and transforms in constant expressions, by the formulas of `arael.manifolds`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from arael.check.typed import MatrixType, QuaternionType, ScalarType, ValueType, VectorType
-from arael.symbolic import linear, quaternion, rotation
+from arael.manifolds import linear, quaternion, rotation
 from arael.symbolic.graph import Graph
 
 Values = tuple[float, ...]

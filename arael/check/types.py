@@ -19,8 +19,8 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.manifolds.parameters import parameter_type
 from arael.runtime.layout import Param, Part
-from arael.symbolic.parameters import parameter_type
 from arael.syntax import tree
 
 FIXED_TYPES: dict[str, ValueType] = {

@@ -22,11 +22,11 @@ from arael.check.typed import (
 )
 from arael.compiler.scalarise import Calls, Nodes, NoUses, Scalariser, width
 from arael.diagnostics.records import Span
+from arael.manifolds.parameters import parameter_type
 from arael.runtime import layout
 from arael.runtime.layout import Param, ParamUse
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
-from arael.symbolic.parameters import parameter_type
 
 CARRIED: Literal["carried"] = "carried"
 """Kind of the use of a column that a component carries along."""

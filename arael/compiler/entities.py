@@ -26,12 +26,11 @@ from arael.compiler.component_state import (
 )
 from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.manifolds.parameters import ParameterType, parameter_type
+from arael.manifolds.parameters.kind import numbered, plain
 from arael.runtime.layout import Entity, Param, ParamUse
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import jacobian
-from arael.symbolic.parameters import ParameterType, parameter_type
-from arael.symbolic.parameters.kind import numbered
-from arael.symbolic.parameters.plain import plain
 
 # A derivative of a cached value that takes more operations than this is cached as well: reading a
 # scalar per lane costs about as much as two or three vector operations.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeGuard
 
 from arael.check.typed import Apply, Read, TransformType, Typed
-from arael.symbolic import linear, rigid
+from arael.manifolds import linear, rigid
 from arael.symbolic.graph import Graph
 
 Nodes = list[int]

@@ -36,8 +36,8 @@ from arael.check.typed import (
 from arael.check.walk import operands
 from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
+from arael.manifolds import inverse, linear, quaternion, rigid, rotation, sphere
 from arael.runtime.layout import Place
-from arael.symbolic import inverse, linear, quaternion, rigid, rotation, sphere
 from arael.symbolic.graph import Graph
 from arael.symbolic.prescribed import Prescribed
 from arael.symbolic.scalars import SCALARS

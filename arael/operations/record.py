@@ -55,7 +55,7 @@ class Operation:
     flat : whether the derivative is zero wherever there is one
     several : whether the language has it for any number of operands, two at least
     takes : the operands in words, where their number is not enough
-    latex : its name in LaTeX
+    latex : its name in LaTeX, or a template with ``{0}`` for the operand
     opcode : whether the expression machine has an instruction for it; it calls the others by
         address
     build : of a composed function: what makes its node, ``module:name``

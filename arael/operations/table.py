@@ -59,11 +59,8 @@ def _whole(x: float) -> bool:
 
 
 _OWN = "arael.symbolic.functions"
-_STEPS = "arael.symbolic.scalars.steps"
-_SAFE = "arael.symbolic.scalars.safe"
 _ANGLES = "arael.symbolic.scalars.angles"
-_ROBUST = "arael.symbolic.scalars.robust"
-_ELEMENTARY = "arael.symbolic.scalars.elementary"
+_COMPOSED = "arael.symbolic.scalars.composed"
 
 _NOT_NEGATIVE = Domain("x >= 0", lambda x: x >= 0)
 _POSITIVE = Domain("x > 0", lambda x: x > 0)
@@ -118,7 +115,7 @@ _RECORDS = [
     Operation(
         "cbrt", 1, np.cbrt, "sympy:cbrt", "cube root", "1 / (3 cbrt(x)^2)",
         "0 at 0 with derivative inf", vector="2.35", parity="odd", opcode=True,
-        number=lambda x: float(np.cbrt(x)), costly=True,
+        number=lambda x: float(np.cbrt(x)), latex="\\sqrt[3]{{{0}}}", costly=True,
     ),
     Operation(
         "exp", 1, np.exp, "sympy:exp", "pure", "exp(x)", number=math.exp, vector="2.22",
@@ -211,12 +208,12 @@ _RECORDS = [
     # Composed of others.
     Operation(
         "sinc", 1, None, "", "angle", "(cos(x) - sinc(x)) / x", "1 at 0 with derivative 0",
-        "sin(x) / x", build=f"{_ELEMENTARY}:sinc",
+        "sin(x) / x", build=f"{_COMPOSED}:sinc",
     ),
     Operation(
         "digamma", 1, None, "", "pure", "by that of its series",
         "-inf at 0; of size 1e15 at -1, -2, ...", "derivative of lgamma(x)", _NO_POLE,
-        build=f"{_ELEMENTARY}:digamma",
+        build=f"{_COMPOSED}:digamma",
     ),
     Operation(
         "identity", 1, np.positive, "", "same", "1",
@@ -225,11 +222,11 @@ _RECORDS = [
     ),
     Operation(
         "deg2rad", 1, None, "", "to radians", repr(math.pi / 180), value="pi / 180 x",
-        build=f"{_ELEMENTARY}:deg2rad",
+        build=f"{_COMPOSED}:deg2rad",
     ),
     Operation(
         "rad2deg", 1, None, "", "to degrees", repr(180 / math.pi), value="180 / pi x",
-        build=f"{_ELEMENTARY}:rad2deg",
+        build=f"{_COMPOSED}:rad2deg",
     ),
     # Kinks and jumps: finite in value and derivative everywhere.
     Operation(
@@ -242,6 +239,7 @@ _RECORDS = [
     ),
     Operation(
         "abs", 1, np.abs, "sympy:Abs", "same", "sign(x)", "derivative 0 at 0", "|x|", c="fabs",
+        latex="\\left|{{{0}}}\\right|",
         parity="even", opcode=True, python="np.abs({0})",
     ),
     Operation(
@@ -282,32 +280,32 @@ _RECORDS = [
         "1 if y <= x <= z else 0; 1 if x < y else 0; 1 if z < x else 0",
         "at x = y and at x = z the derivative is that of x",
         "min(max(x, y), z): x held in y .. z", takes="three scalars: value, low, high",
-        build=f"{_STEPS}:clamp",
+        build=f"{_COMPOSED}:clamp",
     ),
     # Regularised.
     Operation(
         "safe_sqrt", 1, None, f"{_OWN}:safe_sqrt", "square root",
         "1 / (2 sqrt(x + 1e-12)) if x >= 0 else 0",
         "0 at 0 with derivative 5e5; 0 with derivative 0 for x < 0", "sqrt(max(x, 0))",
-        build=f"{_SAFE}:safe_sqrt",
+        build=f"{_COMPOSED}:safe_sqrt",
     ),
     Operation(
         "safe_asin", 1, None, f"{_OWN}:safe_asin", "angle of",
         "1 / sqrt(1 - x^2 + 1e-12) if |x| <= 1 else 0",
         "pi/2 at 1, -pi/2 at -1, derivative 1e6 at both; constant with derivative 0 beyond",
-        "asin(clamp(x, -1, 1))", build=f"{_SAFE}:safe_asin",
+        "asin(clamp(x, -1, 1))", build=f"{_COMPOSED}:safe_asin",
     ),
     Operation(
         "safe_acos", 1, None, f"{_OWN}:safe_acos", "angle of",
         "-1 / sqrt(1 - x^2 + 1e-12) if |x| <= 1 else 0",
         "0 at 1, pi at -1, derivative -1e6 at both; constant with derivative 0 beyond",
-        "acos(clamp(x, -1, 1))", build=f"{_SAFE}:safe_acos",
+        "acos(clamp(x, -1, 1))", build=f"{_COMPOSED}:safe_acos",
     ),
     Operation(
         "safe_atan2", 2, None, f"{_OWN}:safe_atan2", "angle of two",
         "y / (x^2 + y^2 + 1e-12); -x / (x^2 + y^2 + 1e-12)",
         "0 at (0, 0) with derivatives 0 and 0; derivatives never above 5e5", "atan2(x, y)",
-        build=f"{_SAFE}:safe_atan2",
+        build=f"{_COMPOSED}:safe_atan2",
     ),
     # Angles.
     Operation(
@@ -336,13 +334,13 @@ _RECORDS = [
         "starship", 2, None, f"{_OWN}:starship", "starship",
         "1 / (1 + (x / y)^2); atan(x / y) - (x / y) / (1 + (x / y)^2)",
         "at y = 0: 0 with derivatives 0 and NaN; all NaN at (0, 0)", "y atan(x / y)",
-        takes="a scalar or a vector, and a scalar gamma", build=f"{_ROBUST}:starship",
+        takes="a scalar or a vector, and a scalar gamma", build=f"{_COMPOSED}:starship",
     ),
     Operation(
         "starship_gamma", 1, None, "", "pure", "1 / (pi sqrt(x))",
         "0 at 0 with derivative inf; NaN for x < 0",
         "2 sqrt(x) / pi: the y of starship that bounds the cost of a residual by x",
-        _NOT_NEGATIVE, build=f"{_ROBUST}:starship_gamma",
+        _NOT_NEGATIVE, build=f"{_COMPOSED}:starship_gamma",
     ),
     # Comparisons and conditions, as 1 or 0.
     Operation(

@@ -46,7 +46,7 @@ from arael.sym.values import (
     vector,
 )
 from arael.sym.values import quaternion as _variables
-from arael.symbolic.printers.c import c_prelude
+from arael.symbolic.c import c_prelude
 from arael.symbolic.scalars import SCALARS
 
 __all__ = [

@@ -76,6 +76,9 @@ class Operation(Numeric):
         if not known:
             return str(printer._print_Function(self, exp))
         raised = "" if exp is None else f"^{{{exp}}}"
+        if "{0}" in known:
+            text = known.format(printer.doprint(self.args[0]))
+            return f"{{{text}}}{raised}" if exp else text
         return rf"{known}{raised}{{\left({', '.join(map(printer.doprint, self.args))} \right)}}"
 
     def _npcode(self, printer: Any) -> str:
@@ -102,93 +105,6 @@ def _tape(name: str) -> Tape:
     return g.tape([SCALARS[name](g, *map(g.input, range(SCALARS[name].arity)))])
 
 
-class Flat(Operation):
-    """A function whose derivative is zero, also where it jumps."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Return zero."""
-        return sp.S.Zero
-
-
-class abs(Operation):
-    """Absolute value."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Return the sign: 0 at 0."""
-        return MAKERS["sign"](self.args[0])
-
-    def _latex(self, printer: Any, exp: str | None = None) -> str:
-        text = rf"\left|{{{printer.doprint(self.args[0])}}}\right|"
-        return text if exp is None else f"{text}^{{{exp}}}"
-
-
-def _is_first(taken: Any, argindex: int) -> Any:
-    """1 for the operand that is taken, 0 for the other."""
-    here, other = (sp.S.One, sp.S.Zero) if argindex == 1 else (sp.S.Zero, sp.S.One)
-    return sp.Piecewise((here, taken), (other, True))
-
-
-class min(Operation):
-    """The smaller operand."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Return the derivative of the operand that is taken; of the first where they tie."""
-        return _is_first(sp.Le(*self.args), argindex)
-
-
-class max(Operation):
-    """The larger operand."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Return the derivative of the operand that is taken; of the first where they tie."""
-        return _is_first(sp.Ge(*self.args), argindex)
-
-
-class identity(Operation):
-    """The argument itself, which no simplification looks through."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Return one."""
-        return sp.S.One
-
-
-class cbrt(Operation):
-    """Real cube root, of negative numbers too; SymPy's own is complex there."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """1 / (3 cbrt(a)^2)."""
-        return 1 / (3 * self**2)
-
-    def _latex(self, printer: Any, exp: str | None = None) -> str:
-        text = rf"\sqrt[3]{{{printer.doprint(self.args[0])}}}"
-        return text if exp is None else f"{{{text}}}^{{{exp}}}"
-
-
-class sinc(Operation):
-    """``sin(a) / a``, 1 at 0."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """0 at 0."""
-        (a,) = self.args
-        return sp.Piecewise((sp.S.Zero, sp.Eq(a, 0)), ((sp.cos(a) - self) / a, True))
-
-
-class rad_diff(Operation):
-    """``a - b``, wrapped to (-pi, pi]."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """1 and -1, at the jump too."""
-        return sp.S.One if argindex == 1 else sp.S.NegativeOne
-
-
-class rad_sum(Operation):
-    """``a + b``, wrapped to (-pi, pi]."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """1 and 1, at the jump too."""
-        return sp.S.One
-
-
 class UserFunction(Numeric):
     """Base of the classes of user functions with derivatives of their own.
 
@@ -208,21 +124,28 @@ class UserFunction(Numeric):
         return cls.declared.evaluate(*args)
 
 
-def _as_in_models(one: Record, made: Any) -> Any:
-    """Make a class with the derivatives of a class of `arael.symbolic.functions`.
-
-    Those are over the operations of graphs, in which a condition is a number.
-    """
+def _class(one: Record, slope: Callable[..., Any]) -> Any:
+    """Make a class from its derivative: of the value, the number of an operand, the operands."""
 
     def fdiff(self: Any, argindex: int = 1) -> Any:
-        slope = _slope(made, len(self.args), argindex)
-        return slope.xreplace(dict(zip(core.FORMAL, self.args, strict=False)))
+        return slope(self, argindex, *self.args)
 
-    return _class(one, Operation, fdiff=fdiff)
+    return type(
+        one.name, (Operation,), {"__doc__": one.value, "__module__": __name__, "fdiff": fdiff}
+    )
 
 
-def _class(one: Record, base: type[Operation], **members: Any) -> Any:
-    return type(one.name, (base,), {"__doc__": one.value, "__module__": __name__, **members})
+def _as_in_models(made: Any) -> Callable[..., Any]:
+    """Return the derivative of a class of `arael.symbolic.functions`.
+
+    That is over the operations of graphs, in which a condition is a number.
+    """
+
+    def slope(value: Any, argindex: int, *args: Any) -> Any:
+        found = _slope(made, len(args), argindex)
+        return found.xreplace(dict(zip(core.FORMAL, args, strict=False)))
+
+    return slope
 
 
 @cache
@@ -236,26 +159,17 @@ def _of_record(one: Record) -> Maker:
     """Return SymPy's function of a record, or a class with its derivatives."""
     if one.name in _SPECIAL:
         return _SPECIAL[one.name]
-    if one.flat:
-        return cast(Maker, _class(one, Flat))
+    if one.name in _SLOPES or one.flat:
+        return cast(Maker, _class(one, _SLOPES.get(one.name, lambda *_: sp.S.Zero)))
     if not one.sympy:
         return lambda *args: written_out(one.name, *args)
     made = core.sympy_function(one)
     own = isinstance(made, type) and not made.__module__.startswith("sympy.")
-    return cast(Maker, _as_in_models(one, made)) if own else made
+    return cast(Maker, _class(one, _as_in_models(made))) if own else made
 
 
 def _translated(term: Any) -> Any:
     return MAKERS[core.OPERATION_OF[term.func]](*term.args)
-
-
-class digamma(Operation):
-    """Derivative of ``lgamma``."""
-
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Differentiate the series that gives the value."""
-        a = sp.Dummy()
-        return written_out("digamma", a).diff(a).subs(a, self.args[0])
 
 
 class Formulas:
@@ -317,7 +231,7 @@ def operation(name: str, *args: Any) -> Any:
     if args and all(_is_known(a) for a in args):
         values = [real(a) for a in args]
         value = _value(name, values)
-        if not all(x == 0 or 1 / _LARGEST < _size(x) < _LARGEST for x in (value, *values)):
+        if not all(x == 0 or 1 / _LARGEST < abs(x) < _LARGEST for x in (value, *values)):
             return sp.S(value != 0) if name in _COMPARISONS else number(value)
     if name == "pow" and args[1].is_Rational and _is_long(args[1], MAX_SUPERSCRIPT):
         args = args[0], sp.Float(args[1], 15)
@@ -354,10 +268,6 @@ def _is_long(rational: Any, largest: int) -> bool:
     return bool(-largest > rational.p or rational.p > largest or rational.q > largest)
 
 
-def _size(value: float) -> float:
-    return -value if value < 0 else value
-
-
 def _value(name: str, values: Sequence[float]) -> float:
     if name == "sum":
         return sum(values)
@@ -375,18 +285,36 @@ def _select(chosen: Any, a: Any, b: Any) -> Any:
     return sp.Piecewise((a, condition(chosen)), (b, True))
 
 
+def _of_taken(taken: Any, argindex: int) -> Any:
+    """1 for the operand that is taken, the first where they tie; 0 for the other."""
+    here, other = (sp.S.One, sp.S.Zero) if argindex == 1 else (sp.S.Zero, sp.S.One)
+    return sp.Piecewise((here, taken), (other, True))
+
+
+def _slope_of_digamma(value: Any, argindex: int, x: Any) -> Any:
+    """Differentiate the series that gives the value."""
+    a = sp.Dummy()
+    return written_out("digamma", a).diff(a).subs(a, x)
+
+
+_SLOPES: Mapping[str, Callable[..., Any]] = {
+    "abs": lambda value, k, a: MAKERS["sign"](a),
+    "min": lambda value, k, a, b: _of_taken(sp.Le(a, b), k),
+    "max": lambda value, k, a, b: _of_taken(sp.Ge(a, b), k),
+    "identity": lambda value, k, a: sp.S.One,
+    "cbrt": lambda value, k, a: 1 / (3 * value**2),
+    "sinc": lambda value, k, a: sp.Piecewise(
+        (sp.S.Zero, sp.Eq(a, 0)), ((sp.cos(a) - value) / a, True)
+    ),
+    "rad_diff": lambda value, k, a, b: sp.S.One if k == 1 else sp.S.NegativeOne,
+    "rad_sum": lambda value, k, a, b: sp.S.One,
+    "digamma": _slope_of_digamma,
+}
+"""Derivatives by operand k, from 1; those of SymPy are complex, singular or lacking."""
+
 _SPECIAL: Mapping[str, Maker] = {
     "div": lambda a, b: a * sp.oo if b == 0 else a / b,
     "pow": lambda a, b: a**b,
-    "cbrt": cbrt,
-    "sinc": sinc,
-    "digamma": digamma,
-    "abs": abs,
-    "min": min,
-    "max": max,
-    "identity": identity,
-    "rad_diff": rad_diff,
-    "rad_sum": rad_sum,
     "starship_gamma": lambda a: 2 * sp.sqrt(a) / sp.pi,
     "deg2rad": lambda a: a * sp.pi / 180,
     "rad2deg": lambda a: a * 180 / sp.pi,

@@ -131,22 +131,7 @@ class _Notation(StrPrinter):  # type: ignore[misc]
         args = expr.args[:1] if expr.func == sp.Heaviside else expr.args
         return f"{name}({', '.join(map(self._print, args))})"
 
-    _print_Abs = _print_Max = _print_Min = _print_Heaviside = _print_Function
-
-    def _print_ExpBase(self, expr: Any) -> str:
-        return self._print_Function(expr)
-
-    def _print_Exp1(self, expr: Any) -> str:
-        return "e"
-
-    def _print_Infinity(self, expr: Any) -> str:
-        return "inf"
-
-    def _print_ComplexInfinity(self, expr: Any) -> str:
-        return "nan"
-
-    def _print_NegativeInfinity(self, expr: Any) -> str:
-        return "-inf"
+    _print_Abs = _print_Max = _print_Min = _print_Heaviside = _print_ExpBase = _print_Function
 
     def _print_Relational(self, expr: Any) -> str:
         level = precedence(expr)
@@ -166,12 +151,6 @@ class _Notation(StrPrinter):  # type: ignore[misc]
         inner = self._print(item)
         return inner if isinstance(item, Relational | sp.Not) else f"({inner})"
 
-    def _print_BooleanTrue(self, expr: Any) -> str:
-        return "true"
-
-    def _print_BooleanFalse(self, expr: Any) -> str:
-        return "false"
-
     def _print_Piecewise(self, expr: Any) -> str:
         *arms, (last, rest) = expr.args
         found = self._print(last) if rest == sp.true else "nan"
@@ -181,6 +160,13 @@ class _Notation(StrPrinter):  # type: ignore[misc]
 
     def _arm(self, value: Any) -> str:
         return f"({self._print(value)})" if value.has(sp.Piecewise) else str(self._print(value))
+
+
+for _name, _text in {
+    **{"Exp1": "e", "Infinity": "inf", "NegativeInfinity": "-inf", "ComplexInfinity": "nan"},
+    **{"BooleanTrue": "true", "BooleanFalse": "false"},
+}.items():
+    setattr(_Notation, f"_print_{_name}", lambda self, expr, text=_text: text)
 
 
 def _is_negative(term: Any) -> bool:

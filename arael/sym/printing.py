@@ -15,8 +15,8 @@ from arael.sym.evaluation import Lowered
 from arael.sym.notation import require_printable, shaped
 from arael.sym.rewriting import over_numpy
 from arael.sym.values import Value, as_value, entries, free_vars, type_of
-from arael.symbolic.printers.c import c as c_expression
-from arael.symbolic.printers.c import c_prelude
+from arael.symbolic.c import c as c_expression
+from arael.symbolic.c import c_prelude
 
 
 def latex(value: Any) -> str:

@@ -1,1 +1,1 @@
-"""The symbolic engine: scalar graphs, their derivatives, and the mathematics built on them."""
+"""The symbolic engine: scalar graphs, their derivatives, and the language's functions."""

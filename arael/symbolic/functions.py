@@ -22,6 +22,9 @@ from arael.operations import OPERATIONS
 from arael.operations import Operation as Record
 from arael.symbolic.scalars.function import REGULARISATION
 
+Maker = Callable[..., Expr]
+Slope = Callable[..., Expr]
+
 FORMAL = tuple(Symbol(name, real=True) for name in ("a", "b", "c"))
 """Operands in the formulas that `partials` gives."""
 
@@ -42,36 +45,20 @@ class Operation(sp.Function):  # type: ignore[misc]
         """Keep the function: operands may be anything at run time."""
 
 
-class lt(Operation):
-    """``a < b``, as 1 or 0."""
+def _class(name: str, *slopes: Slope) -> Any:
+    """Make the class of an operation, whose derivatives are functions of value and operands."""
+
+    def fdiff(self: Any, argindex: int = 1) -> Expr:
+        return slopes[argindex - 1](self, *self.args)
+
+    members = {"fdiff": fdiff} if slopes else {}
+    return type(name, (Operation,), {"__module__": __name__, **members})
 
 
-class le(Operation):
-    """``a <= b``, as 1 or 0."""
-
-
-class eq(Operation):
-    """``a == b``, as 1 or 0."""
-
-
-class either(Operation):
-    """``a or b`` of conditions."""
-
-
-class both(Operation):
-    """``a and b`` of conditions."""
-
-
-class minimum(Operation):
-    """The smaller operand; differentiated as a branch."""
-
-
-class maximum(Operation):
-    """The larger operand; differentiated as a branch."""
-
-
-class select(Operation):
-    """``a != 0 ? b : c``; differentiated as a branch."""
+# Differentiated as branches, or constant wherever they have a derivative.
+lt, le, eq = _class("lt"), _class("le"), _class("eq")
+either, both = _class("either"), _class("both")
+minimum, maximum, select = _class("minimum"), _class("maximum"), _class("select")
 
 
 class quotient(Operation):
@@ -86,38 +73,28 @@ class quotient(Operation):
         return text if exp is None else f"{text}^{{{exp}}}"
 
 
-class power(Operation):
-    """``a^b``. SymPy's own power divides by ``a`` in its derivative, which is 0/0 at 0."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Make the derivative by the exponent 0 at base 0: the limit of ``x^y log x``, y > 0."""
-        a, b = self.args
-        if argindex == 1:
-            return b * power(a, b - 1)
-        return self * sp.log(select(eq(a, 0), 1, a))
+def _one_if(condition: Expr) -> Expr:
+    return select(condition, S.One, S.Zero)
 
 
-class clamp(Operation):
-    """``a`` held in ``b .. c``: slope 1 in the closed interval, 0 outside."""
+# SymPy's own power divides by ``a`` in its derivative, which is 0/0 at 0. The derivative by the
+# exponent is 0 at base 0: the limit of ``x^y log x``, y > 0.
+power: Any = _class(
+    "power",
+    lambda value, a, b: b * power(a, b - 1),
+    lambda value, a, b: value * sp.log(select(eq(a, 0), 1, a)),
+)
 
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """At the ends of the interval the derivative is that by ``a``."""
-        a, low, high = self.args
-        over, under = lt(high, a), lt(a, low)
-        if argindex == 1:
-            return select(either(over, under), S.Zero, S.One)
-        if argindex == 2:
-            return select(both(under, le(low, high)), S.One, S.Zero)
-        return select(either(over, both(lt(high, low), le(a, low))), S.One, S.Zero)
+# Slope 1 in the closed interval, 0 outside; at its ends the derivative is that by ``a``.
+clamp = _class(
+    "clamp",
+    lambda value, a, low, high: select(either(lt(high, a), lt(a, low)), S.Zero, S.One),
+    lambda value, a, low, high: _one_if(both(lt(a, low), le(low, high))),
+    lambda value, a, low, high: _one_if(either(lt(high, a), both(lt(high, low), le(a, low)))),
+)
 
 
-class safe_sqrt(Operation):
-    """``sqrt(max(a, 0))``."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Regularised: finite at 0."""
-        (a,) = self.args
-        return select(lt(a, 0), S.Zero, 1 / (2 * sp.sqrt(maximum(a, 0) + _TINY)))
+# Regularised: finite at the ends of the domain and at the origin.
 
 
 def _slope_of_arc(a: Expr) -> Expr:
@@ -125,112 +102,46 @@ def _slope_of_arc(a: Expr) -> Expr:
     return select(lt(1, sp.Abs(a)), S.Zero, 1 / sp.sqrt(maximum(1 - a * a, 0) + _TINY))
 
 
-class safe_asin(Operation):
-    """``asin`` of ``a`` held in -1 .. 1."""
+safe_sqrt = _class(
+    "safe_sqrt",
+    lambda value, a: select(lt(a, 0), S.Zero, 1 / (2 * sp.sqrt(maximum(a, 0) + _TINY))),
+)
+safe_asin = _class("safe_asin", lambda value, a: _slope_of_arc(a))
+safe_acos = _class("safe_acos", lambda value, a: -_slope_of_arc(a))
+safe_atan2 = _class(
+    "safe_atan2",
+    lambda value, a, b: b / (a**2 + b**2 + _TINY),
+    lambda value, a, b: -a / (a**2 + b**2 + _TINY),
+)
 
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Regularised: finite at -1 and 1."""
-        return _slope_of_arc(self.args[0])
-
-
-class safe_acos(Operation):
-    """``acos`` of ``a`` held in -1 .. 1."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Regularised: finite at -1 and 1."""
-        return -_slope_of_arc(self.args[0])
-
-
-class safe_atan2(Operation):
-    """``atan2``."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Regularised: 0 at the origin."""
-        a, b = self.args
-        squares = a**2 + b**2 + _TINY
-        return b / squares if argindex == 1 else -a / squares
+# Differentiated as the arc tangent, not as the polynomial that gives the value.
+fast_atan = _class("fast_atan", lambda value, a: sp.atan(a).diff(a))
+fast_atan2 = _class(
+    "fast_atan2",
+    lambda value, a, b: sp.atan2(a, b).diff(a),
+    lambda value, a, b: sp.atan2(a, b).diff(b),
+)
 
 
-class fast_atan(Operation):
-    """``atan`` by a polynomial."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Differentiate the arc tangent, not the polynomial."""
-        return sp.atan(self.args[0]).diff(self.args[0])
+def _slope_of_ratio(a: Expr, b: Expr) -> Expr:
+    """Derivative of ``b atan(a / b)`` by a; without ``b / b``, which is 0/0 at ``b = 0``."""
+    return 1 / (1 + quotient(a, b) ** 2)
 
 
-class fast_atan2(Operation):
-    """``atan2`` by a polynomial."""
+starship = _class(
+    "starship",
+    lambda value, a, b: _slope_of_ratio(a, b),
+    lambda value, a, b: sp.atan(quotient(a, b)) - a / b * _slope_of_ratio(a, b),
+)
 
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Differentiate the arc tangent, not the polynomial."""
-        return sp.atan2(*self.args).diff(self.args[argindex - 1])
-
-
-class starship(Operation):
-    """``b atan(a / b)``."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Without ``b / b``, which is 0/0 at ``b = 0``."""
-        a, b = self.args
-        ratio = quotient(a, b)
-        slope = 1 / (1 + ratio**2)
-        return slope if argindex == 1 else sp.atan(ratio) - a / b * slope
-
-
-class log2(Operation):
-    """Logarithm to base 2."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """1 / (a ln 2)."""
-        return 1 / (self.args[0] * sp.log(2))
-
-
-class log10(Operation):
-    """Logarithm to base 10."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """1 / (a ln 10)."""
-        return 1 / (self.args[0] * sp.log(10))
-
-
-class hypot(Operation):
-    """``sqrt(a^2 + b^2)`` without overflow."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """Share of the operand in the value."""
-        return self.args[argindex - 1] / self
-
-
-class expm1(Operation):
-    """``exp(a) - 1`` without cancellation near 0."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """By the value itself: `exp` needs no call of its own."""
-        return self + 1
-
-
-class log1p(Operation):
-    """``log(1 + a)`` without cancellation near 0."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """1 / (1 + a)."""
-        return 1 / (1 + self.args[0])
-
-
-class digamma(Operation):
-    """Derivative of `lgamma`."""
-
-
-class lgamma(Operation):
-    """``log |gamma(a)|``."""
-
-    def fdiff(self, argindex: int = 1) -> Expr:
-        """SymPy's is ``polygamma``, which the C library lacks."""
-        return digamma(self.args[0])
-
-
-Maker = Callable[..., Expr]
+log2 = _class("log2", lambda value, a: 1 / (a * sp.log(2)))
+log10 = _class("log10", lambda value, a: 1 / (a * sp.log(10)))
+hypot = _class("hypot", lambda value, a, b: a / value, lambda value, a, b: b / value)
+expm1 = _class("expm1", lambda value, a: value + 1)
+log1p = _class("log1p", lambda value, a: 1 / (1 + a))
+# SymPy's derivative of its own function is ``polygamma``, which the C library lacks.
+digamma = _class("digamma")
+lgamma = _class("lgamma", lambda value, a: digamma(a))
 
 
 def sympy_function(operation: Record) -> Maker:

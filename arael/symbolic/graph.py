@@ -11,9 +11,8 @@ import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 from arael.runtime.machine.tape import PRIMITIVES, Tape
-from arael.symbolic.folding import fold
 from arael.symbolic.prescribed import Prescribed
-from arael.symbolic.simplify import RULES
+from arael.symbolic.simplify import RULES, fold
 from arael.symbolic.taping import write_tape
 
 NO_PLACE = -1

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from arael.operations import OPERATIONS
+from arael.operations.numbers import value as value_on_numbers
 
 if TYPE_CHECKING:
     from arael.symbolic.graph import Graph
@@ -28,6 +29,16 @@ _ODD = [one.name for one in OPERATIONS.values() if one.parity == "odd"]
 _EVEN = [one.name for one in OPERATIONS.values() if one.parity == "even"]
 _BOOLEAN = frozenset({"lt", "le", "eq", "ne", "and", "or", "not"})
 _LARGEST_POWER = 8
+
+
+def fold(name: str, *values: float) -> float | None:
+    """Value of operation `name` on constants, in binary64; None if it has none that is finite.
+
+    The operation then stays in the graph, so that the NaN or the infinity appears at run time,
+    where it can be reported with its place.
+    """
+    result = value_on_numbers(name, *values)
+    return result if math.isfinite(result) else None
 
 
 def _negated(g: Graph, node: int) -> int | None:
@@ -88,8 +99,13 @@ def _neg(g: Graph, a: int) -> int:
     return g.intern("neg", (a,))
 
 
-def _with_sign(g: Graph, negative: bool, node: int) -> int:
-    return g.op("neg", node) if negative else node
+def _signs_out(g: Graph, name: str, a: int, b: int) -> int | None:
+    """A product or quotient of negations without them, and its sign; None if there are none."""
+    minus_a, minus_b = _negated(g, a), _negated(g, b)
+    if minus_a is None and minus_b is None:
+        return None
+    found = g.op(name, a if minus_a is None else minus_a, b if minus_b is None else minus_b)
+    return g.op("neg", found) if (minus_a is None) != (minus_b is None) else found
 
 
 def _mul(g: Graph, a: int, b: int) -> int:
@@ -100,19 +116,16 @@ def _mul(g: Graph, a: int, b: int) -> int:
         return a
     if factor == 1:
         return b
-    minus_a, minus_b = _negated(g, a), _negated(g, b)
-    if minus_a is not None or minus_b is not None:
-        product = g.op("mul", a if minus_a is None else minus_a, b if minus_b is None else minus_b)
-        return _with_sign(g, (minus_a is None) != (minus_b is None), product)
+    positive = _signs_out(g, "mul", a, b)
+    if positive is not None:
+        return positive
     if factor is not None and g.ops[b] == "mul":
-        inner = g.value(g.args[b][0])
-        inner_index = 0
-        if inner is None:
-            inner, inner_index = g.value(g.args[b][1]), 1
-        if inner is not None and (_is_power_of_two(factor) or _is_power_of_two(inner)):
-            merged = factor * inner
-            if math.isfinite(merged) and abs(merged) > 1e-300:
-                return g.op("mul", g.const(merged), g.args[b][1 - inner_index])
+        for number, rest in (g.args[b], g.args[b][::-1]):
+            inner = g.value(number)
+            if inner is not None and (_is_power_of_two(factor) or _is_power_of_two(inner)):
+                merged = factor * inner
+                if math.isfinite(merged) and abs(merged) > 1e-300:
+                    return g.op("mul", g.const(merged), rest)
     return g.intern("mul", _ordered(a, b))
 
 
@@ -124,10 +137,9 @@ def _div(g: Graph, a: int, b: int) -> int:
         return a
     if divisor == 1:
         return a
-    minus_a, minus_b = _negated(g, a), _negated(g, b)
-    if minus_a is not None or minus_b is not None:
-        quotient = g.op("div", a if minus_a is None else minus_a, b if minus_b is None else minus_b)
-        return _with_sign(g, (minus_a is None) != (minus_b is None), quotient)
+    positive = _signs_out(g, "div", a, b)
+    if positive is not None:
+        return positive
     if divisor is not None and _is_power_of_two(divisor) and math.isfinite(1.0 / divisor):
         return g.op("mul", g.const(1.0 / divisor), a)
     return g.intern("div", (a, b))
@@ -189,24 +201,19 @@ def _lt(g: Graph, a: int, b: int) -> int:
     return g.const(0.0) if a == b else g.intern("lt", (a, b))
 
 
-def _and(g: Graph, a: int, b: int) -> int:
-    for this, other in ((a, b), (b, a)):
-        value = g.value(this)
-        if value == 0:
-            return g.const(0.0)
-        if (value is not None or this == other) and g.ops[other] in _BOOLEAN:
-            return other
-    return g.intern("and", _ordered(a, b))
+def _junction(name: str, deciding: bool) -> Rule:
+    """``and``, which a false operand decides, or ``or``, which a true one does."""
 
+    def rule(g: Graph, a: int, b: int) -> int:
+        for this, other in ((a, b), (b, a)):
+            value = g.value(this)
+            if value is not None and (value != 0) == deciding:
+                return g.const(float(deciding))
+            if (value is not None or this == other) and g.ops[other] in _BOOLEAN:
+                return other
+        return g.intern(name, _ordered(a, b))
 
-def _or(g: Graph, a: int, b: int) -> int:
-    for this, other in ((a, b), (b, a)):
-        value = g.value(this)
-        if value is not None and value != 0:
-            return g.const(1.0)
-        if (value is not None or this == other) and g.ops[other] in _BOOLEAN:
-            return other
-    return g.intern("or", _ordered(a, b))
+    return rule
 
 
 def _not(g: Graph, a: int) -> int:
@@ -269,8 +276,8 @@ RULES: dict[str, Rule] = {
     "hypot": _hypot,
     "atan2": _atan2,
     "lt": _lt,
-    "and": _and,
-    "or": _or,
+    "and": _junction("and", False),
+    "or": _junction("or", True),
     "not": _not,
     "select": _select,
     **{name: _odd(name) for name in _ODD},

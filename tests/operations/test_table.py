@@ -19,9 +19,9 @@ from arael.operations import OPERATIONS
 from arael.operations.instructions import header
 from arael.operations.numbers import outside_domain, value
 from arael.runtime.machine import program
-from arael.symbolic.folding import fold
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
+from arael.symbolic.simplify import fold
 from tests.symbolic.programs import inputs, jacobian, run
 
 ADDED = """

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.manifolds.parameters import parameter_type
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import Method
 from arael.symbolic.jacobian import jacobian as derive
-from arael.symbolic.parameters import parameter_type
 from tests.oracle import evaluate
 
 Array = NDArray[Any]
@@ -77,7 +77,7 @@ def between_factor() -> tuple[Graph, list[int], dict[int, dict[int, int]]]:
     Inputs: translation, quaternion and rotation matrix of two poses, measured translation and
     quaternion, the 21 entries of an upper triangular whitening matrix.
     """
-    from arael.symbolic import linear, quaternion
+    from arael.manifolds import linear, quaternion
 
     g = Graph()
     kind = parameter_type("quaternion")

@@ -236,7 +236,7 @@ def test_the_shortest_program_is_taken() -> None:
     # one residual of many parameters, through a product of sums: elimination from above is shorter
     g = Graph()
     x, m = inputs(g, 3), inputs(g, 9, "m")
-    from arael.symbolic import linear
+    from arael.manifolds import linear
 
     moved = linear.matvec(g, linear.matrix(m, 3, 3), x)
     out = [g.op("exp", linear.norm2(g, linear.matvec(g, linear.matrix(m, 3, 3), moved)))]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from arael.symbolic.parameters import PARAMETERS
+from arael.manifolds.parameters import PARAMETERS
 from arael.symbolic.scalars import SCALARS
 
 PAGE = Path(__file__).parents[2] / "docs" / "internals" / "symbolic.md"

@@ -86,7 +86,7 @@ def _package_stamp() -> str:
     """Digest the times of arael's own files, so that a checkout under work serves nothing stale."""
     stamps = []
     package = Path(__file__).parents[2]
-    for part in ("check", "compiler", "runtime", "symbolic", "syntax"):
+    for part in ("check", "compiler", "manifolds", "operations", "runtime", "symbolic", "syntax"):
         for folder, _, names in os.walk(package / part):
             for name in names:
                 if name.endswith((".py", ".pxd", ".lark")):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from arael.symbolic.graph import Graph
+from arael.symbolic.series import polynomial
 
 # Minimax fit of atan(x)/x - 1 in powers of x^2 on 0 .. 1 (Lawson's reweighting); largest error of
 # atan 5.03e-8. The leading 1 keeps value and slope exact at 0.
@@ -39,11 +40,7 @@ def rad_sum(g: Graph, a: int, b: int) -> int:
 
 def _fast_atan_unit(g: Graph, x: int) -> int:
     """Evaluate the polynomial, for |x| <= 1."""
-    square = g.op("mul", x, x)
-    result = g.const(FAST_ATAN_COEFFICIENTS[-1])
-    for coefficient in reversed(FAST_ATAN_COEFFICIENTS[:-1]):
-        result = g.op("add", g.const(coefficient), g.op("mul", square, result))
-    return g.op("mul", x, result)
+    return g.op("mul", x, polynomial(g, g.op("mul", x, x), FAST_ATAN_COEFFICIENTS))
 
 
 def fast_atan(g: Graph, x: int) -> int:

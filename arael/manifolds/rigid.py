@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import quaternion, series
-from arael.symbolic.graph import Graph
-from arael.symbolic.linear import (
+from arael.manifolds import quaternion
+from arael.manifolds.linear import (
     Matrix,
     Vector,
     add,
@@ -24,6 +23,8 @@ from arael.symbolic.linear import (
     sub,
     transpose,
 )
+from arael.symbolic import series
+from arael.symbolic.graph import Graph
 
 _SCALED = 8  # scalars of a similarity; a transform has no scale
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from arael.runtime.machine.tape import PRIMITIVES
+from arael.symbolic.c import c, c_literal, c_prelude
 from arael.symbolic.graph import Graph
-from arael.symbolic.printers import c, c_literal, c_operation, c_prelude
 from tests.symbolic.programs import run
 
 
@@ -71,16 +71,6 @@ def test_c_means_the_same(real: str, tmp_path: Path) -> None:
             assert found == pytest.approx(want, rel=tolerance, abs=tolerance, nan_ok=True), name
 
 
-def test_c_statement_by_statement() -> None:
-    assert c_operation("atan2", "t1", "t2") == "atan2(t1, t2)"
-    assert c_operation("atan2", "t1", "t2", real="float") == "atan2f(t1, t2)"
-    assert c_operation("select", "t0", "t1", "t2") == "(t0 != 0.0 ? t1 : t2)"
-    assert c_operation("abs", "t1", real="float") == "fabsf(t1)"
-    for name, (arity, function) in PRIMITIVES.items():
-        if function is not None:
-            assert "{" not in c_operation(name, *"abc"[:arity])
-
-
 def test_c_literals() -> None:
     assert [c_literal(v) for v in (1, -2.5, 1e-12, math.inf, -math.inf, math.nan)] == [
         "1.0", "-2.5", "1e-12", "INFINITY", "-INFINITY", "NAN",
@@ -97,6 +87,10 @@ def test_c_literals() -> None:
         (lambda g, x, y: g.op("neg", g.op("add", x, y)), "-(x + y)"),
         (lambda g, x, y: g.op("div", g.const(1), g.op("sqrt", x)), "1.0 / sqrt(x)"),
         (lambda g, x, y: g.op("max", x, g.op("neg", y)), "arael_max(x, -y)"),
+        (
+            lambda g, x, y: g.op("select", g.op("lt", x, y), x, y),
+            "((x < y ? 1.0 : 0.0) != 0.0 ? x : y)",
+        ),
     ],
 )
 def test_parentheses(make: Callable[[Graph, int, int], int], expected: str) -> None:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic.graph import Graph
-from arael.symbolic.linear import (
+from arael.manifolds.linear import (
     Matrix,
     Vector,
     add,
@@ -19,6 +18,7 @@ from arael.symbolic.linear import (
     scale,
     unit,
 )
+from arael.symbolic.graph import Graph
 from arael.symbolic.series import polynomial
 
 # Below these the series are exact to rounding, and the closed forms lose accuracy in derivatives.

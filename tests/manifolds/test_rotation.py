@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from arael.symbolic import linear, quaternion, rotation
+from arael.manifolds import linear, quaternion, rotation
 from arael.symbolic.graph import Graph
 from tests.symbolic.programs import central, inputs, jacobian, run
 

@@ -1,12 +1,12 @@
-"""What a parameter type is."""
+"""What a parameter type is; those that a step is added to, numbers and vectors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from arael.manifolds.linear import Vector, add
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Vector, add
 
 Tangents = list[dict[int, int]]
 """Per scalar, its derivative by each component of delta that it depends on, as a node."""
@@ -80,3 +80,29 @@ def by_columns(g: Graph, by: Sequence[Sequence[int]]) -> Tangents:
 def shifted(tangents: Tangents, first: int) -> Tangents:
     """Tangents by components of delta that begin at `first`."""
     return [{first + k: node for k, node in row.items()} for row in tangents]
+
+
+def no_caches(g: Graph, stored: Sequence[int]) -> Caches:
+    """Nothing to keep."""
+    return {}
+
+
+def no_tangents(g: Graph, stored: Sequence[int], caches: Caches) -> dict[str, Tangents]:
+    """No caches, no derivatives of them."""
+    return {}
+
+
+def plain(name: str, width: int) -> ParameterType:
+    """Type of a number, or of a vector of `width`."""
+    return ParameterType(
+        name,
+        width,
+        width,
+        (0.0,) * width,
+        add,
+        diagonal,
+        no_caches,
+        no_tangents,
+        stored_names=numbered(width),
+        tangent_names=numbered(width),
+    )

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import quaternion
+from arael.manifolds import quaternion
+from arael.manifolds.linear import Matrix, Vector
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Matrix, Vector
 
 
 def sines(g: Graph, angles: Sequence[int]) -> tuple[Vector, Vector]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.symbolic import linear
+from arael.manifolds import linear
+from arael.manifolds.inverse import det, inverse
 from arael.symbolic.graph import Graph
-from arael.symbolic.inverse import det, inverse
 from tests.symbolic.programs import complex_step, inputs, jacobian, run
 
 rng = np.random.default_rng(11)

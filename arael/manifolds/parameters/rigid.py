@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import rigid
-from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Vector, matrix
-from arael.symbolic.parameters.kind import (
+from arael.manifolds import rigid
+from arael.manifolds.linear import Vector, matrix
+from arael.manifolds.parameters.kind import (
     AXES,
     Caches,
     ParameterType,
     Tangents,
     shifted,
 )
-from arael.symbolic.parameters.rotations import (
+from arael.manifolds.parameters.rotations import (
     NO_TURN,
     PARTS,
     quaternion_cache_tangents,
     quaternion_caches,
     quaternion_tangent,
 )
+from arael.symbolic.graph import Graph
 
 _TRANSLATION = tuple(f".translation{axis}" for axis in AXES)
 _ROTATION = tuple(f".rotation{axis}" for axis in AXES)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from arael.manifolds.linear import Matrix, Vector, add, dot, matvec, norm2, scale, transpose, unit
 from arael.symbolic import series
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Matrix, Vector, add, dot, matvec, norm2, scale, transpose, unit
 
 
 def basis(g: Graph, d: Sequence[int]) -> Matrix:

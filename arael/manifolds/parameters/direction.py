@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import sphere
+from arael.manifolds import sphere
+from arael.manifolds.linear import flatten, matrix, transpose
+from arael.manifolds.parameters.kind import AXES, Caches, ParameterType, Tangents, by_columns
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import flatten, matrix, transpose
-from arael.symbolic.parameters.kind import AXES, Caches, ParameterType, Tangents, by_columns
 
 
 def _caches(g: Graph, stored: Sequence[int]) -> Caches:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import quaternion, rotation
+from arael.manifolds import quaternion, rotation
+from arael.manifolds.linear import Vector, flatten, matrix
+from arael.manifolds.parameters.kind import AXES, Caches, ParameterType, Tangents, by_columns
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Vector, flatten, matrix
-from arael.symbolic.parameters.kind import AXES, Caches, ParameterType, Tangents, by_columns
 
 NO_TURN = (1.0, 0.0, 0.0, 0.0)
 PARTS = (".w", *AXES)

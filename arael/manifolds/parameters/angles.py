@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arael.symbolic import rotation
-from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Vector, add, flatten, matrix
-from arael.symbolic.parameters.kind import (
+from arael.manifolds import rotation
+from arael.manifolds.linear import Vector, add, flatten, matrix
+from arael.manifolds.parameters.kind import (
     AXES,
     Caches,
     ParameterType,
@@ -15,6 +14,7 @@ from arael.symbolic.parameters.kind import (
     by_columns,
     diagonal,
 )
+from arael.symbolic.graph import Graph
 from arael.symbolic.scalars.angles import wrap
 
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from arael.symbolic import rigid, series, sphere
+from arael.manifolds import rigid, sphere
+from arael.symbolic import series
 from arael.symbolic.graph import Graph
 from tests.symbolic.programs import Array, central, inputs, jacobian, run
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from arael.manifolds.linear import Matrix, total
 from arael.symbolic.graph import Graph
-from arael.symbolic.linear import Matrix, total
 
 LARGEST_DETERMINANT = 4
 LARGEST_INVERSE = 6

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from arael.manifolds.parameters import PARAMETERS, ParameterType, parameter_type
 from arael.symbolic.graph import Graph
-from arael.symbolic.parameters import PARAMETERS, ParameterType, parameter_type
 from tests.symbolic.programs import inputs, run
 
 KINDS = [*PARAMETERS, "vec2", "vec3", "vec7"]

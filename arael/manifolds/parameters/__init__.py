@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import re
 
-from arael.symbolic.parameters.angles import ANGLE, EULER
-from arael.symbolic.parameters.direction import DIRECTION
-from arael.symbolic.parameters.kind import Caches, ParameterType, Tangents
-from arael.symbolic.parameters.plain import plain
-from arael.symbolic.parameters.rigid import SIMILARITY, TRANSFORM
-from arael.symbolic.parameters.rotations import QUATERNION, ROTATION
+from arael.manifolds.parameters.angles import ANGLE, EULER
+from arael.manifolds.parameters.direction import DIRECTION
+from arael.manifolds.parameters.kind import Caches, ParameterType, Tangents, plain
+from arael.manifolds.parameters.rigid import SIMILARITY, TRANSFORM
+from arael.manifolds.parameters.rotations import QUATERNION, ROTATION
 
 __all__ = ["PARAMETERS", "Caches", "ParameterType", "Tangents", "parameter_type"]
 

@@ -1,0 +1,1 @@
+"""The mathematics of parameters on graphs: matrices, rotations, transforms, directions."""

@@ -1,0 +1,109 @@
+"""Expressions in C99, for double or float.
+
+NaN goes through every operation as it does through the expression machine's, also through ``min``,
+``max``, ``sign`` and ``heaviside``. Comparisons give 1 and 0 of the floating type.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Sequence
+
+from arael.operations import OPERATIONS, Operation
+from arael.symbolic.graph import Graph
+
+LARGEST_TREE = 20_000
+"""Operations in the written-out expression above which printing is refused."""
+
+Names = Callable[[Hashable], str]
+
+REAL_TYPES = {"double": "", "float": "f"}
+"""C type of a real, and what the names of its library functions and its literals end with."""
+
+_ATOM = 100
+_NEGATION = 7
+
+
+_PRIMITIVES = {one.name: one for one in OPERATIONS.values() if one.primitive}
+
+# Operands occur more than once in these.
+_INLINE = {one.name for one in _PRIMITIVES.values() if one.c_expression.count("{0}") > 1}
+_LITERALS = {"ONE": "1.0", "ZERO": "0.0", "HALF": "0.5"}
+
+
+def _call(name: str, operands: Sequence[str]) -> tuple[str, int]:
+    return f"{name}({', '.join(operands)})", _ATOM
+
+
+def _expression(one: Operation, operands: Sequence[str], real: str) -> str:
+    text = one.c
+    for word, literal in _LITERALS.items():
+        text = text.replace(word, literal + REAL_TYPES[real])
+    return text.format(*operands)
+
+
+def _operation(name: str, operands: Sequence[tuple[str, int]], real: str) -> tuple[str, int]:
+    """Write an operation of texts with their bindings: how strongly each holds together."""
+    one = _PRIMITIVES[name]
+    texts = [text for text, _ in operands]
+    if one.library:
+        return _call(one.library + REAL_TYPES[real], texts)
+    if name in _INLINE:
+        return _call(f"arael_{name}", texts)
+    grouped = one.c.startswith("(")
+    least = (6,) * one.arity if grouped else one.operands
+    texts = [t if has >= need else f"({t})" for (t, has), need in zip(operands, least, strict=True)]
+    return _expression(one, texts, real), _ATOM if grouped else one.binding
+
+
+def c_literal(value: float, real: str = "double") -> str:
+    """Write a number; what is not finite by the macros of ``math.h``."""
+    if math.isnan(value):
+        return "NAN"
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(float(value)) + REAL_TYPES[real]
+
+
+def c_prelude(real: str = "double") -> str:
+    """Define the functions that `c` uses beyond those of ``math.h``."""
+    lines = ["#include <math.h>"]
+    for one in (one for one in _PRIMITIVES.values() if one.name in _INLINE):
+        operands = ("a", "b")[: one.arity]
+        head, _ = _call(f"arael_{one.name}", [f"{real} {operand}" for operand in operands])
+        lines.append(
+            f"static inline {real} {head} {{ return {_expression(one, operands, real)}; }}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def c(g: Graph, node: int, names: Names = str, real: str = "double") -> str:
+    """Write `node` as one C expression; it may call functions of `c_prelude`.
+
+    Raises
+    ------
+    ValueError
+        If that takes more than `LARGEST_TREE` operations.
+    """
+    size = g.tree_operations([node])
+    if size > LARGEST_TREE:
+        raise ValueError(
+            f"the expression has {size} operations written out, more than {LARGEST_TREE}"
+        )
+    written: dict[int, tuple[str, int]] = {}
+    for current in g.live([node]):
+        name = g.ops[current]
+        value = g.value(current)
+        if value is not None:
+            text = c_literal(value, real)
+            written[current] = text, _NEGATION if text.startswith("-") else _ATOM
+        elif name == "input":
+            written[current] = names(g.key(current)), _ATOM
+        elif g.is_free(current):
+            written[current] = written[g.args[current][0]]
+        elif name in g.functions:
+            arguments = [written[a][0] for a in g.args[current]]
+            written[current] = _call(g.functions[name].name, arguments)
+        else:
+            written[current] = _operation(name, [written[a] for a in g.args[current]], real)
+    return written[node][0]
