@@ -11,6 +11,7 @@ from arael.starts.graph import PoseGraph, Poses
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 # Least information of a rotation [1/rad^2]: keeps variances, and sums of them, finite.
 _LEAST = 1e-100
@@ -61,7 +62,8 @@ def _roots(graph: PoseGraph) -> tuple[Ints, Poses]:
 def _variance(graph: PoseGraph) -> Array:
     """(m,) variance of rotation of each edge, the trace of its covariance [rad^2]."""
     information = graph.rotation_information
-    known = np.isfinite(information).all(axis=(1, 2))  # what has overflowed counts as none
+    known: Bools = np.isfinite(information).all(axis=(1, 2))
+    # What has overflowed counts as none.
     values = np.linalg.eigvalsh(np.where(known[:, None, None], information, 0.0))
     found: Array = (1 / np.maximum(values, _LEAST)).sum(axis=1)
     return found
