@@ -62,7 +62,7 @@ def _roots(graph: PoseGraph) -> tuple[Ints, Poses]:
 def _variance(graph: PoseGraph) -> Array:
     """(m,) variance of rotation of each edge, the trace of its covariance [rad^2]."""
     information = graph.rotation_information
-    known: Bools = np.isfinite(information).all(axis=(1, 2))
+    known: Bools = np.asarray(np.isfinite(information).all(axis=(1, 2)))
     # What has overflowed counts as none.
     values = np.linalg.eigvalsh(np.where(known[:, None, None], information, 0.0))
     found: Array = (1 / np.maximum(values, _LEAST)).sum(axis=1)
