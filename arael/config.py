@@ -195,8 +195,8 @@ class LmConfig:
         key = tuple((name, type(value), value) for name, value in settings.items())
         made = self.__dict__.setdefault("_made", {})
         plain = all(kind in _PLAIN for _, kind, _ in key)
-        if plain and key in made:
-            return cast(LmConfig, made[key])
+        if plain and (known := made.get(key)) is not None:  # one access: another thread may clear
+            return cast(LmConfig, known)
         for name in settings:
             if name not in _NAMES:
                 near = difflib.get_close_matches(name, _NAMES, 1)

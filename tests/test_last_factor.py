@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from arael.runtime.linear import cholmod
 from tests.interpreted import Load, loader
 from tests.test_ending_families import CURVE, PLANE, curve
 
@@ -135,3 +138,32 @@ def test_secant_steps_at_large_residuals(
     result = model.solve(rel_precision=1e-12)
     assert result.status == "converged" and result.iterations <= most
     assert float(model.x.value) == pytest.approx(0, abs=1e-7 if precision == "f64" else 2e-2)
+
+
+class Failing:
+    """A factor as of scikit-sparse, whose `solve` fails from the second call on."""
+
+    def __init__(self, matrix: Any) -> None:
+        self.calls = 0
+
+    def factorise(self, matrix: Any) -> int:
+        lower = matrix.toarray()
+        self.matrix = lower + np.tril(lower, -1).T
+        return -1
+
+    def solve(self, right: Any) -> Any:
+        self.calls += 1
+        if self.calls > 1:
+            raise MemoryError("no workspace")
+        return np.linalg.solve(self.matrix, right)
+
+
+def test_a_solver_that_fails_there_ends_the_solve(
+    load: Load, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its right-hand side is left as it was, which would pass for a small step."""
+    monkeypatch.setattr(cholmod, "new_factor", Failing)
+    monkeypatch.setattr(cholmod, "OpenMP", lambda: SimpleNamespace(on_one_thread=nullcontext))
+    model = load("root A { param x: real = 0\n constraint c { [x - 1, 2*x + 3] } }")()
+    with pytest.raises(MemoryError, match="no workspace"):
+        model.solve(solver="cholmod")

@@ -138,7 +138,7 @@ def columns_of(frame: Any, table: Table, group: Group) -> tuple[int, dict[str, A
     count = int(frame.shape[0])
     parent = None
     if table.layout.parent and PARENT in cells and PARENT not in group.members:
-        parent = np.asarray(cells.pop(PARENT)[0], np.int64)
+        parent = _row_numbers(*cells.pop(PARENT), PARENT, table)
     found: dict[str, Any] = {}
     masks: dict[str, NDArray[np.bool_]] = {}
     for path, column in table.data.items():
@@ -201,9 +201,9 @@ def _joined(
             return parts[0]
         if any(isinstance(v, str) for v in parts[0]):  # keys
             return [None if gap else v for v, gap in zip(parts[0], missing, strict=True)]
-        return np.where(missing, -1, parts[0]).astype(np.int64)
+        return _row_numbers(parts[0], missing, column.path, table)
     optional = any(f"{column.path}.".startswith(f"{o}.") for o in table.optionals)
-    known = [part.astype(float) if _is_nullable(part) else part for part in parts]
+    known = [_numbers(part, column.path, table) if _is_nullable(part) else part for part in parts]
     if len(known) == 1 and not column.shape:
         values = known[0]
     else:
@@ -214,6 +214,32 @@ def _joined(
     if values.dtype == object and column.kind == "string":
         return values.tolist()
     return values
+
+
+def _numbers(cells: Array, name: str, table: Table) -> Array:
+    """Cells as floats; AraelError E0703 where one is no number."""
+    try:
+        return cells.astype(np.float64)
+    except (TypeError, ValueError):
+        raise error(
+            "E0703", f"the column `{name}` must be numbers, found other values", table.label
+        ) from None
+
+
+def _row_numbers(cells: Array, missing: NDArray[np.bool_], name: str, table: Table) -> Array:
+    """Cells as row numbers, -1 where there is none; AraelError E0703 for fractions."""
+    found = _numbers(cells, name, table)
+    there = ~missing & (np.abs(found) < 2**53)  # not NaN, which compares with nothing
+    parts = there & (found != np.floor(found))
+    if parts.any():
+        raise error(
+            "E0703",
+            f"the column `{name}` must be row numbers, found {found[parts][0]}",
+            table.label,
+        )
+    # Out of range, and refused by that: what is no row of any collection.
+    beyond = np.where(missing, -1, np.iinfo(np.int64).max)
+    return np.where(there, np.where(there, found, 0).astype(np.int64), beyond)
 
 
 def _is_nullable(part: Array) -> bool:

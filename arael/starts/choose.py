@@ -64,8 +64,8 @@ def can_initialise(model: Any) -> bool:
 def initialise(model: Any, how: How = "auto") -> Start:
     """Set initial values of the poses of a pose graph, computed from its measurements.
 
-    Fixed poses and parts of poses keep their values. A component without fixed or anchored poses
-    keeps the value of its first pose.
+    Fixed poses and parts of poses keep their values. Edges and anchors whose ref to a pose is null
+    are left out. A component without fixed or anchored poses keeps the value of its first pose.
 
     Parameters
     ----------

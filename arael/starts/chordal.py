@@ -88,6 +88,8 @@ def _chordal_weight(information: Array, d: int) -> Array:
         planar: Array = information * np.eye(2)
         return planar
     found, below = spatial_weights(np.ascontiguousarray(information), _LEAST)
+    # What has overflowed has no eigenvalues; the linear system is refused with it.
+    below &= np.isfinite(found).all(axis=(1, 2))
     if below.any():
         trace = np.trace(information[below], axis1=1, axis2=2)
         values, vectors = np.linalg.eigh(found[below])

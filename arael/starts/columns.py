@@ -44,15 +44,22 @@ def rotation_column(store: Store) -> str:
 
 
 def graph_of(store: Store, name: str = "") -> PoseGraph:
-    """The pose graph of a model, as copies in f64; `name` is its `rotation_column`, if known."""
+    """The pose graph of a model, as copies in f64; `name` is its `rotation_column`, if known.
+
+    Measurements whose ref to a pose is null measure nothing, and are left out.
+    """
     name = name or rotation_column(store)
     poses, edges = store.tables["poses"], store.tables["edges"]
     information, coupled = information_of(_copied(edges, "u"))
+    a, b, measured = edges.target_rows("a"), edges.target_rows("b"), _poses(edges, name)
+    there = (a >= 0) & (b >= 0)
+    if not there.all():
+        a, b, measured, information = a[there], b[there], measured[there], information[there]
     return PoseGraph(
         _poses(poses, name),
-        edges.target_rows("a").copy(),
-        edges.target_rows("b").copy(),
-        _poses(edges, name),
+        a.copy(),
+        b.copy(),
+        measured,
         information,
         ~poses.free("t"),
         ~poses.free(name),
@@ -98,11 +105,13 @@ def _anchors(store: Store, name: str) -> Anchors:
         or not _leads_to_poses(table, "pose")
     ):
         return Anchors.none(position[0])
+    pose = table.target_rows("pose")
+    there = pose >= 0
     return Anchors(
-        table.target_rows("pose").copy(),
-        _poses(table, name),
-        _weights(table, "t_isigma"),
-        _weights(table, "th_isigma"),
+        pose[there],
+        _poses(table, name)[there],
+        _weights(table, "t_isigma")[there],
+        _weights(table, "th_isigma")[there],
     )
 
 

@@ -133,6 +133,9 @@ class PoseGraph:
             return whole[:, d:, d:]
         found, left = marginal_of(whole)
         if left.any():
+            # Of what has overflowed, no decomposition exists.
+            found[left] = np.nan
+            left &= np.isfinite(whole).all(axis=(1, 2))
             # The information of a position may be singular: hence the pseudo-inverse.
             some = whole[left]
             back = np.linalg.pinv(some[:, :d, :d], hermitian=True)

@@ -11,6 +11,7 @@ from arael.starts.graph import PoseGraph, Poses
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 # Least information of a rotation [1/rad^2]: keeps variances, and sums of them, finite.
 _LEAST = 1e-100
@@ -60,7 +61,10 @@ def _roots(graph: PoseGraph) -> tuple[Ints, Poses]:
 
 def _variance(graph: PoseGraph) -> Array:
     """(m,) variance of rotation of each edge, the trace of its covariance [rad^2]."""
-    values = np.linalg.eigvalsh(graph.rotation_information)
+    information = graph.rotation_information
+    known: Bools = np.asarray(np.isfinite(information).all(axis=(1, 2)))
+    # What has overflowed counts as none.
+    values = np.linalg.eigvalsh(np.where(known[:, None, None], information, 0.0))
     found: Array = (1 / np.maximum(values, _LEAST)).sum(axis=1)
     return found
 

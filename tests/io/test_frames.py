@@ -125,6 +125,8 @@ def test_other_frames_do_as_well(path: arael.Model) -> None:
         (lambda f: f.assign(**{"att.w": [9.0, 1]}), "E0721", "att"),
         (lambda f: f.assign(count=["a", "b"]), "E0703", "count"),
         (lambda f: f.assign(prev=[5, 0]), "E0708", "prev"),
+        (lambda f: f.assign(prev=[0.5, None]), "E0703", "`prev` must be row numbers, found 0.5"),
+        (lambda f: f.assign(weight=[[1], [2]]), "E0703", "`weight` must be numbers"),
         (lambda f: pd.concat([f, f[["good"]]], axis=1), "E0718", "`good` is given twice"),
     ],
 )
@@ -135,6 +137,15 @@ def test_a_wrong_frame_is_reported_and_changes_nothing(
         path.poses.extend(change(path.poses.to_pandas()))
     assert text in str(raised.value)
     assert len(path.poses) == 2
+
+
+@pytest.mark.parametrize(
+    ("parents", "code"), [(["a", 0], "E0703"), ([0, 0.5], "E0703"), ([0, None], "E0424")]
+)
+def test_a_wrong_parent_is_reported(path: arael.Model, parents: list[Any], code: str) -> None:
+    with pytest.raises(AraelError, match=code):
+        path.poses.marks.extend(pd.DataFrame({"at": [1.0, 2.0], "pose": 0, "parent": parents}))
+    assert len(path.poses.marks) == 3
 
 
 def test_datasets_have_dimensions_and_units(path: arael.Model) -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import arael
+from arael.diagnostics.records import AraelError
+from arael.runtime.assembly.pattern import BlockPattern
 from arael.starts.chordal import _chordal_weight, chordal_poses
 from arael.starts.columns import graph_of
 from arael.starts.graph import Poses
-from arael.starts.relaxation import Relaxation, SingularError
+from arael.starts.relaxation import Coupling, Relaxation, SingularError
 from tests.starts import scenes
 
 SHAPES = {"2d": scenes.grid(4, 6), "3d": scenes.sphere(4, 6)}
@@ -150,3 +153,71 @@ def test_the_planar_start_ends_in_the_global_optimum() -> None:
     result = graph.solve(max_iters=10)
     assert result.converged
     assert result.end_cost == pytest.approx(best, rel=1e-9)
+
+
+def text_of_planar(*changes: tuple[str, str]) -> str:
+    text = (Path(arael.__file__).parent / "models" / "pose_graph_2d.arael").read_text()
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after)
+    return text
+
+
+@pytest.mark.parametrize("how", ["tree", "chordal"])
+def test_measurements_of_no_pose_are_left_out(tmp_path: Path, how: Any) -> None:
+    """Edges and anchors whose ref is null, which no constraint reads."""
+    path = tmp_path / "graph.arael"
+    path.write_text(
+        text_of_planar(
+            ("in root.poses\n", "in root.poses?\n"),
+            ("constraint between {", "constraint between when a and b {"),
+            ("constraint prior {", "constraint prior when pose {"),
+        )
+    )
+    found = []
+    for null in (False, True):
+        model = arael.load(path, interpret=True)()
+        model.poses.extend(t=np.zeros((5, 2)), th=np.zeros(5))
+        for i in range(4):
+            model.edges.append(a=i, b=i + 1, t=[1.0, 0.0], th=0.3, u=100 * np.eye(3))
+            if null:
+                model.edges.append(a=None, b=i, t=[9.0, 9.0], th=1.0, u=np.eye(3))
+                model.edges.append(a=i, b=None, t=[9.0, 9.0], th=1.0, u=np.eye(3))
+        if null:
+            model.anchors.append(pose=None, t=[9.0, 9.0], th=1.0)
+        model.anchors.append(pose=1, t=[2.0, 3.0], th=0.5)
+        assert arael.initialise(model, how).chosen == how
+        found.append(np.column_stack([model.poses.t.value, model.poses.th.value]))
+    np.testing.assert_array_equal(found[0], found[1])
+    assert found[1][1] == pytest.approx([2.0, 3.0, 0.5])
+
+
+def test_poses_without_a_block_are_held() -> None:
+    """Though their flags leave them free: here the model holds each component."""
+    n, ends = 3, np.array([0, 1])
+    pattern = BlockPattern.from_pairs(np.full(2, 1), ends[:1], ends[1:])
+    relaxation = Relaxation(n, 1, ends, ends + 1, Coupling(pattern, np.array([-1, 0, 1])))
+    one = np.ones((2, 1, 1))
+    found = relaxation.solved(
+        (one, -one, one), np.zeros((n, 1, 1)), np.zeros((n, 1, 1)), np.zeros(n, np.bool_),
+        np.array([7.0, 0.0, 0.0]).reshape(n, 1, 1),
+    )  # fmt: skip
+    assert found.ravel() == pytest.approx([7.0, 7.0, 7.0])
+
+
+@pytest.mark.parametrize("at", [np.s_[:, :], np.s_[0, 5]], ids=["whole", "coupling"])
+def test_information_that_overflows_is_reported(at: Any) -> None:
+    """Not by an exception of a decomposition; a tree needs none."""
+    model = arael.load("pose_graph_3d")()
+    model.poses.extend(t=np.zeros((4, 3)), q=np.tile([1.0, 0, 0, 0], (4, 1)))
+    for k in range(4):
+        u = np.eye(6)
+        if k == 2:
+            u[at] *= 1e200
+            u[at] += 1e200 * (u[at] == 0)
+        model.edges.append(a=k, b=(k + 1) % 4, t=[1.0, 0, 0], q=[1.0, 0, 0, 0], u=np.triu(u))
+    with pytest.raises(AraelError) as refused:
+        arael.initialise(model, "chordal")
+    assert refused.value.diagnostics[0].code == "E0844"
+    assert arael.initialise(model, "tree").chosen == "tree"
+    assert arael.initialise(model).chosen in ("tree", "file")

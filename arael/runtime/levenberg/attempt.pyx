@@ -41,6 +41,7 @@ cdef class Attempt(Partitioned):
         failed = self.solver.factor_with(
             self.vectors.values, self.vectors.damped, self.vectors.step)
         self._now.pivot, self._now.factored = failed - 1, failed == 0
+        self._factored = failed == 0
         self._lap(FACTOR if self.attempts else FIRST_FACTOR)
         if self.narrowings == 0:
             self.factorisations += 1

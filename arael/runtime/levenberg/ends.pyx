@@ -139,7 +139,8 @@ cdef int by_last_factor(
     what is left of it.
     """
     cdef double most
-    if not (curvature >= ALIKE * promise and promise <= FASTER * c.promise):
+    # Negative by rounding alone, where the factor has no digit left.
+    if not (0 <= promise <= FASTER * c.promise and curvature >= ALIKE * promise):
         return RUNNING
     # What the present matrix promises along the step, if it is more.
     most = promise * max(1.0, promise / curvature) if promise > 0 else 0

@@ -203,6 +203,9 @@ cdef class Minimiser(Attempt):
         cdef Component* c
         cdef bint noise = self._settings.by_promise or self._settings.dogleg
         cdef double largest = 0
+        # A component that keeps its Gauss-Newton step may move without a factor: when that of the
+        # others failed, or when the loop was narrowed since.
+        cdef bint exact = self._exact and self._factored
         self._ending = self._asking = False
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
@@ -223,7 +226,7 @@ cdef class Minimiser(Attempt):
                     c, &self._settings, 2 * self.vectors.sums[k].largest)
                 self._ending |= c.verdict != RUNNING
                 c.asked = (
-                    self._exact and c.verdict == RUNNING and may_have_ended(c, &self._settings))
+                    exact and c.verdict == RUNNING and may_have_ended(c, &self._settings))
                 self._asking |= c.asked
             else:
                 c.asked = False
@@ -237,6 +240,9 @@ cdef class Minimiser(Attempt):
         cdef Component* c
         self.vectors.turn_back()
         self.solver.solve(self.vectors.step)
+        self._take_failure()
+        if self._status != RUNNING:
+            return
         self.vectors.products()
         self.vectors.take_faded()
         self.dogleg.curvatures(self.vectors.step)

@@ -148,6 +148,7 @@ cdef class Partitioned(Supervised):
         runs = np.ascontiguousarray(partition.of_values[kept[partition.of_values[:, 2]]])
         self.solver = narrowing.remaining_solver(self._whole, partition, kept)
         self.narrowings += 1
+        self._factored = False
         self.evaluation.states.restrict(partition.of_scalar, kept)
         self.evaluation.totals.restrict(rows_of(kept[partition.of_scalar], 0), runs[:, :2])
         self._box.restrict(partition.of_scalar, kept)
