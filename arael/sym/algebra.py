@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from arael.sym.errors import fail
-from arael.sym.functions import remade
 from arael.sym.limits import (
     MAX_ALGEBRA,
     MAX_DEGREE,
@@ -22,7 +21,7 @@ from arael.sym.limits import (
     MAX_TERMS,
 )
 from arael.sym.notation import text
-from arael.sym.rewriting import from_sympy, over_the_reals
+from arael.sym.rewriting import from_sympy, over_the_reals, rewritten
 from arael.sym.values import (
     Value,
     as_value,
@@ -134,11 +133,7 @@ def subs(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -
     value = as_value(value)
     given: dict[Any, Any] = {**(values or {}), **named}
     new = {symbol(k) if isinstance(k, str) else k: as_value(v) for k, v in given.items()}
-    made: dict[Any, Any] = {}
-    for node in postorder(entries(value)):
-        args = tuple(made[a] for a in node.args)
-        made[node] = new.get(node, node if args == node.args else remade(node, args))
-    return with_entries(value, [made[e] for e in entries(value)])
+    return rewritten(value, lambda node: (lambda *_: new[node]) if node in new else None)
 
 
 class Shared(NamedTuple):

@@ -65,13 +65,13 @@ def to_sympy(value: Any) -> Value:
     jumps, where SymPy has its own. A call of a function that is native or has its own derivatives
     stays.
     """
-    return _rewritten(value, lambda node: _standard(node, _KNOWN))
+    return rewritten(value, lambda node: _standard(node, _KNOWN))
 
 
 def over_numpy(value: Any) -> Value:
     """Write the functions that NumPy and `scipy.special` lack by others."""
     lacking = {n: make for n, make in _KNOWN.items() if not OPERATIONS[n].primitive}
-    return _rewritten(value, lambda node: _standard(node, lacking))
+    return rewritten(value, lambda node: _standard(node, lacking))
 
 
 def from_sympy(value: Any) -> Value:
@@ -79,14 +79,14 @@ def from_sympy(value: Any) -> Value:
 
     Values are the same; derivatives at kinks and jumps are then those of models.
     """
-    return _rewritten(value, lambda node: _LANGUAGE.get(type(node)))
+    return rewritten(value, lambda node: _LANGUAGE.get(type(node)))
 
 
 def over_the_reals(value: Any) -> tuple[Any, dict[Any, Any]]:
     """Write an expression over real variables, which SymPy simplifies further; and the way back."""
     names = {s: sp.Symbol(s.name, real=True) for s in value.free_symbols}
     simple = {name: _KNOWN[name] for name in ("abs", "sign")}
-    found = _rewritten(value.xreplace(names), lambda node: simple.get(type(node).__name__))
+    found = rewritten(value.xreplace(names), lambda node: simple.get(type(node).__name__))
     return found, {new: old for old, new in names.items()}
 
 
@@ -98,10 +98,11 @@ def _standard(node: Any, known: Mapping[str, Callable[..., Any]]) -> Callable[..
         return known[name]
     if OPERATIONS[name].primitive:
         return None
-    return lambda *args: _rewritten(written_out(name, *args), lambda inner: _standard(inner, known))
+    return lambda *args: rewritten(written_out(name, *args), lambda inner: _standard(inner, known))
 
 
-def _rewritten(value: Any, rule: Callable[[Any], Callable[..., Any] | None]) -> Value:
+def rewritten(value: Any, rule: Callable[[Any], Callable[..., Any] | None]) -> Value:
+    """Make a value again, from its operands up, where `rule` gives what makes a part of its own."""
     value = as_value(value)
     made: dict[Any, Any] = {}
     for node in postorder(entries(value)):
