@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from arael.analysis.gradients import check_gradients
 from arael.loading import load
 from arael.model import Model
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 POSE = """
 struct Pose {
@@ -61,14 +61,14 @@ def poses(tmp_path: Path, precision: str = "f64", **options: Any) -> Model:
 
 def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     model = poses(tmp_path)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     assert all(check.agrees for check in check_gradients(model._problem()))
 
 
 def test_single_precision(tmp_path: Path) -> None:
     single, double = poses(tmp_path, "f32"), poses(tmp_path)
-    check_against_interpreter(single, 1e-5)
+    check_against_oracle(single, 1e-5)
     assert single.cost() == pytest.approx(double.cost(), rel=1e-5)
 
 

@@ -11,7 +11,7 @@ from arael.analysis.gradients import check_gradients
 from arael.diagnostics.records import AraelError
 from arael.loading import load
 from arael.model import Model
-from tests.compiler.test_kernels import check_against_differences, check_against_interpreter
+from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
 MODEL = """
 const K = 3
@@ -47,7 +47,7 @@ def chain(tmp_path: Path) -> Model:
 
 def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     model = chain(tmp_path)
-    check_against_interpreter(model)
+    check_against_oracle(model)
     check_against_differences(model)
     assert all(check.agrees for check in check_gradients(model._problem()))
 
