@@ -156,7 +156,7 @@ def test_the_planar_start_ends_in_the_global_optimum() -> None:
 
 
 def text_of_planar(*changes: tuple[str, str]) -> str:
-    text = (Path(arael.__file__).parent / "models" / "pose_graph_2d.arael").read_text()
+    text = (Path(__file__).parents[2] / "models" / "pose_graph_2d.arael").read_text()
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)

@@ -37,7 +37,7 @@ cdef class Partitioned(Supervised):
     cdef uint8_t* _marks                  # [components + 1] which are evaluated
     cdef uint8_t* _accepts                # [components]
     cdef bint _retiring                   # whether components have ended that are in the system
-    cdef bint _factored                   # whether the solver keeps a factor: the last one succeeded
+    cdef bint _factored                   # whether the solver keeps a factor
     # Cost of components that have left the system, and of what reads nothing that is solved for.
     cdef double _settled
     cdef object _memory                   # of components, sums and flags
