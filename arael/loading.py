@@ -274,6 +274,16 @@ def find_model(model: str | os.PathLike[str]) -> Path:
     AraelError
         E0812 if there is neither.
     """
+    if not isinstance(model, str | os.PathLike):
+        raise AraelError(
+            Diagnostic(
+                "E0812",
+                f"a model is the path of a file or a standard model's name, found "
+                f"{type(model).__name__}",
+                origin="load",
+                help=("for a model in a string, `arael.loads(text)`",),
+            )
+        )
     name = os.fspath(model)
     path = Path(name)
     if path.suffix == ".arael" or path.is_file() or os.sep in name:

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from arael.config import LmConfig, Observer
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
 from arael.result import Plan, Result, joined
@@ -90,6 +91,15 @@ def solve(
     layout = layout_of(model)
     if observer is not None:
         settings["observer"] = observer
+    if config is not None and not isinstance(config, LmConfig):
+        raise AraelError(
+            Diagnostic(
+                "E1010",
+                f"`config` is an `arael.LmConfig`, found {type(config).__name__}",
+                origin="solve",
+                help=("write single settings by name, such as `solve(max_iters=50)`",),
+            )
+        )
     base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**{**one.config, **settings}) for one in schedule]

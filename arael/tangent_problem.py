@@ -116,8 +116,26 @@ class TangentProblem:
     # --- the base point ----------------------------------------------------------------------
 
     def retract(self, delta: ArrayLike) -> None:
-        """Move the base point by `delta`; tangent vectors are of the new point from then on."""
-        self._move_to(delta)
+        """Move the base point by `delta`; tangent vectors are of the new point from then on.
+
+        Raises
+        ------
+        AraelError
+            E0703, E0704 for anything but one number for each of `names`; E0705 if one is not
+            finite: the base point would be lost.
+        """
+        step = self._checked(delta, "delta")
+        if not np.isfinite(step).all():
+            k = int(np.argmin(np.isfinite(step)))
+            raise AraelError(
+                Diagnostic(
+                    "E0705",
+                    f"the step of `{self.names[k]}` is {step[k]:g}",
+                    origin="delta",
+                    help=("the base point is unchanged: try a shorter step",),
+                )
+            )
+        self._move_to(step)
         self._base = self._stored()
         self._where = None
         self._set_bounds()
@@ -142,7 +160,14 @@ class TangentProblem:
         ]
 
     def _checked(self, values: ArrayLike, name: str) -> Floats:
-        found = np.asarray(values, dtype=np.float64)
+        try:
+            found = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise AraelError(
+                Diagnostic(
+                    "E0703", f"expected {self.size} numbers, found {values!r:.60}", origin=name
+                )
+            ) from None
         if found.shape != (self.size,):
             raise AraelError(
                 Diagnostic(

@@ -224,6 +224,12 @@ def test_passes_freeze_until_a_later_one_frees():
             "it must be None or a number, zero or more",
         ),
         ({"verbose": 1}, "E1010", "`verbose` is 1", "it must be true or false"),
+        (
+            {"config": 3},
+            "E1010",
+            "`config` is an `arael.LmConfig`, found int",
+            "write single settings by name, such as `solve(max_iters=50)`",
+        ),
     ],
 )
 def test_bad_requests_are_refused_by_name(settings, code, message, help_text):

@@ -175,6 +175,17 @@ def test_a_vector_of_another_length_is_reported(scene: arael.Model) -> None:
     assert f"expected {problem.size} numbers" in str(raised.value)
 
 
+def test_what_is_no_step_is_reported_and_moves_nothing(scene: arael.Model) -> None:
+    problem = scene.problem()
+    before = problem.x.tolist()
+    with pytest.raises(AraelError, match="E0703"):
+        problem.cost("ab")
+    with pytest.raises(AraelError, match="E0705") as raised:
+        problem.retract(np.full(problem.size, np.nan))
+    assert f"the step of `{problem.names[0]}` is nan" in str(raised.value)
+    assert problem.x.tolist() == before
+
+
 def test_later_changes_of_the_model_do_not_matter(scene: arael.Model) -> None:
     problem = scene.problem()
     before = problem.cost()

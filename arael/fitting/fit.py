@@ -86,10 +86,12 @@ def fit(
     >>> print(f"{found.parameters['b']:.2f} +- {found.sigma['b']:.2f}")
     0.49 +- 0.02
     """
+    _check_arguments(formula, y, group, start=start, bounds=bounds, fixed=fixed)
+    shared = _names(shared)
     table = table_of(data)
     found = read_formula(formula, y, table.titles, table.name)
     points, skipped = _points(table, found, sigma, group)
-    if group is None and tuple(shared):
+    if group is None and shared:
         raise mistake("E0872", "shared parameters need groups", "shared", 'give `group="column"`')
     parameters = _parameters(found, start or {}, bounds or {}, fixed or {}, group, shared)
     curve = curve_of(found, parameters, points, loss)
@@ -117,6 +119,47 @@ def fit(
     )
 
 
+def _check_arguments(formula: Any, y: Any, group: Any, **by_name: Any) -> None:
+    """Reject arguments of other types: E0870 a formula, E0871 columns, E0872 values by name."""
+    if not isinstance(formula, str):
+        raise mistake(
+            "E0870",
+            f"a formula is text, found {type(formula).__name__}",
+            "formula",
+            'write "a * x"',
+        )
+    for where, column in (("y", y), ("group", group)):
+        if column is not None and not isinstance(column, str):
+            raise mistake(
+                "E0871",
+                f"expected the name of a column, found {type(column).__name__}",
+                where,
+                f'put the values into the data, and write {where}="name"',
+            )
+    for where, given in by_name.items():
+        if given is not None and not isinstance(given, Mapping):
+            value = "(0, 1)" if where == "bounds" else "1.5"
+            raise mistake(
+                "E0872",
+                f"expected values by the names of parameters, found {type(given).__name__}",
+                where,
+                f'write {where}={{"a": {value}}}',
+            )
+
+
+def _names(shared: Any) -> tuple[str, ...]:
+    """The names of shared parameters; a text is one name, not its letters."""
+    try:
+        return (shared,) if isinstance(shared, str) else tuple(shared)
+    except TypeError:
+        raise mistake(
+            "E0872",
+            f"expected names of parameters, found {type(shared).__name__}",
+            "shared",
+            'write shared=["a"]',
+        ) from None
+
+
 def _start(curve: Curve, formula: Formula) -> Array:
     if all(p.start is not None for p in curve.parameters):
         return np.array(
@@ -139,6 +182,10 @@ def _points(table: Table, formula: Formula, sigma: Any, group: str | None) -> tu
         deviation, where = columns[sigma], f"{table.name}: {table.titles[sigma]}"
     else:
         deviation, where = _numbers(1.0 if sigma is None else sigma, table.size), "sigma"
+        if np.isnan(deviation).all():
+            raise mistake(
+                "E0873", "the standard deviation is nan", where, "write a positive number, or none"
+            )
         whole &= ~np.isnan(deviation)
     texts = [""] * table.size
     if group is not None:
@@ -193,6 +240,14 @@ def _parameters(
             check_parameter(name, formula.parameters, what)
     if all(name in fixed for name in formula.parameters):
         raise mistake("E0872", "all parameters are fixed: there is nothing to fit", "fixed")
+    for name in fixed:
+        if name in start and start[name] != fixed[name]:
+            raise mistake(
+                "E0872",
+                f"'{name}' is fixed at {fixed[name]!r:.40} and starts at {start[name]!r:.40}",
+                "start",
+                "give one of the two",
+            )
     common = set(shared)
     return [
         _parameter(
@@ -208,6 +263,8 @@ def _parameters(
 
 def _parameter(name: str, start: Any, bounds: Any, fixed: bool, own: bool) -> Parameter:
     try:
+        if isinstance(bounds, str):
+            raise TypeError
         low, high = (
             default if bound is None else float(bound)
             for bound, default in zip(bounds, (-math.inf, math.inf), strict=True)
@@ -216,6 +273,7 @@ def _parameter(name: str, start: Any, bounds: Any, fixed: bool, own: bool) -> Pa
         raise mistake(
             "E0872", f"the bounds of '{name}' are {bounds!r:.60}", "bounds", "write (low, high)"
         ) from None
+    where = "fixed" if fixed else "start"
     if not low < high:
         raise mistake("E0872", f"the bounds {low:g} .. {high:g} of '{name}' are empty", "bounds")
     try:
@@ -223,13 +281,17 @@ def _parameter(name: str, start: Any, bounds: Any, fixed: bool, own: bool) -> Pa
     except (TypeError, ValueError):
         value = math.nan
     if value is not None and not math.isfinite(value):
-        raise mistake("E0872", f"expected a number for '{name}', found {start!r:.60}", "start")
-    if fixed:  # a fixed value is as given, whatever the bounds
-        low, high = -math.inf, math.inf
-    elif value is not None and not low <= value <= high:
+        raise mistake("E0872", f"expected a number for '{name}', found {start!r:.60}", where)
+    if value is not None and not low <= value <= high:
+        what = "fixed value" if fixed else "start"
         raise mistake(
-            "E0872", f"the start {value:g} of '{name}' is beyond {low:g} .. {high:g}", "start"
+            "E0872",
+            f"the {what} {value:g} of '{name}' is beyond {low:g} .. {high:g}",
+            where,
+            "widen the bounds, or give a value within them",
         )
+    if fixed:  # on its bound, a fixed parameter is still fixed
+        low, high = -math.inf, math.inf
     return Parameter(name, low, high, value, fixed, own)
 
 

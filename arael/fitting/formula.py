@@ -13,6 +13,8 @@ from arael.fitting.messages import mistake
 from arael.sym.values import Value, entries
 
 _EQUATION = re.compile(r"\s*([^=<>!()]+?)\s*=(?!=)(.*)", re.DOTALL)
+_COMMENT = re.compile(r"#[^\n]*")
+_RESERVED = ("self", "parent", "root")
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w|\s*\()")
 _MODULE = re.compile(r"\b(np|numpy|math|scipy|sp|sympy|torch|jnp)\.(\w+)")
 
@@ -53,6 +55,7 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
         With every mistake in the formula at its place in it; E0870: a parameter that cancels out,
         a Python expression, no parameters; E0871: a missing column.
     """
+    text = _COMMENT.sub("", text)
     if module := _MODULE.search(text):
         name = _known_function(module[2])
         raise mistake(
@@ -87,6 +90,7 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
                 f'write a residual as "0 = {formula.strip()}"',
             )
     parameters = [name for name in names if name not in titles]
+    _refuse_names(parameters)
     if not parameters and not _NAME.findall(formula):
         raise mistake("E0870", "the formula has no parameter: there is nothing to fit", "formula")
     _refuse_what_cancels(formula, parsed, parameters, titles)
@@ -134,6 +138,22 @@ def _known_function(name: str) -> str:
         "fabs": "abs",
         "absolute": "abs",
     }.get(name, name)
+
+
+def _refuse_names(parameters: list[str]) -> None:
+    """Reject dotted names and words of the language, which no parameter can be called."""
+    for name in parameters:
+        first, dot, _ = name.partition(".")
+        if dot or first in _RESERVED:
+            raise mistake(
+                "E0870",
+                f"'{name}' is neither a column nor a name for a parameter"
+                + (
+                    ": a dot reads a part of something" if dot else ": it is a word of the language"
+                ),
+                "formula",
+                f"write a plain name, such as '{name.replace('.', '_') if dot else name + '_'}'",
+            )
 
 
 def _refuse_what_cancels(

@@ -194,16 +194,26 @@ class Fit:
         freedom = self.estimates.statistics.freedom
         return float(special.stdtrit(freedom, (1 + level) / 2)) if freedom > 0 else math.nan
 
-    def _predicted(self, data: Mapping[str, Any], group: Any) -> tuple[Array, Array]:
+    def _predicted(self, data: Any, group: Any) -> tuple[Array, Array]:
         if self.formula.predicts is None:
             raise mistake(
                 "E0874", "a residual formula predicts no column", "predict", "write NAME = FORMULA"
             )
         read = [name for name in self.formula.columns if name != self.formula.predicts]
+        if not isinstance(data, Mapping) and not hasattr(data, "columns"):
+            raise mistake(
+                "E0873",
+                f"expected columns by name, found {type(data).__name__}",
+                "predict",
+                f'write {{"{read[0] if read else "x"}": [0.0, 1.0]}}',
+            )
         for name in read:
             if name not in data:
                 raise mistake("E0871", f"the column '{name}' is missing", "predict")
-        given = [np.atleast_1d(np.asarray(data[name], dtype=np.float64)) for name in read]
+        try:
+            given = [np.atleast_1d(np.asarray(data[name], dtype=np.float64)) for name in read]
+        except (TypeError, ValueError):
+            raise mistake("E0873", f"the columns {read} are not all numbers", "predict") from None
         numbers = np.atleast_1d(self._groups(group))
         # A formula without columns has a value for each point as well.
         points = [] if read else [np.atleast_1d(column) for column in data.values()]
@@ -217,6 +227,8 @@ class Fit:
 
     def _groups(self, group: Any) -> NDArray[np.int64]:
         groups = self.curve.points.groups
+        if group is not None and not groups:
+            raise mistake("E0874", "the fit has no groups", "predict", "leave `group` out")
         if not self.curve.own or not groups:
             return np.zeros(1, dtype=np.int64)
         number = {name: k for k, name in enumerate(groups)}

@@ -97,6 +97,13 @@ class Columns:
         found = {}
         for name in names:
             title = self.titles[name]
+            if self._given[title].dtype.kind in "cmM":
+                raise mistake(
+                    "E0873",
+                    f"the column '{title}' is {self._given[title].dtype}, expected real numbers",
+                    "data",
+                    "convert it first: a part of complex numbers, or seconds since a first time",
+                )
             try:
                 column = np.asarray(self._given[title], dtype=np.float64)
             except (TypeError, ValueError):
@@ -125,6 +132,11 @@ class Files:
     def __init__(self, paths: Sequence[Any]) -> None:
         self._parts = [Points(path) for path in paths]
         self._stems = [Path(os.fspath(path)).name.split(".")[0] for path in paths]
+        if len(set(self._stems)) < len(paths):  # equal names in several folders: the whole path
+            self._stems = [os.fspath(path) for path in paths]
+        for path in self._stems:
+            if self._stems.count(path) > 1:
+                raise mistake("E0873", "the file is given twice", path, "give each file once")
         self.name = f"{self._parts[0].name} and {len(paths) - 1} more"
         first = self._parts[0].titles
         common = {n: t for n, t in first.items() if all(n in part.titles for part in self._parts)}

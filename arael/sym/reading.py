@@ -23,6 +23,7 @@ from arael.check.typist import Slots, Typist
 from arael.check.walk import operands, postorder
 from arael.compiler.scalarise import NoUses, Scalariser
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source, Span
+from arael.sym.errors import fail
 from arael.sym.functions import Formulas, operation
 from arael.sym.limits import MAX_WRITTEN_OUT
 from arael.sym.values import Value, as_value, composite, entries, require_size, type_of
@@ -126,6 +127,13 @@ def parse(
     AraelError
         With the place in the text for what is wrong in it. Nothing of the text is ever run.
     """
+    if not isinstance(text, str | Source):
+        fail(
+            "E0652",
+            f"a formula is text, found {type(text).__name__}",
+            origin="parse",
+            help=('write for example `parse("a * x")`; an expression needs no parsing',),
+        )
     source = text if isinstance(text, Source) else Source("formula", text)
     values = {name: as_value(value) for name, value in (names or {}).items()}
     bag = functions if functions is not None else {}

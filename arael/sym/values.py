@@ -76,7 +76,20 @@ def symbols(names: str | Iterable[str]) -> tuple[Any, ...]:
 
 
 def vector(name: str, n: int) -> Any:
-    """Return the column of the variables ``name.x name.y name.z``, or ``name._0`` ... if n > 3."""
+    """Return the column of the variables ``name.x name.y name.z``, or ``name._0`` ... if n > 3.
+
+    Raises
+    ------
+    AraelError
+        E0652 if n is not a whole number from 1 to 4096.
+    """
+    if not isinstance(n, int) or not 1 <= n <= MAX_SCALARS:
+        fail(
+            "E0652",
+            f"expected a length from 1 to {MAX_SCALARS}, found {n!r:.40}",
+            origin="vector",
+            help=('write for example `vector("p", 3)`',),
+        )
     parts = "xyz"[:n] if n <= 3 else [f"_{i}" for i in range(n)]
     return composite(VectorType(n), [symbol(f"{name}.{part}") for part in parts])
 

@@ -77,3 +77,10 @@ def test_models_are_importable_by_name() -> None:
 def test_precision_overrides_the_root() -> None:
     assert load_compiled("linear").layout.precision == "f32"
     assert load_compiled("linear", precision="f64").layout.precision == "f64"
+
+
+@pytest.mark.parametrize("model", [3, None])
+def test_what_is_no_path_is_no_model(model: object) -> None:
+    with pytest.raises(AraelError, match="E0812") as raised:
+        arael.load(model)  # type: ignore[arg-type]
+    assert f"found {type(model).__name__}" in str(raised.value)

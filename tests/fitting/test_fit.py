@@ -240,6 +240,24 @@ def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
         ({"data": {}}, "E0873", "there are no points"),
         ({"loss": "cauchi(2)"}, "E0640", "cauchi"),
         ({"max_iter": 3}, "E1010", "did you mean `max_iters`?"),
+        ({"formula": 3}, "E0870", "a formula is text, found int"),
+        ({"formula": "a * x + q.b"}, "E0870", "'q.b' is neither a column nor a name"),
+        ({"formula": "a * x.__class__"}, "E0870", "write a plain name"),
+        ({"formula": "a * x + self"}, "E0870", "'self' is neither a column nor a name"),
+        ({"formula": "a * x + root.b"}, "E0870", "'root.b' is neither a column nor a name"),
+        ({"y": 2}, "E0871", "expected the name of a column, found int"),
+        ({"group": [0, 1]}, "E0871", "expected the name of a column, found list"),
+        ({"start": [1, 2]}, "E0872", "write start={"),
+        ({"start": {1: 1}}, "E0872", "'1' is not a parameter"),
+        ({"fixed": "a"}, "E0872", "write fixed={"),
+        ({"bounds": [(0, 1)]}, "E0872", 'write bounds={"a": (0, 1)}'),
+        ({"bounds": {"a": "01"}}, "E0872", "the bounds of 'a' are '01'"),
+        ({"bounds": {"a": (0, 1)}, "fixed": {"a": 2}}, "E0872", "fixed value 2 of 'a' is beyond"),
+        ({"start": {"a": 1}, "fixed": {"a": 2}}, "E0872", "'a' is fixed at 2 and starts at 1"),
+        ({"shared": 3, "group": "x"}, "E0872", "expected names of parameters, found int"),
+        ({"sigma": np.nan}, "E0873", "the standard deviation is nan"),
+        ({"data": {"x": [1j], "y": [1]}}, "E0873", "the column 'x' is complex128"),
+        ({"data": {"x": np.array(["2020"], "M8[s]"), "y": [1]}}, "E0873", "is datetime64[s]"),
     ],
 )  # fmt: skip
 def test_mistakes(arguments: dict[str, Any], code: str, text: str) -> None:
@@ -253,6 +271,42 @@ def test_mistakes(arguments: dict[str, Any], code: str, text: str) -> None:
     (first, *_) = caught.value.diagnostics
     assert text in str(caught.value)
     assert first.code == code
+
+
+def test_a_comment_is_no_part_of_the_formula() -> None:
+    assert set(arael.fit("y = a * x + z  # a line", DATA).parameters) == {"a", "z"}
+
+
+def test_one_shared_parameter_may_be_given_as_text() -> None:
+    data = {"x": [0.0, 1.0, 2.0, 0.0, 1.0], "y": [1.0, 3.0, 5.0, 2.0, 4.0], "g": [0, 0, 0, 1, 1]}
+    found = arael.fit("y = slope * x + b", data, group="g", shared="slope")
+    assert list(found.parameters) == ["slope", "b[0]", "b[1]"]
+
+
+def test_files_of_one_name_are_groups_of_their_own(tmp_path: Path) -> None:
+    paths = [tmp_path / folder / "run.csv" for folder in "pq"]
+    for k, path in enumerate(paths):
+        path.parent.mkdir()
+        path.write_text(f"x,y\n0,{k}\n1,{k + 2}\n2,{k + 4}\n")
+    found = arael.fit("y = a * x + b", paths, group="file", shared="a")
+    assert list(found.parameters) == ["a", f"b[{paths[0]}]", f"b[{paths[1]}]"]
+    with pytest.raises(AraelError, match="the file is given twice"):
+        arael.fit("y = a * x + b", [paths[0], paths[0]])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ((None,), "expected columns by name, found NoneType"),
+        (({"x": "a"},), "the columns ['x'] are not all numbers"),
+        (({"x": [1.0]}, "left"), "the fit has no groups"),
+    ],
+)
+def test_mistakes_of_a_prediction(arguments: tuple[Any, ...], text: str) -> None:
+    found = arael.fit("y = a * x + b", {"x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.1]})
+    with pytest.raises(AraelError) as caught:
+        found.predict(*arguments)
+    assert text in str(caught.value)
 
 
 def test_what_the_points_do_not_determine_is_named() -> None:

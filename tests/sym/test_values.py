@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -232,3 +233,17 @@ def test_hostile_text_is_refused_or_harmless(text: str) -> None:
     except AraelError:
         return
     assert value.is_Symbol or text.startswith("sin")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: sym.parse(3), "a formula is text, found int"),  # type: ignore[arg-type]
+        (lambda: sym.vector("p", -1), "expected a length from 1 to 4096, found -1"),
+        (lambda: sym.vector("p", 10**9), "expected a length from 1 to 4096, found 1000000000"),
+    ],
+)
+def test_arguments_of_another_kind_are_reported(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(AraelError, match="E0652") as raised:
+        call()
+    assert text in str(raised.value)
