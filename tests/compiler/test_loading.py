@@ -84,3 +84,10 @@ def test_what_is_no_path_is_no_model(model: object) -> None:
     with pytest.raises(AraelError, match="E0812") as raised:
         arael.load(model)  # type: ignore[arg-type]
     assert f"found {type(model).__name__}" in str(raised.value)
+
+
+def test_a_model_loaded_again_has_the_layout_of_before_and_data_of_its_own() -> None:
+    one, other = (arael.load("linear")() for _ in range(2))
+    assert one._compiled.layout is other._compiled.layout
+    one.data.extend(x=[0.0], y=[1.0])
+    assert len(other.data) == 0
