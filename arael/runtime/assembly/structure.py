@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,13 @@ from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.assembly.scatter_plan import ScatterPlan, scatter_plan
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
 from arael.runtime.system import System, build_system, free_scalars, hold, row_name
+
+if TYPE_CHECKING:
+    from arael.runtime.evaluation.natives import NativeTable
 
 # Blocks in which nothing moves stay in a system up to this many, or up to this part of all.
 _FEW_IDLE = 2

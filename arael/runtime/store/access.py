@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import prod
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Layout, Raw, Slot, Step
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.runtime.store.rearranged import taken
+
+if TYPE_CHECKING:
+    from arael.runtime.evaluation.natives import NativeTable
 
 Array = NDArray[Any]
 Ints = NDArray[np.int64]
