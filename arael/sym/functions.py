@@ -128,6 +128,8 @@ def _class(one: Record, slope: Callable[..., Any]) -> Any:
     """Make a class from its derivative: of the value, the number of an operand, the operands."""
 
     def fdiff(self: Any, argindex: int = 1) -> Any:
+        if any(arg in (sp.nan, sp.zoo) for arg in self.args):  # which SymPy does not compare
+            return sp.nan
         return slope(self, argindex, *self.args)
 
     return type(

@@ -160,3 +160,10 @@ def test_nested_diff_in_a_calculator_is_bounded() -> None:
     with pytest.raises(AraelError) as caught:
         list(Calculator().run(f"diff({text}, x)"))
     assert caught.value.diagnostics[0].code == "E0653"
+
+
+@pytest.mark.parametrize(
+    "text", ["clamp(x, (0)/0, 1) * heaviside(y - a)", "min(x, 0/0)", "max(0/0 + 1, x)"]
+)
+def test_functions_of_nan_have_the_derivative_nan(text: str) -> None:
+    assert sym.diff(sym.parse(text), "x") is sp.nan
