@@ -28,6 +28,7 @@ PARTS = {
     ),
     "numba": Part("numba", "pip install numba"),
     "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
+    "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
 }
 

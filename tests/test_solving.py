@@ -10,8 +10,6 @@ import pytest
 
 import arael
 from arael.analysis.cost_table import cost_table
-from arael.analysis.covariance import covariance
-from arael.analysis.jacobian import jacobian
 from arael.config import LmConfig
 from arael.diagnostics.records import AraelError
 from arael.result import Plan
@@ -405,101 +403,6 @@ def test_plan_reads_as_one_line():
     assert str(plan) == "sparse (n 12, nnz(L) 3.05e4): few couplings"
 
 
-# --- diagnosis -------------------------------------------------------------------------------
-
-
-def test_cost_table_lists_every_constraint():
-    model = chain()
-    table = cost_table(problem_of(model))
-    assert list(table) == ["Pairs.odometry", "Poses.drift"]
-    assert table["Poses.drift"] == 0 and table.instances == {
-        "Pairs.odometry": 12,
-        "Poses.drift": 12,
-    }
-    assert table.total == pytest.approx(cost(model), rel=1e-12)
-    empty = toys.chain()
-    assert cost_table(problem_of(model_of(empty, Store(empty)))) == {
-        "Pairs.odometry": 0,
-        "Poses.drift": 0,
-    }
-    assert str(table).splitlines()[0].split() == ["constraint", "cost", "instances", "rms"]
-    assert table.rms("Pairs.odometry") == pytest.approx(
-        (table["Pairs.odometry"] / table.residuals["Pairs.odometry"]) ** 0.5
-    )
-
-
-def test_jacobian_counts_degrees_of_freedom():
-    layout = toys.chain()
-    layout = toy.layout(layout.tables, layout.entities, layout.groups[:1])
-    found = jacobian(problem_of(model_of(layout, toys.chain_store(layout))))
-    s = found.singular_values()
-    assert found.shape == (36, 36)
-    assert (s[:-3] > 1e-3).all() and (s[-3:] < 1e-12).all()
-    u, s, v = found.svd()
-    np.testing.assert_allclose((u * s) @ v.T, found.dense(), atol=1e-12)
-    # The free directions move all poses alike.
-    assert np.abs(found.dense() @ v[:, -3:]).max() < 1e-12
-    row = found[4]
-    assert (row.label, row.constraint) == ("Pairs.odometry", 1)
-    assert [c for c, _ in row.entries] == sorted(c for c, _ in row.entries)
-    assert found.names[3] == "poses[1].pos.x"
-    with pytest.raises(IndexError):
-        found[36]
-
-
-def test_covariance_of_a_line_is_the_textbook_one():
-    model = line()
-    solve(model)
-    x = np.asarray(model._store.tables["data"].column("x"))
-    design = np.stack([x, np.ones_like(x)], axis=1)
-    expected = np.linalg.inv(design.T @ design)
-    found = covariance(problem_of(model))
-    np.testing.assert_allclose(found.matrix, expected, rtol=1e-9)
-    np.testing.assert_allclose(found.marginal("a"), expected[:1, :1], rtol=1e-9)
-    np.testing.assert_allclose(found.cross("a", "b"), expected[:1, 1:], rtol=1e-9)
-    np.testing.assert_allclose(found.marginal(("", 0)), expected, rtol=1e-9)
-
-
-def test_relative_covariance_is_that_of_the_difference():
-    model = chain()
-    solve(model)
-    found = covariance(problem_of(model))
-    a, b = ("poses", 2), ("poses", 7)
-    select = np.zeros((3, 36))
-    select[:, 6:9], select[:, 21:24] = np.eye(3), -np.eye(3)
-    expected = select @ found.matrix @ select.T
-    np.testing.assert_allclose(found.relative(a, b), expected, rtol=1e-9)
-    np.testing.assert_allclose(
-        found.relative("poses[2].pos", "poses[7].pos"), expected[:2, :2], rtol=1e-9
-    )
-
-
-def test_singular_system_names_free_directions():
-    layout = toys.chain()
-    layout = toy.layout(layout.tables, layout.entities, layout.groups[:1])
-    with pytest.raises(SolveError) as caught:
-        covariance(problem_of(model_of(layout, toys.chain_store(layout))))
-    error = caught.value.diagnostics[0]
-    assert error.code == "E1008"
-    assert error.message == "the system is singular: 3 of 36 directions are free"
-    assert error.notes == (
-        "free direction: `poses.pos` move together along x",
-        "free direction: `poses.pos` move together along y",
-        "free direction: `poses.pos` turn together",
-    )
-
-
-def test_covariance_of_what_is_fixed_is_refused():
-    model = chain()
-    poses = model._store.tables["poses"]
-    poses.fixed("pos")[0] = poses.fixed("heading")[0] = True
-    found = covariance(problem_of(model))
-    assert found.matrix.shape == (33, 33)
-    with pytest.raises(AraelError, match=r"`poses\[0\]` is not solved for") as caught:
-        found.marginal(("poses", 0))
-    assert code_of(caught) == "E1009"
-
-
 def test_the_plan_says_what_was_predicted_and_what_it_took():
     model = model_of(toys.chain(), toys.chain_store(toys.chain()))
     result = solve(model, solver="sparse")
@@ -513,90 +416,6 @@ def test_the_plan_says_what_was_predicted_and_what_it_took():
     result = solve(model, solver="schur_pcg")
     each = result.timing["solve"] / result.iterations
     assert result.plan["measured_ms"] > 1e3 * each
-
-
-# --- numbers of NumPy as settings ------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", [np.int64, np.int32, np.uint8, np.array])
-def test_whole_numbers_of_numpy_are_settings(kind):
-    counts = {"max_iters": 5, "min_iters": 2, "patience": 1, "retry_budget": 3, "num_threads": 1}
-    config = LmConfig(**{name: kind(value) for name, value in counts.items()})
-    config.validate()
-    assert {name: getattr(config, name) for name in counts} == counts
-    assert all(type(getattr(config, name)) is int for name in counts)
-    assert len(solve(line(), max_iters=kind(2), min_iters=kind(9)).history) == 2
-
-
-@pytest.mark.parametrize("kind", [np.float64, np.float32, np.float16])
-def test_numbers_of_numpy_are_settings(kind):
-    numbers = {"abs_precision": 0.5, "lambda_floor": 0.25, "time_limit": 8.0, "min_diagonal": 1.0}
-    config = LmConfig.of(**{name: kind(value) for name, value in numbers.items()})
-    assert {name: getattr(config, name) for name in numbers} == numbers
-    assert all(type(getattr(config, name)) is float for name in numbers)
-    assert LmConfig.of(verbose=np.bool_(True)).verbose is True
-    assert LmConfig.of(lambda_ceiling=kind(4.0)).lambda_ceiling == 4.0
-
-
-@pytest.mark.parametrize("value", [np.float64(5), 5.0, np.array([5]), "5", True, np.bool_(True)])
-def test_what_is_no_whole_number_is_refused(value):
-    with pytest.raises(AraelError, match="`max_iters` is"):
-        LmConfig.of(max_iters=value)
-
-
-def test_an_array_as_damping_is_refused():
-    with pytest.raises(AraelError, match="`damping` is"):
-        LmConfig.of(damping=np.ones(3))
-
-
-# --- solvers and options of the wrong type ---------------------------------------------------
-
-
-@pytest.mark.parametrize("solver", [3, None, ["dense"], b"dense", 1.5])
-def test_a_solver_that_is_no_name_is_refused(solver):
-    with pytest.raises(AraelError, match="there is no linear solver") as caught:
-        solve(line(), solver=solver)
-    assert code_of(caught) == "E0840"
-    assert "schur_pcg" in caught.value.diagnostics[0].notes[0]
-
-
-@pytest.mark.parametrize(
-    ("solver", "options"),
-    [
-        ("sparse", 3),
-        ("sparse", [("ordering", "natural")]),
-        ("sparse", {3: 1}),
-        ("sparse", {"ordering": 3}),
-        ("sparse", {"ordering": None}),
-        ("sparse", {"ordering": np.arange(3)}),
-        ("band", {"half_bandwidth": "x"}),
-        ("band", {"block_half_bandwidth": 1.5}),
-        ("schur", {"eliminate": 3}),
-        ("schur", {"eliminate": None}),
-        ("schur", {"eliminate": [1.5]}),
-        ("schur", {"eliminate": [0, "nodes"]}),
-        ("schur", {"reduced": 3}),
-        ("schur_pcg", {"tolerance": "x"}),
-        ("schur_pcg", {"floor": None}),
-        ("schur_pcg", {"iterations": "x"}),
-        ("schur_pcg", {"iterations": 2.5}),
-        ("schur_pcg", {"formed": np.ones(3)}),
-        ("schur_pcg", {"preconditioner": ["jacobi"]}),
-    ],
-)
-def test_options_of_the_wrong_type_are_refused_by_name(solver, options):
-    with pytest.raises(AraelError) as caught:
-        solve(chain(), solver=solver, solver_options=options)
-    assert code_of(caught) == "E0842"
-    name = next(iter(options)) if isinstance(options, dict) else "solver_options"
-    assert (name if isinstance(name, str) else "solver_options") in str(caught.value)
-
-
-def test_options_may_be_numbers_of_numpy():
-    assert solve(
-        chain(), solver="band", solver_options={"block_half_bandwidth": np.int64(11)}
-    ).converged
-    assert solve(chain(), solver="schur", solver_options={"eliminate": np.array([0, 5])}).converged
 
 
 # --- derivatives that are too small ----------------------------------------------------------
@@ -613,16 +432,3 @@ def test_a_derivative_that_underflows_is_not_called_zero(tmp_path, slope, text):
     with pytest.raises(SolveError, match=text) as caught:
         tiny.solve()
     assert code_of(caught) == "E1004" and "`b`" in str(caught.value)
-
-
-def test_the_same_settings_give_the_same_configuration_and_bad_ones_never_pass() -> None:
-    base = arael.LmConfig()
-    assert base.with_(max_iters=1) is base.with_(max_iters=1)
-    assert base.with_(max_iters=1) is not base.with_(max_iters=2)
-    for bad in (1.0, True):  # equal to 1, and no whole number of attempts
-        with pytest.raises(arael.AraelError, match="max_iters"):
-            base.with_(max_iters=bad)
-
-    def observe(record: object) -> None: ...
-
-    assert base.with_(observer=observe) is not base.with_(observer=observe)

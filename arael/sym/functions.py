@@ -12,6 +12,7 @@ as in the language, evaluate numerically, and work in `sympy.lambdify`.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, cast
@@ -47,9 +48,9 @@ class Numeric(sp.Function):  # type: ignore[misc]
         """Keep the function: operands may be anything."""
 
     @classmethod
+    @abstractmethod
     def _imp_(cls, *args: Any) -> Any:
         """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
-        raise NotImplementedError
 
     def _numpycode(self, printer: Any) -> str:
         """Call it by name in `lambdify`, though SymPy has a function `sinc` too."""

@@ -14,6 +14,7 @@ from rich.console import Console
 import arael
 from arael.display import progress
 from arael.display.sheet import Sheet
+from tests.optional import require
 
 TEXT = """
 struct Pose {
@@ -222,7 +223,7 @@ def test_a_cell_is_a_model() -> None:
 
 
 def test_mistakes_in_a_cell_are_printed(capsys: pytest.CaptureFixture) -> None:
-    pytest.importorskip("IPython")
+    require("IPython")
     from IPython.core.error import UsageError
 
     from arael.notebook import load_ipython_extension
@@ -237,7 +238,7 @@ def test_mistakes_in_a_cell_are_printed(capsys: pytest.CaptureFixture) -> None:
 
 
 def test_models_and_results_draw_themselves(path: arael.Model) -> None:
-    pytest.importorskip("matplotlib")
+    require("matplotlib")
     path.speed = 1.0
     assert path.plot().axes[0].get_title(loc="left") == "15 poses"
     fit = arael.loads("root R { param a: real = 1; constraint c { a - 2 } }", interpret=True)()
