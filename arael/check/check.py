@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import PurePath
+from typing import Any
 
 from arael.check.blocks import check_blocks, named_blocks
 from arael.check.bodies import Bodies, fit_names
@@ -34,7 +36,12 @@ from arael.syntax import tree
 
 
 def check(
-    file: tree.File, *, load: Load | None = None, root: str | None = None, findings: Findings
+    file: tree.File,
+    *,
+    load: Load | None = None,
+    root: str | None = None,
+    findings: Findings,
+    observe: Callable[[Any, Any, Any], None] | None = None,
 ) -> TypedModel:
     """Resolve every name, infer every shape, and lay out the tables of a model.
 
@@ -44,13 +51,14 @@ def check(
     load : returns the file that an ``import`` names; without it imports are an error
     root : name of the root to compile if the model has several
     findings : collects errors and warnings
+    observe : is called with each expression, its binding, and its unit if it is a value
 
     Raises
     ------
     AraelError
         With all errors. Warnings are in `findings`.
     """
-    report = Reporter(findings)
+    report = Reporter(findings, observe)
     declarations = gather(file, load, report)
     constants = Constants(declarations, report)
     check_functions(declarations, report)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from arael.diagnostics.records import Diagnostic, Findings, Label, Span
 
@@ -13,12 +14,18 @@ MAX_WARNINGS = 50
 class Reporter:
     """Adds diagnostics to the findings of a run.
 
+    `observe`, if given, is called with each expression of the text, what it was found to be (a
+    binding) and its unit if it is a value: editors show these.
+
     After `MAX_ERRORS` errors the run is stopped, so that checking a malicious or badly broken file
     takes bounded time.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(
+        self, findings: Findings, observe: Callable[[Any, Any, Any], None] | None = None
+    ) -> None:
         self.findings = findings
+        self.observe = observe
 
     def error(
         self,

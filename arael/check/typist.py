@@ -107,9 +107,13 @@ class Typist:
             )
         self.nesting += 1
         try:
-            return self.handlers[type(node)](self, node)
+            found = self.handlers[type(node)](self, node)
         finally:
             self.nesting -= 1
+        if self.report.observe is not None:
+            unit = self.units.of(found) if isinstance(found, Typed) else None
+            self.report.observe(node, found, unit)
+        return found
 
     def value(self, node: tree.Expr) -> Typed | Broken:
         """The value of `node`: a number of any shape, or a boolean."""

@@ -63,6 +63,7 @@ def examine() -> list[Finding]:
         _cache(),
         _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
         _extra("matplotlib", "plot", "figures (`--plot`)"),
+        _extra("pygls", "lsp", "the language server (`arael lsp`)"),
     ]
 
 

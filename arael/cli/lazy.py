@@ -19,6 +19,7 @@ COMMANDS = {
     "fit": "Fit a formula to the columns of a CSV file.",
     "calc": "Calculate, differentiate and rearrange formulas.",
     "doctor": "Report on the installation, with advice.",
+    "lsp": "Serve an editor: the language server of models.",
     "new": "Write a small model and data to start from.",
 }
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -24,7 +25,7 @@ MAX_CHARACTERS = 4 << 20
 
 
 class Imports:
-    """Reads the files that a model imports, each once.
+    """Reads the files that a model imports, each once; `read` gives the text of a file.
 
     Attributes
     ----------
@@ -32,7 +33,8 @@ class Imports:
     read : each name under which a file was imported, and its text as it was read
     """
 
-    def __init__(self) -> None:
+    def __init__(self, read: Callable[[Path], Source] = read_source) -> None:
+        self._read = read
         self.texts: dict[Path, str] = {}
         self.read: dict[str, Source] = {}
         self._files: dict[Path, File] = {}
@@ -57,7 +59,7 @@ class Imports:
         if len(self._files) >= MAX_FILES:
             raise _too_large(item, f"more than {MAX_FILES} files")
         try:
-            source = read_source(path)
+            source = self._read(path)
         except AraelError as error:
             at = f"imported by {item.span}"
             raise AraelError(replace(d, notes=(*d.notes, at)) for d in error.diagnostics) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from importlib.resources import files
+from pathlib import Path
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
@@ -43,6 +44,12 @@ def explain(code: str) -> str:
         )  # fmt: skip
     page = files("arael.diagnostics").joinpath("pages").joinpath(wanted + ".md")
     return page.read_text(encoding="utf-8")
+
+
+def page_address(code: str) -> str | None:
+    """Address of the page of `code` as a file, for editors; None if it is not a file."""
+    page = files("arael.diagnostics").joinpath("pages").joinpath(f"{code}.md")
+    return page.as_uri() if isinstance(page, Path) and page.is_file() else None
 
 
 def title(code: str) -> str:
