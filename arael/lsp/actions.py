@@ -84,9 +84,7 @@ def _line(span: Span) -> Span:
     return Span(span.source, begin, start + len(line.rstrip()))
 
 
-def _guarded(
-    document: Document, finding: Diagnostic, title: str, clause: str
-) -> Iterator[Action]:
+def _guarded(document: Document, finding: Diagnostic, title: str, clause: str) -> Iterator[Action]:
     """``add `when x` to the constraint``: behind its name, or joined with its guard by `and`."""
     assert finding.span is not None
     at = document.before(finding.span.start)
@@ -108,9 +106,7 @@ def _guarded(
     yield Action(title, finding, Span(document.source, after, after), f" {clause}")
 
 
-def _without(
-    document: Document, finding: Diagnostic, title: str, word: str
-) -> Iterator[Action]:
+def _without(document: Document, finding: Diagnostic, title: str, word: str) -> Iterator[Action]:
     """``omit `word```: the word and the blank behind it."""
     assert finding.span is not None
     line = _line(finding.span)

@@ -13,7 +13,7 @@ from arael.check.losses import LOSSES
 from arael.check.types import FIXED_TYPES, PARAM_READINGS, PARAM_TYPES, TYPE_NAMES
 from arael.check.units_table import known_names
 from arael.config import LmConfig
-from arael.lsp import keywords
+from arael.highlighting import keywords
 from arael.lsp.document import Document
 from arael.lsp.hover import builtin
 from arael.lsp.names import StructNames, Symbol

@@ -5,8 +5,8 @@ from __future__ import annotations
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.losses import LOSSES
 from arael.diagnostics.records import Span
+from arael.highlighting.keywords import KEYWORDS
 from arael.lsp.document import Document
-from arael.lsp.keywords import KEYWORDS
 from arael.lsp.names import Symbol
 from arael.operations import OPERATIONS
 

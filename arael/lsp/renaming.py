@@ -9,11 +9,12 @@ from pathlib import Path
 from arael.check.builtins import BUILTIN_NAMES
 from arael.check.types import TYPE_NAMES
 from arael.diagnostics.records import Source, Span
+from arael.highlighting.keywords import KEYWORDS
 from arael.lsp.document import Document, analyse
-from arael.lsp.keywords import KEYWORDS
 from arael.lsp.names import Symbol
 from arael.lsp.workspace import Workspace
 from arael.syntax.limits import MAX_NAME
+
 
 class Refused(Exception):
     """A new name that is not possible; the text says why."""

@@ -245,9 +245,7 @@ def make_server() -> Server:
         own = [s for s in found if s.source.name == document.source.name]
         return [lsp.DocumentHighlight(server.range(span)) for span in own]
 
-    @server.feature(
-        lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True)
-    )
+    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
     def renamed(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         uri = params.text_document.uri
         document, offset = server.document(uri), server.offset(uri, params.position)

@@ -18,7 +18,10 @@ def shown(mark: str, number: int = 0) -> str:
 @pytest.mark.parametrize(
     ("mark", "parts"),
     [
-        ("pos|: vec2 [m]\n    param heading", ["param pos: vec2 [m]", "of `Pose`", "Where the robot"]),
+        (
+            "pos|: vec2 [m]\n    param heading",
+            ["param pos: vec2 [m]", "of `Pose`", "Where the robot"],
+        ),
         ("before.po|s", ["param pos: vec2 [m]", "type `vec2 [m]`"]),
         ("st|ep - odo", ["let step = rotation_matrix", "type `vec2 [m]`"]),
         ("let before = pre|v", ["prev: ref Pose in root.poses?", "type `the struct Pose`"]),

@@ -29,7 +29,9 @@ class Editor:
         self.version = 0
         self.published: dict[str, Any] = {}
         self.news = asyncio.Event()
-        self.client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)(lambda params: self._publish(params))
+        self.client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)(
+            lambda params: self._publish(params)
+        )
 
     def _publish(self, params: lsp.PublishDiagnosticsParams) -> None:
         self.published[params.uri] = params
@@ -108,9 +110,7 @@ class Editor:
         return text
 
 
-def session(
-    path: Path, work: Callable[[Editor], Awaitable[None]], *, start: bool = True
-) -> None:
+def session(path: Path, work: Callable[[Editor], Awaitable[None]], *, start: bool = True) -> None:
     """Run `work` with an editor and a server of its own."""
 
     async def run() -> None:
@@ -232,7 +232,7 @@ def test_format(tmp_path: Path) -> None:
         assert edits
         assert editor.edited(list(edits)) == format_source(Source("model.arael", editor.text))
         editor.type("struct Beacon {", "struct Beacon")
-        assert await editor.client.text_document_formatting_async(params) == []
+        assert not await editor.client.text_document_formatting_async(params)
 
     session(tmp_path / "model.arael", work)
 
@@ -261,7 +261,7 @@ def test_an_error_of_an_import_stands_at_the_import(tmp_path: Path) -> None:
         first = (await editor.findings())[0]
         assert first.range.start == lsp.Position(0, 0)
         assert "parts.arael:" in first.message
-        # The part is opened and mended, but not saved: the editor's text counts.
+        # The part is opened and corrected, but not saved: the editor's text counts.
         uri = (tmp_path / "parts.arael").as_uri()
         item = lsp.TextDocumentItem(uri, "arael", 0, parts)
         editor.published.clear()

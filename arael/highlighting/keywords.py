@@ -1,6 +1,6 @@
 """The words of the language: how each is written, on one line.
 
-`tests/lsp/test_words.py` compares the list with the grammar.
+`tests/highlighting` compares the list with the grammar.
 """
 
 from __future__ import annotations
@@ -79,3 +79,10 @@ FORMULAS = {
 
 KEYWORDS = {**FORMULAS, **PASSES, **TYPES, **CLAUSES, **MEMBERS, **ITEMS}
 """Every word of the grammar, with how it is written."""
+
+NAMES = frozenset(
+    {"list", "deque", "arena", "block", "triplets", "key", "loss", "into", "fit", "pass", "prior"}
+    | {"fixed", "solve", "marginalize", "skip", "skip_self_block", "freeze", "free", "symbolic"}
+    | {"compute", "update", "derivs"}
+)
+"""Words that are names everywhere but at their own place."""

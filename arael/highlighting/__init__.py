@@ -1,0 +1,1 @@
+"""Colours for `.arael` files: a Pygments lexer, and the grammars of editors."""
