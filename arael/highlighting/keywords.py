@@ -17,7 +17,7 @@ ITEMS = {
 """Words that begin an item of a file."""
 
 MEMBERS = {
-    "param": "param NAME: TYPE [UNIT] in LOW .. HIGH = DEFAULT: solved for; or param NAME = FORMULA",
+    "param": "param NAME: TYPE [UNIT] in LOW .. HIGH = DEFAULT; or param NAME = FORMULA",
     "skip": "skip NAME: TYPE: stored, never read",
     "constraint": "constraint NAME when GUARD loss KERNEL { let ...; RESIDUAL }",
     "prior": "prior NAME ~ normal(MEAN, SIGMA)",

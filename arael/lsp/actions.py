@@ -1,7 +1,7 @@
 """Corrections that a message proposes, as edits.
 
-A help line quotes what to write. Each reading of it as an edit is tried: the changed text is checked,
-and it is offered only if the error is gone and there is no new one.
+A help line quotes what to write. Each reading of it as an edit is tried: the changed text is
+checked, and the edit is offered only if the error is gone and there is no new one.
 """
 
 from __future__ import annotations

@@ -38,8 +38,8 @@ class Completion:
 
 _VECTOR_PARTS = ("x", "y", "z")
 _PARTS = {
-    "quat": tuple(QUATERNION_PARTS) + ("vec",),
-    "quaternion": tuple(QUATERNION_PARTS) + ("vec",),
+    "quat": (*QUATERNION_PARTS, "vec"),
+    "quaternion": (*QUATERNION_PARTS, "vec"),
     "transform": ("translation", "rotation"),
     "similarity": ("translation", "rotation", "scale"),
     "vec2": _VECTOR_PARTS[:2],
@@ -50,7 +50,7 @@ _PARTS = {
 
 
 def completions(document: Document, offset: int) -> list[Completion]:
-    """Proposals for the word that ends at `offset`, best first; the editor filters by its letters."""
+    """Proposals for the word that ends at `offset`, best first; an editor filters by letters."""
     i = document.before(offset - 1) if offset else -1
     tokens = document.tokens
     typing = i >= 0 and tokens[i].end >= offset and tokens[i].text.isidentifier()

@@ -27,8 +27,9 @@ RENAMEABLE = {
 
 
 def uses(document: Document, symbol: Symbol, workspace: Workspace) -> list[Span]:
-    """Every place where `symbol` is named, its declaration included, in this file and the others
-    of its folder.
+    """Every place where `symbol` is named, in this file and the others of its folder.
+
+    The declaration is one of them.
     """
     found = list(_in(document, symbol))
     if symbol.kind not in ("argument", "let", "element"):
