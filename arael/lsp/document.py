@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from arael.check.binding import Entity, OptionalValue, describe
@@ -49,7 +50,7 @@ class Document:
         """Findings that stop a compilation."""
         return tuple(d for d in self.findings if d.severity == "error")
 
-    @property
+    @cached_property
     def resolver(self) -> Resolver:
         """Finds the declarations of its words."""
         return Resolver(self.names, self.source)
@@ -66,7 +67,7 @@ class Document:
 
     def before(self, offset: int) -> int:
         """Number of the last token that starts at `offset` or before it; -1 if there is none."""
-        return bisect_right([t.start for t in self.tokens], offset) - 1
+        return bisect_right(self._starts, offset) - 1
 
     def symbol_at(self, offset: int) -> Symbol | None:
         """The declaration of the word at `offset`."""
@@ -85,7 +86,11 @@ class Document:
         """Type and unit of the expression at `span`, as far as known."""
         return " | ".join(self.types.get((span.start, span.end), ()))
 
-    @property
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [token.start for token in self.tokens]
+
+    @cached_property
     def _declared(self) -> dict[tuple[int, int], Symbol]:
         if not self.complete:
             return {}
