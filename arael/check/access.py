@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, RefList, describe
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
 from arael.check.field_reads import bind_field
 from arael.check.scope import Candidate
@@ -112,6 +112,8 @@ def attribute(t: Typist, node: tree.Attribute) -> Binding:
         return _of_entity(t, node, owner)
     if isinstance(owner, Collection):
         return _of_collection(t, node, owner)
+    if isinstance(owner, RefList):
+        return _of_refs(t, node, owner)
     value = t.as_value(owner, node.obj.span)
     return value if isinstance(value, Broken) else _of_value(t, node, value)
 
@@ -158,6 +160,21 @@ def _of_collection(t: Typist, node: tree.Attribute, collection: Collection) -> B
         help=[
             f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where "
             "it runs for each"
+        ],
+    )
+
+
+def _of_refs(t: Typist, node: tree.Attribute, refs: RefList) -> Broken:
+    text = node.obj.span.text
+    return t.fail(
+        "E0304",
+        node.obj.span,
+        f"`{text}` is a list of {len(refs.field.elements)} refs",
+        label=f"which {refs.field.struct}?",
+        labels=[Label(refs.field.span, "declared here")],
+        help=[
+            f"write `{text}[0].{node.name}` for one of them, or "
+            f"`sum(k in {text}) {{ k.{node.name} }}` for all"
         ],
     )
 
@@ -272,7 +289,10 @@ def _component(t: Typist, node: tree.Expr, value: Typed, at: int) -> Binding:
 
 def index(t: Typist, node: tree.Index) -> Binding:
     """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0; ``a:b`` for a part of it."""
-    value = t.number(node.obj)
+    found = t.visit(node.obj)
+    if isinstance(found, RefList):
+        return _element(t, node, found)
+    value = t.as_number(found, node.obj.span)
     if isinstance(value, Broken):
         return BROKEN
     type_ = value.type
@@ -311,6 +331,22 @@ def index(t: Typist, node: tree.Index) -> Binding:
             return BROKEN
         at = at * size + i
     return _component(t, node, value, at)
+
+
+def _element(t: Typist, node: tree.Index, refs: RefList) -> Binding:
+    """``knots[2]``: the entity that an element of a list of refs points to."""
+    elements = refs.field.elements
+    (at, *more) = node.indices
+    if more or isinstance(at, tree.Slice):
+        return t.fail(
+            "E0305",
+            node.span,
+            "an element of a list of refs has one index",
+            label=f"expected 0 to {len(elements) - 1}",
+            labels=[Label(refs.field.span, "declared here")],
+        )
+    i = constant_index(t, at, len(elements), f"`{node.obj.span.text}`")
+    return BROKEN if i is None else t.paths.follow(refs.owner, elements[i])
 
 
 def _part(t: Typist, node: tree.Index, value: Typed, sizes: Sequence[int]) -> Binding:

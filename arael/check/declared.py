@@ -12,7 +12,7 @@ from arael.runtime.layout import Param
 from arael.syntax import tree
 
 FieldKind = Literal[
-    "column", "struct", "collection", "ref", "block", "triplets", "constraint_index"
+    "column", "struct", "collection", "ref", "refs", "block", "triplets", "constraint_index"
 ]
 
 
@@ -27,6 +27,7 @@ class FieldDecl:
     text : the type as declared, for messages (``vec3 [m]``)
     shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
     struct : name of the struct held by value, collected or referred to
+    elements : the refs of a list of refs, each a field ``knots.0`` of its own
     component : whether `struct` is a component, which belongs to the entity that contains it
     quantity : unit of its values, if known; `unit` is the text
     """
@@ -43,6 +44,7 @@ class FieldDecl:
     collection: Literal["list", "deque", "arena"] = "list"
     param: Param | None = None
     component: bool = False
+    elements: tuple[FieldDecl, ...] = ()
     default: tuple[float, ...] | str | None = None
     quantity: Quantity = UNKNOWN
 

@@ -27,6 +27,7 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.check.types import size_of
+from arael.check.sums import sum_over
 from arael.check.typist import Typist
 from arael.check.units_fields import unit_of
 from arael.diagnostics.records import Label
@@ -302,4 +303,5 @@ HANDLERS: Mapping[type, Callable[[Typist, Any], Binding]] = {
     tree.Transpose: _transpose,
     tree.Conditional: _conditional,
     tree.ListExpr: _list,
+    tree.Sum: sum_over,
 }

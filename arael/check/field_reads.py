@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue
+from arael.check.binding import (
+    BROKEN,
+    Binding,
+    Broken,
+    Collection,
+    Entity,
+    OptionalValue,
+    RefList,
+)
 from arael.check.context import Context
 from arael.check.declared import FieldDecl
 from arael.check.scope import ComponentScope
@@ -21,6 +29,8 @@ def bind_field(t: Context, entity: Entity, name: str, span: Span) -> Binding:
         return Entity(entity.steps, entity.place.values[name], entity.holder, entity.needs)
     if field.kind == "collection":
         return Collection(entity, entity.place.collections[name])
+    if field.kind == "refs":
+        return RefList(entity, field)
     skipped = field.node.role == "skip"
     if field.kind == "ref" and not skipped:
         return t.paths.follow(entity, field)
@@ -133,7 +143,9 @@ def row_is_there(t: Context, entity: Entity, span: Span) -> Broken | None:
 
 def field_at(entity: Entity, column: str) -> FieldDecl:
     """The ref field of `entity` whose values are the column `column`."""
-    return entity.place.struct.fields[column.removeprefix(entity.place.prefix)]
+    name, _, number = column.removeprefix(entity.place.prefix).partition(".")
+    field = entity.place.struct.fields[name]
+    return field.elements[int(number)] if number else field
 
 
 def ref_text(entity: Entity, column: str) -> str:

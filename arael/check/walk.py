@@ -68,6 +68,8 @@ def _parts(node: tree.Expr | tree.Slice) -> tuple[tree.Expr | tree.Slice, ...]:
             return (node.cond, node.then, node.otherwise)
         case tree.ListExpr():
             return node.items
+        case tree.Sum():
+            return (node.over, *(let.value for let in node.body.lets), node.body.result)
         case tree.Lambda():
             return (node.body,)
         case _:

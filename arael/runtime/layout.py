@@ -130,13 +130,17 @@ class Column(msgspec.Struct, frozen=True):
 
 
 class ByValue(msgspec.Struct, frozen=True):
-    """A struct held by value (or optionally) within the rows of a table."""
+    """A struct held by value (or optionally) within the rows of a table.
+
+    A list of `refs` refs is one as well: its fields ``0``, ``1``, ... are refs to `struct`.
+    """
 
     path: str
     struct: str
     optional: bool
     where: str
     within: str = ""
+    refs: int = 0
 
 
 class Table(msgspec.Struct, frozen=True):

@@ -23,6 +23,13 @@ class TypeBuilder(Builder):
         target, path, question = parts
         return tree.RefType(span=span, target=target, path=path, optional=question is not None)
 
+    def _make_ref_list_type(self, parts: list[Any], span: Span) -> tree.RefListType:
+        target, path, number = parts
+        inner = self._log.span(target.span.start, path.span.end)
+        ref = tree.RefType(span=inner, target=target, path=path)
+        (count,) = self._make_dims([number], span)
+        return tree.RefListType(span=span, ref=ref, count=count)
+
     def _make_block_type(self, parts: list[Any], span: Span) -> tree.BlockType:
         return tree.BlockType(span=span, entities=tuple(parts))
 

@@ -1,0 +1,145 @@
+"""Rule: a sum runs over a list of fixed length, and its body is a number, a vector or a matrix.
+
+Allowed: ``sum(k in self.knots) { ... }`` over a list of refs; over refs written in brackets,
+``sum(p in [a, b, c]) { ... }``; over the elements of a vector; with the number of the element,
+``sum(i, k in knots) { B[i] * k.pos }``; `let`s in its body; a sum within a sum.
+
+Not allowed: a single entity; a name that is in use already; a truth value or a rotation as body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from arael.check.binding import BROKEN, Binding, Broken, Entity, RefList, describe
+from arael.check.builtins import widened
+from arael.check.operators import result_type
+from arael.check.scope import Candidate, Scope
+from arael.check.typed import INT, REAL, Component, Literal_, Typed, VectorType
+from arael.check.typist import Typist
+from arael.diagnostics.records import Label, Span
+from arael.syntax import tree
+
+
+@dataclass
+class SumScope:
+    """Inside a sum: its names and its `let`s, then the scope around it."""
+
+    around: Scope
+    own: dict[str, tuple[Binding, Span]]
+
+    def candidates(self, name: str) -> list[Candidate]:
+        """All candidates for `name`."""
+        if name not in self.own:
+            return self.around.candidates(name)
+        binding, span = self.own[name]
+        entity = binding if isinstance(binding, Entity) else None
+        return [Candidate("a name of this sum", span, lambda _: binding, entity)]
+
+    def names(self) -> Iterable[str]:
+        """Candidates for the correction of a misspelt name."""
+        return [*self.own, *self.around.names()]
+
+    def advice(self, name: str) -> list[str]:
+        """Help for the unknown name `name`."""
+        return self.around.advice(name)
+
+
+def sum_over(t: Typist, node: tree.Sum) -> Binding:
+    """``sum(i, k in list) { body }``: the body for each element, added."""
+    idents = [ident for ident in (node.index, node.element) if ident is not None]
+    elements = _elements(t, node.over)
+    if elements is None or not _are_free(t, idents, node.body):
+        return BROKEN
+    total: Typed | None = None
+    for number, element in enumerate(elements):
+        names: dict[str, tuple[Binding, Span]] = {node.element.id: (element, node.element.span)}
+        if node.index is not None:
+            literal = Literal_(type=INT, span=node.index.span, value=float(number))
+            names[node.index.id] = (t.make(literal), node.index.span)
+        term = _term(t, node, names)
+        if isinstance(term, Broken):
+            return BROKEN
+        if total is None:
+            total = term
+            continue
+        joined = t.apply(node, "add", [total, term], widened(total.type))
+        if not isinstance(joined, Typed):
+            return BROKEN
+        total = joined
+    assert total is not None
+    return total
+
+
+def _elements(t: Typist, node: tree.Expr) -> Sequence[Binding] | None:
+    """What a sum runs over, element by element; None after an error."""
+    if isinstance(node, tree.ListExpr) and node.items:
+        found = [t.visit(item) for item in node.items]
+        if any(isinstance(one, Broken) for one in found):
+            return None
+        if all(isinstance(one, Entity) for one in found):
+            return found
+        over: Binding = t.value(node)
+    else:
+        over = t.visit(node)
+    if isinstance(over, Broken):
+        return None
+    if isinstance(over, RefList):
+        found = [t.paths.follow(over.owner, element) for element in over.field.elements]
+        return None if any(isinstance(one, Broken) for one in found) else found
+    if isinstance(over, Typed) and isinstance(over.type, VectorType):
+        parts = range(over.type.n)
+        return [t.make(Component(type=REAL, span=node.span, of=over, index=k)) for k in parts]
+    help_ = ["declare a list of refs, `knots: [ref Knot in root.knots; 4]`, and sum over `knots`"]
+    if isinstance(over, Entity):
+        help_ = ["write `[a, b, c]` for a sum over several"]
+    t.fail("E0612", node.span, "a sum runs over a list", label=f"this is {describe(over)}",
+           help=help_)  # fmt: skip
+    return None
+
+
+def _are_free(t: Typist, idents: Sequence[tree.Ident], body: tree.Body) -> bool:
+    """Whether the names that a sum introduces have no other meaning here."""
+    taken: dict[str, Span] = {}
+    for ident in (*idents, *(let.name for let in body.lets)):
+        found = t.scope.candidates(ident.id)
+        labels = [Label(c.span, c.what) for c in found if c.span is not None]
+        if ident.id in taken:
+            labels = [Label(taken[ident.id], "first declared here")]
+        elif not found:
+            taken[ident.id] = ident.span
+            continue
+        t.fail(
+            "E0207",
+            ident.span,
+            f"`{ident.id}` has another meaning here",
+            label="declared again" if ident.id in taken else f"this is {found[0].what}",
+            labels=labels,
+            help=["use a new name in the sum"],
+        )
+        return False
+    return True
+
+
+def _term(t: Typist, node: tree.Sum, names: dict[str, tuple[Binding, Span]]) -> Typed | Broken:
+    """The body of a sum for one element."""
+    before = t.scope
+    t.scope = SumScope(before, names)
+    try:
+        for let in node.body.lets:
+            names[let.name.id] = (t.visit(let.value), let.name.span)
+        term = t.number(node.body.result)
+    finally:
+        t.scope = before
+    if isinstance(term, Typed) and result_type("+", term.type, term.type) is None:
+        return t.fail(
+            "E0301",
+            node.body.result.span,
+            f"`{term.type} + {term.type}` does not fit",
+            label=f"this is {term.type}",
+            help=["a sum adds numbers, vectors or matrices"],
+        )
+    return term
+
+
