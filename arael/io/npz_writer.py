@@ -55,9 +55,15 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
     orders[table.layout.path] = order
     if table.layout.path and not table.layout.parent and not table.data and not table.optionals:
         yield f"{table.layout.path}.count", np.array(table.size)
+    lists = {held.path: held.refs for held in table.layout.values if held.refs}
+    for path, count in lists.items():
+        refs = [_ref_indices(table, table.data[f"{path}.{k}"])[order] for k in range(count)]
+        yield full_path(table, path), np.stack(refs, axis=-1)
     for leaf in table.fields.leaves():
         column, name = leaf.column, full_path(table, leaf.path)
         if column.role == "constraint_index":
+            continue
+        if column.role == "ref" and leaf.path.rpartition(".")[0] in lists:
             continue
         if column.role == "ref":
             yield name, _ref_indices(table, column)[order]

@@ -33,6 +33,8 @@ def gather(file: tree.File) -> Facts:
         start = node.span.start
         if isinstance(node, (tree.Name, tree.Ident)):
             facts.names.add(start)
+        elif isinstance(node, tree.Sum):
+            facts.names.add(start)
         elif isinstance(node, tree.Attribute):
             facts.names.add(node.name_span.start)
         elif isinstance(node, tree.Unary):
