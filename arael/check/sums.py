@@ -1,10 +1,12 @@
-"""Rule: a sum runs over a list of fixed length, and its body is a number, a vector or a matrix.
+"""Rule: a sum runs over a list, and its body is a number, a vector or a matrix.
 
 Allowed: ``sum(k in self.knots) { ... }`` over a list of refs; over refs written in brackets,
 ``sum(p in [a, b, c]) { ... }``; over the elements of a vector; with the number of the element,
-``sum(i, k in knots) { B[i] * k.pos }``; `let`s in its body; a sum within a sum.
+``sum(i, k in knots) { B[i] * k.pos }``; `let`s in its body; a sum within a sum. Over the rows of a
+collection, ``sum(x in self.items) { x.a * p }``, where only data is read from rows.
 
-Not allowed: a single entity; a name that is in use already; a truth value or a rotation as body.
+Not allowed: a single entity; a name that is in use already; a truth value or a rotation as body;
+parameters or numbers of the rows of a collection.
 """
 
 from __future__ import annotations
@@ -12,13 +14,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from arael.check.binding import BROKEN, Binding, Broken, Entity, RefList, describe
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, RefList, describe
 from arael.check.builtins import widened
+from arael.check.field_reads import row_is_there
 from arael.check.operators import result_type
 from arael.check.scope import Candidate, Scope
-from arael.check.typed import INT, REAL, Component, Literal_, Typed, VectorType
+from arael.check.typed import INT, REAL, Component, Literal_, Read, Total, Typed, VectorType
 from arael.check.typist import Typist
+from arael.check.walk import postorder
 from arael.diagnostics.records import Label, Span
+from arael.runtime.layout import Step
 from arael.syntax import tree
 
 
@@ -49,9 +54,12 @@ class SumScope:
 def sum_over(t: Typist, node: tree.Sum) -> Binding:
     """``sum(i, k in list) { body }``: the body for each element, added."""
     idents = [ident for ident in (node.index, node.element) if ident is not None]
-    elements = _elements(t, node.over)
+    over = _list(t, node.over)
+    elements = [over] if isinstance(over, Collection) else over
     if elements is None or not _are_free(t, idents, node.body):
         return BROKEN
+    if isinstance(over, Collection):
+        return _over_rows(t, node, over)
     total: Typed | None = None
     for number, element in enumerate(elements):
         names: dict[str, tuple[Binding, Span]] = {node.element.id: (element, node.element.span)}
@@ -72,8 +80,59 @@ def sum_over(t: Typist, node: tree.Sum) -> Binding:
     return total
 
 
-def _elements(t: Typist, node: tree.Expr) -> Sequence[Binding] | None:
-    """What a sum runs over, element by element; None after an error."""
+def _over_rows(t: Typist, node: tree.Sum, over: Collection) -> Binding:
+    """A sum over the rows of a collection, which need not be few or as many everywhere."""
+    owner = over.owner
+    if node.index is not None:
+        return t.fail(
+            "E0612",
+            node.index.span,
+            "the rows of a collection have no number in a sum",
+            label="only a list of fixed length has",
+            help=[f"write `sum({node.element.id} in {node.over.span.text}) {{ ... }}`"],
+        )
+    if isinstance(row_is_there(t, owner, node.over.span), Broken):
+        return BROKEN
+    steps = (*owner.steps, Step("rows", over.site.path))
+    row = Entity(steps, over.site.place, owner, owner.needs)
+    slot, rows = t.slots.of(owner), t.slots.of(row)
+    term = _term(t, node, {node.element.id: (row, node.element.span)})
+    if isinstance(term, Broken):
+        return BROKEN
+    for read in postorder([term]):
+        if not isinstance(read, Read) or t.slots.steps(read.slot)[: len(steps)] != steps:
+            continue
+        if read.version != "data":
+            return _refuse_parameter(t, node, over, read)
+    total = Total(
+        type=widened(term.type),
+        span=node.span,
+        of=term,
+        slot=slot,
+        rows=rows,
+        collection=over.site.path,
+    )
+    return t.make(total)
+
+
+def _refuse_parameter(t: Typist, node: tree.Sum, over: Collection, read: Read) -> Broken:
+    struct, text = over.site.place.struct.name, node.over.span.text
+    return t.fail(
+        "E0613",
+        read.span,
+        "a sum over the rows of a collection reads only data of its rows",
+        label="this is a parameter",
+        labels=[Label(node.over.span, "any number of rows"), *t.origin(read)],
+        notes=["a residual reads the parameters of a fixed number of rows"],
+        help=[
+            f"declare a list of fixed length, `rows: [ref {struct} in ...; 4]`, and sum over it",
+            f"or write a constraint in {struct}, where it runs for each row of `{text}`",
+        ],
+    )
+
+
+def _list(t: Typist, node: tree.Expr) -> Sequence[Binding] | Collection | None:
+    """What a sum runs over, element by element, or a collection; None after an error."""
     if isinstance(node, tree.ListExpr) and node.items:
         found = [t.visit(item) for item in node.items]
         if any(isinstance(one, Broken) for one in found):
@@ -85,6 +144,8 @@ def _elements(t: Typist, node: tree.Expr) -> Sequence[Binding] | None:
         over = t.visit(node)
     if isinstance(over, Broken):
         return None
+    if isinstance(over, Collection):
+        return over
     if isinstance(over, RefList):
         found = [t.paths.follow(over.owner, element) for element in over.field.elements]
         return None if any(isinstance(one, Broken) for one in found) else found

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from arael.check.typed import Apply, Component, Formula, Invoke, Pack, Select, Typed
+from arael.check.typed import (
+    Apply,
+    Component,
+    Formula,
+    Invoke,
+    Pack,
+    Select,
+    Total,
+    Typed,
+)
 from arael.syntax import tree
 
 
@@ -14,7 +23,7 @@ def operands(node: Typed) -> tuple[Typed, ...]:
         return node.args
     if isinstance(node, Invoke):
         return node.args if node.value is None else (*node.args, node.value)
-    if isinstance(node, Component | Formula):
+    if isinstance(node, Component | Formula | Total):
         return (node.of,)
     if isinstance(node, Pack):
         return node.items
