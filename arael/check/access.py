@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from arael.check.arithmetic import NotConstant, evaluate
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, RefList, describe
-from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, is_number
 from arael.check.field_reads import bind_field
 from arael.check.scope import Candidate
 from arael.check.stored import as_stored
@@ -397,23 +398,38 @@ def constant_slice(t: Typist, node: tree.Slice, size: int, of: str) -> range | N
     return None
 
 
+def _constant(value: Typed) -> float | None:
+    """The number of a constant, such as ``N - 1``; None of anything else."""
+    if isinstance(value, Literal_):
+        return value.value
+    if not is_number(value.type):
+        return None
+    try:
+        (number,) = evaluate(value)
+    except NotConstant:
+        return None
+    return number
+
+
 def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None:
     """A constant index; None after an error."""
     value = t.number(node)
     if isinstance(value, Broken):
         return None
-    if not isinstance(value, Literal_) or value.value != int(value.value):
+    number = _constant(value)
+    if number is None or number != int(number):
         t.fail(
             "E0305",
             node.span,
             "an index is a constant whole number",
-            label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
+            label=f"this is {describe(value)}" if number is None else "not whole",
         )
         return None
-    if isinstance(value.unit, Unit) and not value.unit.is_one:
-        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {value.unit}")
+    unit = t.units.of(value)
+    if isinstance(unit, Unit) and not unit.is_one:
+        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {unit}")
         return None
-    i = int(value.value)
+    i = int(number)
     if not 0 <= i < size:
         t.fail(
             "E0305",
