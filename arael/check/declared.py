@@ -54,6 +54,12 @@ class FieldDecl:
         return self.node.name.span
 
     @property
+    def shown(self) -> str:
+        """The name as a model writes it: ``knots[0]`` for an element of a list of refs."""
+        name, _, number = self.name.partition(".")
+        return f"{name}[{number}]" if number else name
+
+    @property
     def where(self) -> str:
         """Place of the declaration for messages."""
         return str(self.node.span)
@@ -83,6 +89,15 @@ class StructDecl:
     def name(self) -> str:
         """Name of the struct."""
         return self.node.name.id
+
+    def field_at(self, name: str) -> FieldDecl | None:
+        """The field of that name, or ``knots.0``, an element of a list of refs."""
+        name, _, number = name.partition(".")
+        field = self.fields.get(name)
+        if field is None or not number:
+            return field
+        k = int(number)
+        return field.elements[k] if k < len(field.elements) else None
 
     @property
     def has_params(self) -> bool:

@@ -143,14 +143,18 @@ def row_is_there(t: Context, entity: Entity, span: Span) -> Broken | None:
 
 def field_at(entity: Entity, column: str) -> FieldDecl:
     """The ref field of `entity` whose values are the column `column`."""
-    name, _, number = column.removeprefix(entity.place.prefix).partition(".")
-    field = entity.place.struct.fields[name]
-    return field.elements[int(number)] if number else field
+    field = entity.place.struct.field_at(column.removeprefix(entity.place.prefix))
+    assert field is not None, column
+    return field
 
 
 def ref_text(entity: Entity, column: str) -> str:
     """The path to a ref as a constraint writes it: ``parent.prev``."""
-    return ".".join([*(s.ref or s.kind for s in entity.steps), column])
+    steps = entity.steps
+    if any(s.kind == "rows" for s in steps):  # below a row that a sum runs over
+        last = max(i for i, s in enumerate(steps) if s.kind == "rows")
+        return ".".join([*(s.ref or s.kind for s in steps[last + 1 :]), column])
+    return ".".join([*(s.ref or s.kind for s in steps), column])
 
 
 def _unguarded(t: Context, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
@@ -175,13 +179,21 @@ def _unguarded(t: Context, span: Span, optional: str, field: FieldDecl, entity: 
         ),
         field,
     )
+    help_ = []
+    if any(s.kind == "rows" for s in entity.steps):
+        help_ = [
+            "a sum reads every row: each needs a target here"
+            if field.kind == "ref"
+            else f"write `if {guard} then ... else ...`"
+        ]
     return t.fail(
         "E0501",
         span,
         f"`{written}` may be absent here",
         label=f"`{guard}` is optional",
         labels=[Label(declared.span, f"declared `{declared.text}` here")],
-        help=[
+        help=help_
+        or [
             f"add `when {guard}` to the constraint"
             if field.kind == "ref"
             else f"add `when {guard}` to the constraint, or write `if {guard} then ... else ...`"

@@ -40,7 +40,7 @@ class SumScope:
             return self.around.candidates(name)
         binding, span = self.own[name]
         entity = binding if isinstance(binding, Entity) else None
-        return [Candidate("a name of this sum", span, lambda _: binding, entity)]
+        return [Candidate("a name of a sum", span, lambda _: binding, entity)]
 
     def names(self) -> Iterable[str]:
         """Candidates for the correction of a misspelt name."""

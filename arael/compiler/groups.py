@@ -379,7 +379,7 @@ def _slot_name(site: ConstraintSite, slot: int) -> str:
     steps = site.slots[slot].steps
     if not steps:
         return ""
-    return ".".join(s.ref if s.kind == "ref" else s.kind for s in steps) + "."
+    return ".".join(s.shown for s in steps) + "."
 
 
 def _state_name(site: ConstraintSite, use: Use, states: Sequence[StateModel], offset: int) -> str:

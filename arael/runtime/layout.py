@@ -42,6 +42,14 @@ class Step(msgspec.Struct, frozen=True):
     kind: Literal["parent", "ref", "root", "rows"]
     ref: str = ""
 
+    @property
+    def shown(self) -> str:
+        """The step as a model writes it: ``prev``, ``knots[0]``, ``parent``."""
+        if self.kind == "rows":
+            return self.ref.rpartition(".")[2]
+        name, _, last = self.ref.rpartition(".")
+        return f"{name}[{last}]" if name and last.isdecimal() else self.ref or self.kind
+
 
 class Part(msgspec.Struct, frozen=True):
     """Tangent scalars that are frozen together: ``translation`` of a transform."""
