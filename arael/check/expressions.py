@@ -12,6 +12,7 @@ from arael.check.calls import call
 from arael.check.field_reads import presence
 from arael.check.guards import Fact, facts_of
 from arael.check.operators import OPERATIONS, advice, result_type
+from arael.check.sums import sum_over
 from arael.check.typed import (
     BOOL,
     INT,
@@ -27,7 +28,6 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.check.types import size_of
-from arael.check.sums import sum_over
 from arael.check.typist import Typist
 from arael.check.units_fields import unit_of
 from arael.diagnostics.records import Label

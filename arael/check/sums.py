@@ -202,5 +202,3 @@ def _term(t: Typist, node: tree.Sum, names: dict[str, tuple[Binding, Span]]) -> 
             help=["a sum adds numbers, vectors or matrices"],
         )
     return term
-
-

@@ -76,7 +76,7 @@ def elements(value: Any, count: int, origin: Any, text: str) -> dict[str, Any]:
     Raises
     ------
     AraelError
-        E0703 no list; E0704 another number of refs, with the row.
+        E0703 no list; E0704 another number of refs, with the row; E0707 null.
     """
     # imported here: the circle of fields, collections and refs
     from arael.face.ref import Refs
@@ -102,6 +102,9 @@ def elements(value: Any, count: int, origin: Any, text: str) -> dict[str, Any]:
             _check_length(len(one), count, origin, text, row)
         return {str(k): [one[k] for one in items] for k in range(count)}
     _check_length(len(items), count, origin, text, None)
+    null = next((k for k, one in enumerate(items) if one is None), None)
+    if null is not None:
+        raise error("E0707", "null where a ref is needed", f"{origin}[{null}]")
     return {str(k): one for k, one in enumerate(items)}
 
 

@@ -38,7 +38,10 @@ WRITTEN_OUT = (
         "knots: [ref Knot in root.knots; 4]",
         "; ".join(f"k{i}: ref Knot in root.knots" for i in range(4)),
     )
-    .replace("sum(i, k in self.knots) { B[i] * k.c }", " + ".join(f"B[{i}] * k{i}.c" for i in range(4)))
+    .replace(
+        "sum(i, k in self.knots) { B[i] * k.c }",
+        " + ".join(f"B[{i}] * k{i}.c" for i in range(4)),
+    )
     .replace("knots[0]", "k0")
     .replace("knots[N - 2]", "k1")
     .replace("knots[2]", "k2")
@@ -235,8 +238,9 @@ root R {
 
 
 @pytest.mark.parametrize(
-    ("term", "operation"), [("sin(x.a * p)", "sin"), ("1 / (x.a + p)", "div"), ("exp(p + x.a)", "exp")]
-)  # fmt: skip
+    ("term", "operation"),
+    [("sin(x.a * p)", "sin"), ("1 / (x.a + p)", "div"), ("exp(p + x.a)", "exp")],
+)
 def test_a_term_that_is_no_sum_of_products_is_refused(term: str, operation: str) -> None:
     text = f"""
 struct Item {{ a: real }}
