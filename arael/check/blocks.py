@@ -75,7 +75,7 @@ def check_blocks(struct: StructDecl, declarations: Declarations, report: Reporte
 def _exists(
     struct: StructDecl, entity: tree.Ident, declarations: Declarations, report: Reporter
 ) -> None:
-    if entity.id.partition(".")[0] in declarations.broken:
+    if entity.id.partition("[")[0] in declarations.broken:
         return
     named = struct.field_at(entity.id)
     if named is not None and named.kind == "refs":
@@ -224,7 +224,7 @@ def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
     """Candidates for a name in a block: a field, or every path to a struct of that name."""
     home = Entity((), place)
     field = place.struct.field_at(name)
-    fields = []
+    fields: list[FieldDecl] = []
     for one in place.struct.fields.values():
         fields += one.elements if one.kind == "refs" else [one] * (one.kind in ("ref", "struct"))
     around: list[tuple[str, Entity]] = []

@@ -91,8 +91,8 @@ class StructDecl:
         return self.node.name.id
 
     def field_at(self, name: str) -> FieldDecl | None:
-        """The field of that name, or ``knots.0``, an element of a list of refs."""
-        name, _, number = name.partition(".")
+        """The field of that name; ``knots[0]``, ``knots.0``: an element of a list of refs."""
+        name, _, number = name.replace("[", ".").rstrip("]").partition(".")
         field = self.fields.get(name)
         if field is None or not number:
             return field

@@ -68,18 +68,21 @@ class Totals:
         """The factors that depend on rows as a program over the data of a row."""
         g, site = self.graph, self.site
         slots = [Slot((), total.collection)]
-        program, known, raws = Graph(), {}, []
+        program = Graph()
+        known: dict[int, int] = {}
+        raws: list[tuple[RawInput, Raw]] = []
         for node in g.live(factors):
             if g.ops[node] != "input":
                 continue
-            slot, column, component = key = g.key(node)  # type: ignore[misc]
-            steps = _from_row(site, total, slot)
+            key = g.key(node)
+            assert isinstance(key, RawInput)
+            steps = _from_row(site, total, key.slot)
             assert steps is not None
-            way = Slot(steps, site.slots[slot].table)
+            way = Slot(steps, site.slots[key.slot].table)
             if way not in slots:
                 slots.append(way)
             known[node] = program.input(key)
-            raws.append((key, Raw(slots.index(way), column, component)))
+            raws.append((key, Raw(slots.index(way), key.column, key.component)))
         outputs = g.copy(factors, program, known)
         tape = program.tape(outputs, inputs=[key for key, _ in raws])
         found = tuple(raw for _, raw in raws)
@@ -94,7 +97,8 @@ class _Parts:
         self.total = total
         self.one = graph.const(1.0)
         rows = site.slots[total.rows].steps
-        of_row, other = set(), set()
+        of_row: set[int] = set()
+        other: set[int] = set()
         for key in list(graph.inputs):
             node = graph.input(key)
             if not isinstance(key, RawInput):

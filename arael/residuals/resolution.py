@@ -303,7 +303,10 @@ def _index(t: Reader, node: tree.Index) -> Any:
     if isinstance(owner, Broken):
         return BROKEN
     if isinstance(owner, Row) and (count := _refs_of(t, owner)):
-        i = access.constant_index(t, node.indices[0], count, f"`{node.obj.span.text}`")
+        (at, *others) = node.indices
+        if others or isinstance(at, tree.Slice):
+            return t.fail("E0305", node.span, "an element of a list of refs has one index")
+        i = access.constant_index(t, at, count, f"`{node.obj.span.text}`")
         return BROKEN if i is None else member(t, owner, str(i), node.span, node.span)
     if not isinstance(owner, Rows):
         return _again(t, node, owner, access.index)

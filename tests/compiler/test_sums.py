@@ -158,6 +158,23 @@ def test_one_entity_in_all_places_of_a_list(interpret: bool, tmp_path: Path) -> 
     assert model.solve().cost < 1e-20
 
 
+def test_named_blocks_of_elements(tmp_path: Path) -> None:
+    text = """
+struct Knot { param c: vec2; hk: block Knot }
+struct Pair {
+    knots: [ref Knot in root.knots; 2]
+    hb: block (knots[1], knots[0])
+    constraint c into hb { sum(i, k in knots) { (i + 2) * k.c } }
+}
+root R { knots: list of Knot; pairs: list of Pair }
+"""
+    model = model_of(tmp_path, text, interpret=True)
+    model.knots.extend(c=[[1, 2], [3, 4]])
+    model.pairs.append(knots=[0, 1])
+    np.testing.assert_allclose(model.pairs[0].hb, 12 * np.eye(2))
+    np.testing.assert_allclose(model.knots.hk, [8 * np.eye(2), 18 * np.eye(2)])
+
+
 def test_sums_over_refs_in_brackets_and_over_vectors(tmp_path: Path) -> None:
     text = """
 struct P { param x: vec2; w: vec3 = [1, 2, 4] }

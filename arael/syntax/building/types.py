@@ -44,7 +44,7 @@ class TypeBuilder(Builder):
                 "expected a whole number, counted from 0",
             )
             return name  # type: ignore[no-any-return]
-        return tree.Ident(span=span, id=f"{name.id}.{int(number.text)}")
+        return tree.Ident(span=span, id=f"{name.id}[{int(number.text)}]")
 
     def _make_triplets_type(self, parts: list[Any], span: Span) -> tree.TripletsType:
         return tree.TripletsType(span=span)
