@@ -60,8 +60,8 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "struct A { k: [ref A in root.rows; 4]; h: block (k[0], k[1]); x: real }\n",
         ),
         (
-            "struct A {\nconstraint c{\nsum(i,k in[a,b]){B[i]*k}-sum (x in y){\nlet a=1 #b\na}+1\n}\n}",
-            "struct A {\n    constraint c {\n        sum(i, k in [a, b]) { B[i] * k } - sum(x in y) {\n"
+            "struct A {\nconstraint c{\nsum(i,k in[a,b]){k}-sum (x in y){\nlet a=1 #b\na}+1\n}\n}",
+            "struct A {\n    constraint c {\n        sum(i, k in [a, b]) { k } - sum(x in y) {\n"
             "            let a = 1  # b\n            a\n        } + 1\n    }\n}\n",
         ),
         ("const a = 1\r\nconst b = 2\r\n", "const a = 1\nconst b = 2\n"),

@@ -127,8 +127,8 @@ ROWS = (
     ),
     Mistake(
         "E0127", "`[` begins a list of refs", "expected `ref`",
-        help="write `[ref T in PATH; 4]` for a list of refs, `list of T` for a collection, `vec<n>` "
-        "for a vector of n numbers",
+        help="write `[ref T in PATH; 4]` for a list of refs, `list of T` for a collection, "
+        "`vec<n>` for a vector of n numbers",
         before="LSQB", last=True, part="members", expected="REF",
         repair="skip_past RSQB; insert REF NAME IN NAME SEMICOLON NUMBER RSQB",
     ),
