@@ -128,7 +128,7 @@ class Fields:
         if single and not table.present(member.path)[rows]:
             return None
         if isinstance(member, Group) and member.refs:
-            # imported here: a list of refs is a part
+            # imported here: the circle of fields, collections and refs
             from arael.face.ref_list import RefList
 
             return RefList(self, member)
