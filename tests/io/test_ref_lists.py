@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import arael
+from arael.cli.info import describe
 from arael.diagnostics.records import AraelError
 from arael.model import Model
 
@@ -197,6 +198,15 @@ def test_messages_of_archives(array: Any, model: Any, tmp_path: Path) -> None:
     np.savez(path, **arrays)
     with pytest.raises(AraelError, match=r"samples\.knots: .*E0704.*shape \(rows, 3\)"):
         model.read(path)
+
+
+def test_lists_are_described_as_declared(model: Any, curve: type[Model]) -> None:
+    lines = list(describe(curve.compiled.layout))
+    assert "  knots  [ref Knot in root.knots; 3]" in lines
+    assert "  ends  [ref Knot in root.knots; 2]" in lines
+    assert "[ref Knot; 2]" in model._sheet().html()
+    assert "not set" in curve()._sheet().html()
+    assert "[knots[3], knots[3], knots[1]]" in model.samples._sheet().html()
 
 
 def test_a_stale_element_is_named(curve: type[Model], model: Any) -> None:
