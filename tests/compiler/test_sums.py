@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import arael
-from arael.diagnostics.records import AraelError
+from arael.cli.outline import outline, programs
+from arael.compiler import compiler
+from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
 from tests.compiler.test_kernels import check_against_differences, check_against_oracle
@@ -300,3 +302,20 @@ root R { ps: list of P; rows: list of Row }
     with pytest.raises(AraelError) as caught:
         model_of(tmp_path, text, interpret=True)
     assert caught.value.diagnostics[0].code in ("E0606", "E0620")
+
+
+def test_stages_show_lists_and_sums() -> None:
+    findings = Findings()
+    tree = compiler.syntax(Source("spline.arael", SPLINE.replace("PRECISION", "f64")))
+    assert "RefListType count=4" in outline(tree.items)
+    assert "over: Attribute name='knots'" in outline(tree.items)
+    typed = compiler.types(tree, findings)
+    program = compiler.derive(typed, "spline.arael")
+    assert "t0 = knots[0].c.x" in programs(program)
+    assert "#     x[0]    knots[0].c.x" in compiler.emit(program, "")
+    tree = compiler.syntax(Source("rows.arael", ROWS.replace("PRECISION", "f64")))
+    typed = compiler.types(tree, findings)
+    assert "Total slot=0 rows=1 collection='rows.items'" in outline(typed.constraints)
+    program = compiler.derive(typed, "rows.arael")
+    assert "= sum 2 over items" in programs(program)
+    assert "sum 2 over items" in compiler.emit(program, "")

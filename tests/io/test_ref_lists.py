@@ -222,3 +222,48 @@ def test_runtime_formulas_read_elements(model: Any) -> None:
         model.residuals.add("samples[0].knots[3].c")
     with pytest.raises(AraelError, match=r"E0612"):
         model.residuals.add("sum(k in samples[0].knots) { k.c }")
+
+
+NESTED = """
+struct Knot { param c: real }
+struct Spline { knots: list of Knot; samples: list of Sample }
+struct Info {
+    pair: [ref Knot in parent.parent.knots; 2]
+    w: real
+    constraint c { sum(k in pair) { k.c } - w }
+}
+struct Held { two: [ref Knot in parent.parent.knots; 2] }
+struct Sample {
+    info: Info?
+    held: Held
+    constraint m when info { info.pair[1].c - 2 * info.pair[0].c }
+    constraint n { sum(i, k in held.two) { (1 + i) * k.c } }
+}
+root R { splines: list of Spline }
+"""
+
+
+@pytest.mark.parametrize("form", ["json", "npz"])
+def test_lists_within_structs_held_by_value(form: str, tmp_path: Path) -> None:
+    curves = arael.loads(NESTED, interpret=True)
+    model: Any = curves()
+    for first in (0.0, 1.0):
+        spline = model.splines.append()
+        spline.knots.extend(c=np.arange(4.0) + first)
+        spline.samples.append(held={"two": [0, 1]}, info={"pair": [1, 2], "w": 3})
+        spline.samples.append(held={"two": [spline.knots[3]] * 2}, info=None)
+    rows = [[0, 1], [3, 3], [4, 5], [7, 7]]
+    assert model.splines.samples.held.two.rows.tolist() == rows
+    expected = [(c[1] + c[2] - 3, c[2] - 2 * c[1], c[0] + 2 * c[1], 3 * c[3])
+                for c in (np.arange(4.0), np.arange(4.0) + 1)]  # fmt: skip
+    assert model.cost() == pytest.approx(np.square(expected).sum())
+    model.write(tmp_path / f"data.{form}")
+    again: Any = curves()
+    again.read(tmp_path / f"data.{form}")
+    assert again.splines.samples.held.two.rows.tolist() == rows
+    assert again.splines.samples.info.pair.rows.tolist() == [[1, 2], [-1, -1], [5, 6], [-1, -1]]
+    assert again.cost() == pytest.approx(model.cost())
+    again.splines[0].samples[1].info = {"pair": [2, 3], "w": 1}
+    assert again.splines[0].samples[1].info.pair.index.tolist() == [2, 3]
+    with pytest.raises(AraelError, match=r"held\.two\.0: .*is not in `parent\.parent\.knots`"):
+        again.splines[0].samples[0].held.two = [again.splines[1].knots[0]] * 2
