@@ -23,7 +23,13 @@ KNOWN = {
     # An error prints itself with excerpts of its sources.
     ("arael.diagnostics.records", "arael.diagnostics.render", "arael.diagnostics.window"),
     # A field of a row may be a collection, an item of which is a row.
-    ("arael.face.collection", "arael.face.fields", "arael.face.given", "arael.face.ref"),
+    (
+        "arael.face.collection",
+        "arael.face.fields",
+        "arael.face.given",
+        "arael.face.ref",
+        "arael.face.ref_list",
+    ),
 }
 
 # Packages without a circle even where imports for types only count.

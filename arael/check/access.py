@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, describe
-from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS
+from arael.check.arithmetic import NotConstant, evaluate
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, RefList, describe
+from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, is_number
 from arael.check.field_reads import bind_field
 from arael.check.scope import Candidate
 from arael.check.stored import as_stored
@@ -112,6 +113,8 @@ def attribute(t: Typist, node: tree.Attribute) -> Binding:
         return _of_entity(t, node, owner)
     if isinstance(owner, Collection):
         return _of_collection(t, node, owner)
+    if isinstance(owner, RefList):
+        return _of_refs(t, node, owner)
     value = t.as_value(owner, node.obj.span)
     return value if isinstance(value, Broken) else _of_value(t, node, value)
 
@@ -158,6 +161,21 @@ def _of_collection(t: Typist, node: tree.Attribute, collection: Collection) -> B
         help=[
             f"point to one with `x: ref {held} in ...`, or put the constraint into {held}, where "
             "it runs for each"
+        ],
+    )
+
+
+def _of_refs(t: Typist, node: tree.Attribute, refs: RefList) -> Broken:
+    text = node.obj.span.text
+    return t.fail(
+        "E0304",
+        node.obj.span,
+        f"`{text}` is a list of {len(refs.field.elements)} refs",
+        label=f"which {refs.field.struct}?",
+        labels=[Label(refs.field.span, "declared here")],
+        help=[
+            f"write `{text}[0].{node.name}` for one of them, or "
+            f"`sum(k in {text}) {{ k.{node.name} }}` for all"
         ],
     )
 
@@ -272,7 +290,10 @@ def _component(t: Typist, node: tree.Expr, value: Typed, at: int) -> Binding:
 
 def index(t: Typist, node: tree.Index) -> Binding:
     """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0; ``a:b`` for a part of it."""
-    value = t.number(node.obj)
+    found = t.visit(node.obj)
+    if isinstance(found, RefList):
+        return _element(t, node, found)
+    value = t.as_number(found, node.obj.span)
     if isinstance(value, Broken):
         return BROKEN
     type_ = value.type
@@ -311,6 +332,22 @@ def index(t: Typist, node: tree.Index) -> Binding:
             return BROKEN
         at = at * size + i
     return _component(t, node, value, at)
+
+
+def _element(t: Typist, node: tree.Index, refs: RefList) -> Binding:
+    """``knots[2]``: the entity that an element of a list of refs points to."""
+    elements = refs.field.elements
+    (at, *more) = node.indices
+    if more or isinstance(at, tree.Slice):
+        return t.fail(
+            "E0305",
+            node.span,
+            "an element of a list of refs has one index",
+            label=f"expected 0 to {len(elements) - 1}",
+            labels=[Label(refs.field.span, "declared here")],
+        )
+    i = constant_index(t, at, len(elements), f"`{node.obj.span.text}`")
+    return BROKEN if i is None else t.paths.follow(refs.owner, elements[i])
 
 
 def _part(t: Typist, node: tree.Index, value: Typed, sizes: Sequence[int]) -> Binding:
@@ -361,23 +398,38 @@ def constant_slice(t: Typist, node: tree.Slice, size: int, of: str) -> range | N
     return None
 
 
+def _constant(value: Typed) -> float | None:
+    """The number of a constant, such as ``N - 1``; None of anything else."""
+    if isinstance(value, Literal_):
+        return value.value
+    if not is_number(value.type):
+        return None
+    try:
+        (number,) = evaluate(value)
+    except NotConstant:
+        return None
+    return number
+
+
 def constant_index(t: Typist, node: tree.Expr, size: int, of: str) -> int | None:
     """A constant index; None after an error."""
     value = t.number(node)
     if isinstance(value, Broken):
         return None
-    if not isinstance(value, Literal_) or value.value != int(value.value):
+    number = _constant(value)
+    if number is None or number != int(number):
         t.fail(
             "E0305",
             node.span,
             "an index is a constant whole number",
-            label=f"this is {describe(value)}" if not isinstance(value, Literal_) else "not whole",
+            label=f"this is {describe(value)}" if number is None else "not whole",
         )
         return None
-    if isinstance(value.unit, Unit) and not value.unit.is_one:
-        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {value.unit}")
+    unit = t.units.of(value)
+    if isinstance(unit, Unit) and not unit.is_one:
+        t.fail("E0305", node.span, "an index has no unit", label=f"this is in {unit}")
         return None
-    i = int(value.value)
+    i = int(number)
     if not 0 <= i < size:
         t.fail(
             "E0305",

@@ -39,6 +39,14 @@ class Collection:
 
 
 @dataclass(frozen=True)
+class RefList:
+    """A list of refs of fixed length; `owner` has the field."""
+
+    owner: Entity
+    field: FieldDecl
+
+
+@dataclass(frozen=True)
 class OptionalValue:
     """An optional scalar, vector or matrix: a presence test or a value, depending on its use."""
 
@@ -54,7 +62,7 @@ class Broken:
 
 BROKEN = Broken()
 
-Binding = Typed | Entity | Collection | OptionalValue | Broken
+Binding = Typed | Entity | Collection | RefList | OptionalValue | Broken
 
 
 def describe(binding: Binding) -> str:
@@ -66,6 +74,8 @@ def describe(binding: Binding) -> str:
         return f"the {kind} {binding.place.struct.name}"
     if isinstance(binding, Collection):
         return f"a collection of {binding.site.place.struct.name}"
+    if isinstance(binding, RefList):
+        return f"a list of {len(binding.field.elements)} refs"
     if isinstance(binding, OptionalValue):
         return f"{binding.field.text}"
     return "nothing"

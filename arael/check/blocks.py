@@ -75,7 +75,17 @@ def check_blocks(struct: StructDecl, declarations: Declarations, report: Reporte
 def _exists(
     struct: StructDecl, entity: tree.Ident, declarations: Declarations, report: Reporter
 ) -> None:
-    if entity.id in declarations.broken:
+    if entity.id.partition("[")[0] in declarations.broken:
+        return
+    named = struct.field_at(entity.id)
+    if named is not None and named.kind == "refs":
+        report.error(
+            "E0410",
+            entity.span,
+            f"`{entity.id}` is a list of {len(named.elements)} refs",
+            label="which of them?",
+            help=[f"a block couples two: `block ({entity.id}[0], ...)`"],
+        )
         return
     target = declarations.structs.get(_struct_of(struct, entity.id))
     if target is None:
@@ -83,7 +93,7 @@ def _exists(
         report.error(
             "E0410",
             entity.span,
-            f"`{entity.id}` is neither a struct nor a ref of {struct.name}",
+            f"`{entity.span.text}` is neither a struct nor a ref of {struct.name}",
             label="not a struct or ref",
             help=did_you_mean(entity.id, [*declarations.structs, *refs]),
         )
@@ -169,6 +179,9 @@ def _block(
     declarations = paths.sites.declarations
     names = [e.id for e in type_.entities]
     for name in names:
+        named = place.struct.field_at(name)
+        if named is not None and named.kind == "refs":
+            return None  # already reported
         target = declarations.structs.get(_struct_of(place.struct, name))
         if target is None or target.component or not target.has_params:
             return None  # already reported
@@ -203,15 +216,17 @@ def _block(
 
 def _struct_of(struct: StructDecl, name: str) -> str:
     """Name of the struct that a name in a block refers to: itself, or that of a field."""
-    field = struct.fields.get(name)
+    field = struct.field_at(name)
     return field.struct if field is not None and field.kind in ("ref", "struct") else name
 
 
 def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
     """Candidates for a name in a block: a field, or every path to a struct of that name."""
     home = Entity((), place)
-    field = place.struct.fields.get(name)
-    fields = [f for f in place.struct.fields.values() if f.kind in ("ref", "struct")]
+    field = place.struct.field_at(name)
+    fields: list[FieldDecl] = []
+    for one in place.struct.fields.values():
+        fields += one.elements if one.kind == "refs" else [one] * (one.kind in ("ref", "struct"))
     around: list[tuple[str, Entity]] = []
     if field is not None and field in fields:
         fields = [field]
@@ -233,7 +248,7 @@ def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
             continue
         target = paths.follow(home, one)
         if not isinstance(target, Broken):
-            found.append((f"`{one.name}`", target))
+            found.append((f"`{one.shown}`", target))
     return [*around, *found]
 
 

@@ -12,7 +12,7 @@ from arael.runtime.layout import Param
 from arael.syntax import tree
 
 FieldKind = Literal[
-    "column", "struct", "collection", "ref", "block", "triplets", "constraint_index"
+    "column", "struct", "collection", "ref", "refs", "block", "triplets", "constraint_index"
 ]
 
 
@@ -27,6 +27,7 @@ class FieldDecl:
     text : the type as declared, for messages (``vec3 [m]``)
     shape : shape of the stored value; ``rotation`` and ``quaternion`` store four scalars
     struct : name of the struct held by value, collected or referred to
+    elements : the refs of a list of refs, each a field ``knots.0`` of its own
     component : whether `struct` is a component, which belongs to the entity that contains it
     quantity : unit of its values, if known; `unit` is the text
     """
@@ -43,6 +44,7 @@ class FieldDecl:
     collection: Literal["list", "deque", "arena"] = "list"
     param: Param | None = None
     component: bool = False
+    elements: tuple[FieldDecl, ...] = ()
     default: tuple[float, ...] | str | None = None
     quantity: Quantity = UNKNOWN
 
@@ -50,6 +52,12 @@ class FieldDecl:
     def span(self) -> Span:
         """Place of the field's name."""
         return self.node.name.span
+
+    @property
+    def shown(self) -> str:
+        """The name as a model writes it: ``knots[0]`` for an element of a list of refs."""
+        name, _, number = self.name.partition(".")
+        return f"{name}[{number}]" if number else name
 
     @property
     def where(self) -> str:
@@ -81,6 +89,15 @@ class StructDecl:
     def name(self) -> str:
         """Name of the struct."""
         return self.node.name.id
+
+    def field_at(self, name: str) -> FieldDecl | None:
+        """The field of that name; ``knots[0]``, ``knots.0``: an element of a list of refs."""
+        name, _, number = name.replace("[", ".").rstrip("]").partition(".")
+        field = self.fields.get(name)
+        if field is None or not number:
+            return field
+        k = int(number)
+        return field.elements[k] if k < len(field.elements) else None
 
     @property
     def has_params(self) -> bool:

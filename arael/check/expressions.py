@@ -12,6 +12,7 @@ from arael.check.calls import call
 from arael.check.field_reads import presence
 from arael.check.guards import Fact, facts_of
 from arael.check.operators import OPERATIONS, advice, result_type
+from arael.check.sums import sum_over
 from arael.check.typed import (
     BOOL,
     INT,
@@ -302,4 +303,5 @@ HANDLERS: Mapping[type, Callable[[Typist, Any], Binding]] = {
     tree.Transpose: _transpose,
     tree.Conditional: _conditional,
     tree.ListExpr: _list,
+    tree.Sum: sum_over,
 }

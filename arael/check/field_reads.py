@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, OptionalValue
+from arael.check.binding import (
+    BROKEN,
+    Binding,
+    Broken,
+    Collection,
+    Entity,
+    OptionalValue,
+    RefList,
+)
 from arael.check.context import Context
 from arael.check.declared import FieldDecl
 from arael.check.scope import ComponentScope
@@ -21,6 +29,8 @@ def bind_field(t: Context, entity: Entity, name: str, span: Span) -> Binding:
         return Entity(entity.steps, entity.place.values[name], entity.holder, entity.needs)
     if field.kind == "collection":
         return Collection(entity, entity.place.collections[name])
+    if field.kind == "refs":
+        return RefList(entity, field)
     skipped = field.node.role == "skip"
     if field.kind == "ref" and not skipped:
         return t.paths.follow(entity, field)
@@ -133,12 +143,18 @@ def row_is_there(t: Context, entity: Entity, span: Span) -> Broken | None:
 
 def field_at(entity: Entity, column: str) -> FieldDecl:
     """The ref field of `entity` whose values are the column `column`."""
-    return entity.place.struct.fields[column.removeprefix(entity.place.prefix)]
+    field = entity.place.struct.field_at(column.removeprefix(entity.place.prefix))
+    assert field is not None, column
+    return field
 
 
 def ref_text(entity: Entity, column: str) -> str:
     """The path to a ref as a constraint writes it: ``parent.prev``."""
-    return ".".join([*(s.ref or s.kind for s in entity.steps), column])
+    steps = entity.steps
+    if any(s.kind == "rows" for s in steps):  # below a row that a sum runs over
+        last = max(i for i, s in enumerate(steps) if s.kind == "rows")
+        return ".".join([*(s.ref or s.kind for s in steps[last + 1 :]), column])
+    return ".".join([*(s.ref or s.kind for s in steps), column])
 
 
 def _unguarded(t: Context, span: Span, optional: str, field: FieldDecl, entity: Entity) -> Broken:
@@ -163,13 +179,21 @@ def _unguarded(t: Context, span: Span, optional: str, field: FieldDecl, entity: 
         ),
         field,
     )
+    help_ = []
+    if any(s.kind == "rows" for s in entity.steps):
+        help_ = [
+            "a sum reads every row: each needs a target here"
+            if field.kind == "ref"
+            else f"write `if {guard} then ... else ...`"
+        ]
     return t.fail(
         "E0501",
         span,
         f"`{written}` may be absent here",
         label=f"`{guard}` is optional",
         labels=[Label(declared.span, f"declared `{declared.text}` here")],
-        help=[
+        help=help_
+        or [
             f"add `when {guard}` to the constraint"
             if field.kind == "ref"
             else f"add `when {guard}` to the constraint, or write `if {guard} then ... else ...`"

@@ -1,7 +1,8 @@
 """Rule: a field has an existing type that its role allows.
 
 Allowed: ``param`` of the parameter types; plain data of every value type, optional or with a
-default; structs by value; collections of structs; refs; ``skip`` of plain data and refs.
+default; structs by value; collections of structs; refs and lists of them of fixed length; ``skip``
+of plain data and refs.
 
 Not allowed: ``param`` of a string or an optional; a list of numbers; ``euler`` without ``param``;
 an optional collection; a default for a struct; ``skip`` of a collection or a struct.
@@ -9,9 +10,12 @@ an optional collection; a default for a struct; ``skip`` of a collection or a st
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from arael.check.constants import Constants
 from arael.check.declared import Declarations, FieldDecl, StructDecl
 from arael.check.defaults import bounds_of, default_of, default_within
+from arael.check.limits import MAX_REF_LIST
 from arael.check.report import Reporter
 from arael.check.suggest import nearest
 from arael.check.typed import BOOL, REAL, ValueType, VectorType
@@ -110,9 +114,33 @@ class Fields:
             return FieldDecl(
                 name, node, "ref", text, struct=type_.target.id, optional=type_.optional
             )
+        if isinstance(type_, tree.RefListType):
+            return self._ref_list(node, type_, text)
         assert not plain
         return FieldDecl(
             name, node, "block" if isinstance(type_, tree.BlockType) else "triplets", text
+        )
+
+    def _ref_list(self, node: tree.Field, type_: tree.RefListType, text: str) -> FieldDecl | None:
+        """A list of refs; its elements are refs under ``name.0``, ``name.1``, ..."""
+        if type_.count > MAX_REF_LIST:
+            return self._wrong(
+                type_.span,
+                f"a list of {type_.count} refs is too long",
+                f"at most {MAX_REF_LIST} are allowed",
+                "every pair of its elements has a block of the Hessian; put the rest into rows of "
+                "a `list of`, with a residual each",
+            )
+        name = node.name.id
+        elements = []
+        for k in range(type_.count):
+            ident = tree.Ident(span=node.name.span, id=f"{name}.{k}")
+            element = self._typed(replace(node, name=ident, type=type_.ref))
+            if element is None:
+                return None
+            elements.append(element)
+        return FieldDecl(
+            name, node, "refs", text, struct=type_.ref.target.id, elements=tuple(elements)
         )
 
     def _named(

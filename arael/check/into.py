@@ -253,7 +253,7 @@ class IntoRule:
             return otherwise
         ((steps, _), entity) = next(iter(read.items()))
         own = [n for n, b in self.blocks[entity].items() if b.kind == "self"]
-        way = ".".join(s.ref if s.kind == "ref" else s.kind for s in steps)
+        way = ".".join(s.shown for s in steps)
         if not own:
             return f"declare `hb: block {entity.struct.name}` in {entity.struct.name} and name that"
         return f"write `into {f'{way}.' if way else ''}{own[0]}`"
@@ -298,7 +298,7 @@ def _entity_name(key: Key, place: Place) -> str:
         return f"this {place.struct.name}"
     if steps == (Step("root"),):
         return f"`root.{inner}`" if inner else f"the root {place.struct.name}"
-    way = ".".join(s.ref if s.kind == "ref" else s.kind for s in steps)
+    way = ".".join(s.shown for s in steps)
     return f"`{way}.{inner}`" if inner else f"`{way}`"
 
 
@@ -306,7 +306,10 @@ def _in_block(key: Key, place: Place) -> str:
     """The name of an entity in `block (...)`; "" if it has none."""
     steps, _ = key
     if len(steps) == 1 and steps[0].kind == "ref" and not place.prefix:
-        return steps[0].ref if "." not in steps[0].ref else ""
+        name, _, element = steps[0].ref.rpartition(".")
+        if not name:
+            return element
+        return f"{name}[{element}]" if element.isdecimal() and "." not in name else ""
     if all(s.kind != "ref" for s in steps):
         return place.struct.name
     return ""

@@ -7,6 +7,7 @@ MAX_VECTOR = 1024  # scalars of one vector
 MAX_MATRIX = 4096  # scalars of one matrix
 MAX_TABLES = 1000  # places where collections sit
 MAX_COLUMNS = 20_000  # columns of all tables together
+MAX_REF_LIST = 32  # refs of one list of refs
 MAX_REFS = 50  # refs that one ref is resolved through
 MAX_NESTING = 100  # nesting of an expression as written, through function calls; a sum is one level
 MAX_EXPANDED = 20_000  # operations that calls of functions add to one constraint or function

@@ -72,7 +72,7 @@ class Paths:
 
     def resolve(self, entity: Entity, field: FieldDecl) -> Collection | Broken:
         """The target collection of the ref `field` of `entity`."""
-        key = (entity.place, field.name)
+        key = (entity.place, field.name.partition(".")[0])  # once for all elements of a list
         if key in self.bad:
             return BROKEN
         self.taken = self.taken + 1 if self.open else 0

@@ -104,7 +104,7 @@ class Sites:
             place = waiting.pop()
             for declared in place.struct.fields.values():
                 path = place.prefix + declared.name
-                self.columns += 1
+                self.columns += max(1, len(declared.elements))
                 if self.columns > MAX_COLUMNS:
                     self._too_many(declared, f"more than {MAX_COLUMNS} columns")
                     return

@@ -19,9 +19,10 @@ def check_refs(sites: Sites, paths: Paths) -> None:
     """Resolve every ref at every place, so that each mistake in one is reported."""
     for place in sites.places():
         for field in place.struct.fields.values():
-            if field.kind == "ref":
-                paths.target(place, field)
-                _check_chain(place, field, paths)
+            ref = field.elements[0] if field.kind == "refs" else field
+            if ref.kind == "ref":
+                paths.target(place, ref)
+                _check_chain(place, ref, paths)
 
 
 def _check_chain(place: Place, field: FieldDecl, paths: Paths) -> None:
@@ -39,7 +40,11 @@ def _check_chain(place: Place, field: FieldDecl, paths: Paths) -> None:
         f"`{field.name}` is resolved through `{ref_text(source, column)}`, which may be null",
         label="then has no target collection",
         labels=[Label(through.span, f"declared `{through.text}` here")],
-        help=[f"make it optional as well: `{field.name}: {field.text}?`"],
+        help=[
+            "start the path of a list of refs at `root` or `parent`"
+            if "." in field.name
+            else f"make it optional as well: `{field.name}: {field.text}?`"
+        ],
     )
 
 
@@ -108,6 +113,13 @@ def _flatten(top: Place, paths: Paths, columns: list[Column], values: list[ByVal
                 columns.append(_present(field, path))
             values.append(ByValue(path, field.struct, field.optional, field.where, within))
             waiting.append(_fields(place.values[field.name]))
+        elif field.kind == "refs":
+            count = len(field.elements)
+            values.append(ByValue(path, field.struct, False, field.where, within, refs=count))
+            for ref in field.elements:
+                column = _column(place, ref, place.column(ref), within, paths)
+                if column is not None:
+                    columns.append(column)
         elif field.kind in ("column", "ref", "constraint_index"):
             column = _column(place, field, path, path if field.optional else within, paths)
             if column is not None:

@@ -195,6 +195,20 @@ class Apply(Typed):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Total(Typed):
+    """The sum of `of` over the rows of a collection, whose number the data determines.
+
+    `slot` is the row that owns the collection `collection`, a table, and `rows` the slot of its
+    rows, from which `of` reads data but no parameters.
+    """
+
+    of: Typed
+    slot: int
+    rows: int
+    collection: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SquaredNorm(Typed):
     """The argument of a user-defined loss: the sum of the squared residuals of an instance."""
 

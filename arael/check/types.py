@@ -133,6 +133,8 @@ def type_text(node: tree.TypeExpr) -> str:
         return f"{node.kind} of {type_text(node.element)}"
     if isinstance(node, tree.RefType):
         return f"ref {node.target.id} in {node.path}" + "?" * node.optional
+    if isinstance(node, tree.RefListType):
+        return f"[{type_text(node.ref)}; {node.count}]"
     if isinstance(node, tree.BlockType):
         names = ", ".join(e.id for e in node.entities)
         return f"block {names}" if len(node.entities) == 1 else f"block ({names})"

@@ -6,7 +6,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from arael.check.binding import BROKEN, Binding, Broken, Entity, OptionalValue, describe
+from arael.check.binding import (
+    BROKEN,
+    Binding,
+    Broken,
+    Entity,
+    OptionalValue,
+    RefList,
+    describe,
+)
 from arael.check.declared import Declarations
 from arael.check.field_reads import read_column
 from arael.check.guards import Fact
@@ -127,6 +135,8 @@ class Typist:
             return BROKEN
         if not isinstance(binding, Typed):
             hint = ["name one of its fields"] if isinstance(binding, Entity) else []
+            if isinstance(binding, RefList):
+                hint = [f"write `sum(k in {span.text}) {{ ... }}`, or `{span.text}[0]` for one"]
             return self.fail(
                 "E0304",
                 span,
@@ -142,11 +152,15 @@ class Typist:
 
     def number(self, node: tree.Expr) -> Typed | Broken:
         """The value of `node`, which must not be a boolean."""
-        found = self.value(node)
+        return self.as_number(self.visit(node), node.span)
+
+    def as_number(self, binding: Binding, span: Span) -> Typed | Broken:
+        """`binding` as a value that is not a boolean; reports an error if it is not one."""
+        found = self.as_value(binding, span)
         if isinstance(found, Typed) and found.type == BOOL:
             return self.fail(
                 "E0307",
-                node.span,
+                span,
                 "expected a number here",
                 label="this is a bool",
                 help=["turn it into a number: `if ... then 1 else 0`"],

@@ -16,6 +16,7 @@ from arael.check.typed import (
     Pack,
     Read,
     Select,
+    Total,
     TransformType,
     Typed,
 )
@@ -110,6 +111,7 @@ _RULES: dict[type, Callable[[Units, Any], Quantity]] = {
     Read: _read,
     Component: _component,
     Formula: lambda units, node: units.of(node.of),
+    Total: lambda units, node: units.of(node.of),
     Pack: _pack,
     Select: _select,
     Apply: _apply,

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from arael.check.typed import Apply, Component, Formula, Invoke, Pack, Select, Typed
+from arael.check.typed import (
+    Apply,
+    Component,
+    Formula,
+    Invoke,
+    Pack,
+    Select,
+    Total,
+    Typed,
+)
 from arael.syntax import tree
 
 
@@ -14,7 +23,7 @@ def operands(node: Typed) -> tuple[Typed, ...]:
         return node.args
     if isinstance(node, Invoke):
         return node.args if node.value is None else (*node.args, node.value)
-    if isinstance(node, Component | Formula):
+    if isinstance(node, Component | Formula | Total):
         return (node.of,)
     if isinstance(node, Pack):
         return node.items
@@ -68,6 +77,8 @@ def _parts(node: tree.Expr | tree.Slice) -> tuple[tree.Expr | tree.Slice, ...]:
             return (node.cond, node.then, node.otherwise)
         case tree.ListExpr():
             return node.items
+        case tree.Sum():
+            return (node.over, *(let.value for let in node.body.lets), node.body.result)
         case tree.Lambda():
             return (node.body,)
         case _:

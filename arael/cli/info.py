@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import click
+import msgspec
 
 from arael.compiler.compilation import compile_text
 from arael.loading import find_model
@@ -115,13 +116,25 @@ def describe(layout: Layout) -> Iterator[str]:
 
 def _fields(table: Table) -> Iterator[str]:
     valued = {c.path for c in table.columns if c.role != "present"}
-    shown = [c for c in table.columns if c.role != "present" or c.path not in valued]
+    shown = [c for c in _with_lists(table) if c.role != "present" or c.path not in valued]
     name_width = max((len(_head(c)) for c in shown), default=0)
     type_width = max((len(c.type) for c in shown), default=0)
     for column in shown:
         notes = [_default(column), _held(column), (column.doc or "").strip().split("\n")[0]]
         note = "  ".join(n for n in notes if n)
         yield f"  {_head(column):<{name_width}}  {column.type:<{type_width}}  {note}".rstrip()
+
+
+def _with_lists(table: Table) -> Iterator[Column]:
+    """The columns of a table, with the elements of a list of refs as one."""
+    lists = {value.path: value.refs for value in table.values if value.refs}
+    for column in table.columns:
+        path, _, number = column.path.rpartition(".")
+        if path not in lists:
+            yield column
+        elif number == "0":
+            type_ = f"[{column.type}; {lists[path]}]"
+            yield msgspec.structs.replace(column, path=path, type=type_)
 
 
 def _default(column: Column) -> str:

@@ -117,4 +117,4 @@ def _tangent(group: Group, use: Use, index: int, layout: Layout) -> str:
 def _way(group: Group, use: Use) -> str:
     """Text of the path to an entity, with a dot at its end: ``pose.``, ``parent.``, ``root.``."""
     steps = group.slots[use.slot].steps
-    return "".join(f"{step.ref or step.kind}." for step in steps)
+    return "".join(f"{step.shown}." for step in steps)

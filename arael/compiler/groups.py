@@ -22,7 +22,8 @@ from arael.compiler.parts import Parts, cut
 from arael.compiler.products import many_products, products_of, triplet_pairs
 from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
-from arael.runtime.layout import Group, Raw, Use
+from arael.compiler.totals import Totals, slots_of_rows
+from arael.runtime.layout import Group, Raw, Total, Use
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
@@ -194,6 +195,7 @@ def _scalarise(
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses, functions, factored)
+    scalariser.totals = Totals(graph, site)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -301,7 +303,9 @@ def _assemble(
         linearise, gradient, products = tape, {}, {}
         parts = cut(tape, len(r), len(state_keys))
 
-    guard, guard_raw = _guard(still_guard, site, states, scalariser.functions)
+    guard, guard_raw, totals = _guard(still_guard, site, states, scalariser.functions)
+    assert isinstance(scalariser.totals, Totals)
+    totals = (*scalariser.totals.found, *totals)
     group = Group(
         label=site.label,
         struct=site.struct,
@@ -310,7 +314,8 @@ def _assemble(
         table=site.table,
         prefix=site.prefix,
         residuals=len(r),
-        slots=site.slots,
+        slots=slots_of_rows(site),
+        totals=totals,
         uses=tuple(uses.uses),
         raw=tuple(Raw(*key) for key in raw_keys),
         prepare=prepare,
@@ -351,13 +356,16 @@ def _assemble(
 
 def _guard(
     guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
-) -> tuple[Tape | None, tuple[Raw, ...]]:
+) -> tuple[Tape | None, tuple[Raw, ...], tuple[Total, ...]]:
     if guard is None:
-        return None, ()
+        return None, (), ()
     graph = BoundedGraph(site.label, site.span)
-    (node,) = Scalariser(graph, _Uses(site, states), functions).nodes(guard)
-    keys = [key for key in graph.inputs if isinstance(key, RawInput)]
-    return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
+    scalariser, totals = Scalariser(graph, _Uses(site, states), functions), Totals(graph, site, "?")
+    scalariser.totals = totals
+    (node,) = scalariser.nodes(guard)
+    live = set(graph.live([node]))
+    keys = [k for k in graph.inputs if isinstance(k, RawInput) and graph.input(k) in live]
+    return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys), tuple(totals.found)
 
 
 def _lead(
@@ -371,7 +379,7 @@ def _slot_name(site: ConstraintSite, slot: int) -> str:
     steps = site.slots[slot].steps
     if not steps:
         return ""
-    return ".".join(s.ref if s.kind == "ref" else s.kind for s in steps) + "."
+    return ".".join(s.shown for s in steps) + "."
 
 
 def _state_name(site: ConstraintSite, use: Use, states: Sequence[StateModel], offset: int) -> str:
@@ -387,6 +395,9 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
             return "whether the guard holds"
         assert isinstance(key, RawInput)
         slot, column, component = key
+        if "#" in column:
+            of = f"{_slot_name(site, slot)}{column.partition('#')[0]}"
+            return f"sum {component + 1} over {of}"
         return f"{_slot_name(site, slot)}{column}[{component}]"
     names = sorted(
         {_node_name(site, graph, n) for n in graph.live([node]) if graph.ops[n] == "input"}

@@ -28,6 +28,7 @@ from arael.check.typed import (
     Read,
     ScalarType,
     Select,
+    Total,
     TransformType,
     Typed,
     ValueType,
@@ -95,6 +96,14 @@ class Calls(Protocol):
         ...
 
 
+class Totals(Protocol):
+    """Where sums over collections come from."""
+
+    def of(self, total: Total, terms: Nodes) -> Nodes:
+        """Scalars of a sum, from those of its term."""
+        ...
+
+
 class Scalariser:
     """Scalarises expressions of one constraint into one graph.
 
@@ -114,6 +123,7 @@ class Scalariser:
         self.chains = 0
         self.uses = uses
         self.functions = functions
+        self.totals: Totals | None = None  # of a constraint; formulas of entities have none
         self.places: list[Place] = []
         self._done: dict[Typed, Nodes] = {}
         self._place_of: dict[tuple[str, str], int] = {}
@@ -179,6 +189,10 @@ class Scalariser:
             arms = zip(self.nodes(e.then), self.nodes(e.otherwise), strict=True)
             with _at(g, self._place(e.span)):
                 return [g.op("select", cond, a, b) for a, b in arms]
+        if isinstance(e, Total):
+            assert self.totals is not None
+            with _at(g, self._place(e.span)):
+                return self.totals.of(e, self.nodes(e.of))
         if isinstance(e, Invoke):
             arguments = [self.nodes(a)[0] for a in e.args]
             value = None if e.value is None else self.nodes(e.value)[0]

@@ -127,6 +127,11 @@ class Fields:
             return Collection(child, handles=child.handles(np.flatnonzero(held)))
         if single and not table.present(member.path)[rows]:
             return None
+        if isinstance(member, Group) and member.refs:
+            # imported here: the circle of fields, collections and refs
+            from arael.face.ref_list import RefList
+
+            return RefList(self, member)
         if isinstance(member, Group):
             return Part(self, member)
         path, column = member.path, member.column
@@ -218,6 +223,8 @@ class Fields:
             return "None"
         if isinstance(member, Nested):
             return f"[{len(value)}]"
+        if isinstance(member, Group) and member.refs:
+            return f"[{', '.join(value.short_text(one) for one in member.members.values())}]"
         if isinstance(member, Group):
             return "{...}"
         if isinstance(value, Parameter):

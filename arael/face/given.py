@@ -20,10 +20,15 @@ def flatten(
     """Values of a struct by path, and the values of its collections.
 
     Keys are names or dotted paths; a struct takes a dict (or None where optional), a parameter its
-    value or ``{"value": ..., "fixed": True}``.
+    value or ``{"value": ..., "fixed": True}``, a list of refs its refs.
     """
     flat: dict[str, Any] = {}
     children: list[tuple[Nested, Any]] = []
+    if group.refs and not isinstance(values, Mapping):
+        # imported here: the circle of fields, collections and refs
+        from arael.face.ref_list import elements
+
+        values = elements(values, group.refs, origin, group.struct)
     if not isinstance(values, Mapping):
         raise error("E0703", f"expected a dict of fields, found {describe(values)}", origin)
     for key, value in values.items():

@@ -27,7 +27,8 @@ def model_sheet(model: Any, title: str) -> Sheet:
             unit = f" [{column.unit}]" if column.unit else ""
             rows.append((name, f"{param}{column.type}{unit}", _value(model, member)))
         else:
-            rows.append((name, member.struct, _value(model, member)))
+            kind = f"[ref {member.struct}; {member.refs}]" if member.refs else member.struct
+            rows.append((name, kind, _value(model, member)))
     return Sheet(title, ("field", "type", "value"), rows)
 
 
@@ -55,6 +56,9 @@ def _row(ref: Any, members: list[tuple[str, Group | Leaf | Nested]]) -> list[str
 
 def _value(fields: Any, member: Group | Leaf | Nested) -> str:
     if isinstance(member, Leaf) and member.path in fields._table.missing:
+        return "not set"
+    unset = fields._table.missing
+    if isinstance(member, Group) and member.refs and any(x.path in unset for x in member.leaves()):
         return "not set"
     text: str = fields.short_text(member)
     if isinstance(member, Leaf) and member.column.role == "param":

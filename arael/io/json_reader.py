@@ -155,8 +155,13 @@ class _Reader:
                     "E0702",
                     f"`{name}` is missing",
                     place(i),
-                    help=f"`{name}: {group.struct}` is declared at {group.where}",
+                    help=f"`{name}` is declared at {group.where}"
+                    if group.refs
+                    else f"`{name}: {group.struct}` is declared at {group.where}",
                 )
+            return
+        if group.refs:
+            self._ref_list(rows, name, group, [o[name] for o in objects], index, place)
             return
         inner: list[Any] = [o.get(name, None if group.optional else {}) for o in objects]
         there = np.fromiter((v is not None for v in inner), np.bool_, len(inner))
@@ -179,6 +184,29 @@ class _Reader:
 
         if self._all_objects(group, picked, inner_place):
             self._group(rows, group, picked, index[chosen], inner_place)
+
+    def _ref_list(
+        self, rows: _Rows, name: str, group: Group, lists: list[Any], index: Ints, place: Place
+    ) -> None:
+        """Read a list of refs of fixed length."""
+        wrong = False
+        for i, value in enumerate(lists):
+            if isinstance(value, list) and len(value) == group.refs:
+                continue
+            wrong = True
+            what = f"an array of {group.refs} refs to `{group.struct}`"
+            here = "one of length " + str(len(value)) if isinstance(value, list) else ""
+            self.report.add(
+                "E0704" if here else "E0707" if value is None else "E0703",
+                f"expected {what}, found {here or describe(value)}",
+                _join(place(i), name),
+                help=f"`{name}` is declared at {group.where}",
+            )
+        if wrong:
+            return
+        for k, leaf in enumerate(group.leaves()):
+            values = [one[k] for one in lists]
+            rows.refs.append((leaf.column, values, index, _element(place, name, k)))
 
     # --- one field -----------------------------------------------------------------------------
 
@@ -344,6 +372,10 @@ def _join(place: str, name: str) -> str:
 
 def _below(place: Place, name: str) -> Place:
     return lambda i: _join(place(i), name)
+
+
+def _element(place: Place, name: str, k: int) -> Place:
+    return lambda i: f"{_join(place(i), name)}[{k}]"
 
 
 def _constant(where: str) -> Place:

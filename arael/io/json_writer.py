@@ -49,6 +49,8 @@ def _objects(table: Table, group: Group) -> list[dict[str, Any]]:
             values = leaf_values(table, member)
         elif isinstance(member, Group):
             values = _objects(table, member)
+            if member.refs:
+                values = [list(one.values()) for one in values]
             if member.optional:
                 there = table.column(f"{member.path}?").tolist()
                 values = [v if t else None for v, t in zip(values, there, strict=True)]

@@ -143,6 +143,8 @@ class _Reader:
         self.left = max(SPARE, RATIO * sum(a.nbytes for a in arrays.values()))
 
     def read(self) -> None:
+        for table in self.store.tables.values():
+            self._split_ref_lists(table)
         self._refuse_unknown()
         for table in self.store.tables.values():
             self._table(table)
@@ -153,6 +155,24 @@ class _Reader:
 
     def _take(self, name: str) -> Array | None:
         return self.arrays.get(name)
+
+    def _split_ref_lists(self, table: Table) -> None:
+        """Take the elements of lists of refs, arrays (rows, refs), as columns of their own."""
+        for held in table.layout.values:
+            name = full_path(table, held.path)
+            if not held.refs or name not in self.arrays:
+                continue
+            array = self.arrays.pop(name)
+            if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != held.refs:
+                found = f"shape {array.shape} of {array.dtype}"
+                self.report.add(
+                    "E0704", f"expected integers of shape (rows, {held.refs}), found {found}", name
+                )
+                continue
+            for k in range(held.refs):
+                if f"{name}.{k}" in self.arrays:
+                    self.report.add("E0718", f"`{name}` gives `{name}.{k}` a second time", name)
+                self.arrays[f"{name}.{k}"] = array[:, k]
 
     def _refuse_unknown(self) -> None:
         known = {name for table in self.store.tables.values() for name in _names(table)}

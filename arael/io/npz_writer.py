@@ -37,7 +37,8 @@ def dump(store: Store) -> bytes:
                 entry = zipfile.ZipInfo(f"{name}.npy")
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 with archive.open(entry, "w") as file:
-                    np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+                    inner = np.asarray(array, order="C")  # keeps a count without axes
+                    np.lib.format.write_array(file, inner, allow_pickle=False)
     return memory.getvalue()
 
 
@@ -55,9 +56,15 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
     orders[table.layout.path] = order
     if table.layout.path and not table.layout.parent and not table.data and not table.optionals:
         yield f"{table.layout.path}.count", np.array(table.size)
+    lists = {held.path: held.refs for held in table.layout.values if held.refs}
+    for path, count in lists.items():
+        refs = [_ref_indices(table, table.data[f"{path}.{k}"])[order] for k in range(count)]
+        yield full_path(table, path), np.stack(refs, axis=-1)
     for leaf in table.fields.leaves():
         column, name = leaf.column, full_path(table, leaf.path)
         if column.role == "constraint_index":
+            continue
+        if column.role == "ref" and leaf.path.rpartition(".")[0] in lists:
             continue
         if column.role == "ref":
             yield name, _ref_indices(table, column)[order]

@@ -302,6 +302,12 @@ def _index(t: Reader, node: tree.Index) -> Any:
     owner: Any = t.visit(node.obj)
     if isinstance(owner, Broken):
         return BROKEN
+    if isinstance(owner, Row) and (count := _refs_of(t, owner)):
+        (at, *others) = node.indices
+        if others or isinstance(at, tree.Slice):
+            return t.fail("E0305", node.span, "an element of a list of refs has one index")
+        i = access.constant_index(t, at, count, f"`{node.obj.span.text}`")
+        return BROKEN if i is None else member(t, owner, str(i), node.span, node.span)
     if not isinstance(owner, Rows):
         return _again(t, node, owner, access.index)
     (at, *others) = node.indices
@@ -343,6 +349,22 @@ def _index(t: Reader, node: tree.Index) -> Any:
     return _through(t, known if outer else f"{own.label}.{known}", owner.table, refs, known)
 
 
+def _refs_of(t: Reader, row: Row) -> int:
+    """Number of refs of the list of refs at `row`; 0 for a struct."""
+    held = t.around.schema.values.get((row.table, row.prefix[:-1]))
+    return held.refs if held is not None else 0
+
+
+def _sum(t: Reader, node: tree.Sum) -> Any:
+    return t.fail(
+        "E0612",
+        node.span,
+        "sums over lists are part of model files",
+        label="this formula is added at run time",
+        help=["write the terms: `row.knots[0].x + row.knots[1].x`"],
+    )
+
+
 def _again(t: Reader, node: Any, owner: Any, rule: Any) -> Any:
     """Apply a rule of the language to `node`, whose owner is resolved already."""
     t.worked_out = node.obj, owner
@@ -354,4 +376,5 @@ READERS: dict[type, Any] = {
     tree.Name: _name,
     tree.Attribute: _attribute,
     tree.Index: _index,
+    tree.Sum: _sum,
 }

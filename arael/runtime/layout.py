@@ -34,10 +34,21 @@ LAYOUT_VERSION = 4
 
 
 class Step(msgspec.Struct, frozen=True):
-    """One step from row to row: to the owner of this row, through a ref column, or to the root."""
+    """One step from row to row: to the owner of this row, through a ref column, or to the root.
 
-    kind: Literal["parent", "ref", "root"]
+    In a typed model there are also steps to every row of the collection `ref`, for sums.
+    """
+
+    kind: Literal["parent", "ref", "root", "rows"]
     ref: str = ""
+
+    @property
+    def shown(self) -> str:
+        """The step as a model writes it: ``prev``, ``knots[0]``, ``parent``."""
+        if self.kind == "rows":
+            return self.ref.rpartition(".")[2]
+        name, _, last = self.ref.rpartition(".")
+        return f"{name}[{last}]" if name and last.isdecimal() else self.ref or self.kind
 
 
 class Part(msgspec.Struct, frozen=True):
@@ -130,13 +141,17 @@ class Column(msgspec.Struct, frozen=True):
 
 
 class ByValue(msgspec.Struct, frozen=True):
-    """A struct held by value (or optionally) within the rows of a table."""
+    """A struct held by value (or optionally) within the rows of a table.
+
+    A list of `refs` refs is one as well: its fields ``0``, ``1``, ... are refs to `struct`.
+    """
 
     path: str
     struct: str
     optional: bool
     where: str
     within: str = ""
+    refs: int = 0
 
 
 class Table(msgspec.Struct, frozen=True):
@@ -234,12 +249,32 @@ class Use(msgspec.Struct, frozen=True):
 class Raw(msgspec.Struct, frozen=True):
     """One scalar of a column reached through a slot: data, or the stored value of a parameter.
 
-    A `column` that ends with ``?`` is the presence of the optional at that path.
+    A `column` that ends with ``?`` is the presence of the optional at that path; one with a ``#``
+    is the name of a `Total` of the group.
     """
 
     slot: int
     column: str
     component: int = 0
+
+
+class Total(msgspec.Struct, frozen=True):
+    """Sums over the rows of a collection, each of data alone, for every row that owns some.
+
+    Attributes
+    ----------
+    name : by which a `Raw` of the owner's row reads it: component k is output k of `tape`, summed
+    owner : table of the owners
+    collection : table of the rows that are added
+    slots, raw : ways from such a row, and what `tape` reads through them
+    """
+
+    name: str
+    owner: str
+    collection: str
+    slots: tuple[Slot, ...]
+    raw: tuple[Raw, ...]
+    tape: Tape
 
 
 class Place(msgspec.Struct, frozen=True):
@@ -293,6 +328,7 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     triplets: str = ""  # field of the root that stands for these pairs of uses
     triplet_pairs: tuple[tuple[int, int], ...] = ()
     index_column: str = ""
+    totals: tuple[Total, ...] = ()
     operations_before: int = 0
     operations_after: int = 0
     workspace: int = 0  # columns of lanes that a kernel in parts keeps; 0: it is in one piece
@@ -446,9 +482,17 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         """Table and column of all data -> numbers of the groups that are prepared from it."""
         found: dict[tuple[str, str], list[int]] = {}
         for number, group in enumerate(self.groups):
-            for place in {(group.slots[raw.slot].table, raw.column) for raw in group.raw}:
-                found.setdefault(place, []).append(number)
+            reads = [(group.slots, raw) for raw in group.raw]
+            reads += [(total.slots, raw) for total in group.totals for raw in total.raw]
+            for place in {(slots[raw.slot].table, raw.column) for slots, raw in reads}:
+                if "#" not in place[1]:  # a total, whose own reads are here
+                    found.setdefault(place, []).append(number)
         return {place: tuple(numbers) for place, numbers in found.items()}
+
+    @cached_property
+    def totals(self) -> dict[tuple[str, str], Total]:
+        """Sums over collections, by the table of the owner and name."""
+        return {(t.owner, t.name): t for group in self.groups for t in group.totals}
 
     @cached_property
     def _by_path(self) -> dict[str, Table]:

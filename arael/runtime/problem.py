@@ -155,6 +155,7 @@ class Problem:
             before = next(same, None)
             if (
                 before is not None
+                and not group.totals
                 and all(not group.slots[raw.slot].steps for raw in group.raw)
                 and self.store.tables[group.table] is earlier.store.tables.get(group.table)
                 and self._watch.same_table(group.table, earlier._watch)

@@ -269,6 +269,16 @@ def _attribute(t: Reader, node: tree.Attribute) -> Binding:
     return access.attribute(t, node)
 
 
+def _sum(t: Reader, node: tree.Sum) -> Binding:
+    return t.fail(
+        "E0612",
+        node.span,
+        "sums over lists are part of model files",
+        label="a formula has no lists",
+        help=["write the terms: `a + b + c`"],
+    )
+
+
 def _call(t: Reader, node: tree.Call) -> Binding:
     name = node.func.id if isinstance(node.func, tree.Name) else ""
     if name in t.bag:
@@ -309,4 +319,5 @@ _HANDLERS: Mapping[type, Callable[[Any, Any], Binding]] = {
     tree.Name: _name,
     tree.Attribute: _attribute,
     tree.Call: _call,
+    tree.Sum: _sum,
 }

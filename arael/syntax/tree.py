@@ -145,6 +145,16 @@ class ListExpr(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Sum(Node):
+    """``sum(k in self.knots) { ... }`` or ``sum(i, k in self.knots) { ... }``."""
+
+    index: Ident | None
+    element: Ident
+    over: Expr
+    body: Body
+
+
+@dataclass(frozen=True, kw_only=True)
 class Lambda(Node):
     """``|s| expr``, as `loss` takes it."""
 
@@ -165,6 +175,7 @@ Expr = (
     | Transpose
     | Conditional
     | ListExpr
+    | Sum
     | Lambda
 )
 
@@ -230,6 +241,14 @@ class RefType(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class RefListType(Node):
+    """``[ref T in PATH; n]``: `count` refs, each a `ref`."""
+
+    ref: RefType
+    count: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class BlockType(Node):
     """``block A`` or ``block (A, B)``."""
 
@@ -241,7 +260,9 @@ class TripletsType(Node):
     """``triplets``."""
 
 
-TypeExpr = NamedType | OptionalType | CollectionType | RefType | BlockType | TripletsType
+TypeExpr = (
+    NamedType | OptionalType | CollectionType | RefType | RefListType | BlockType | TripletsType
+)
 
 
 # --- members ----------------------------------------------------------------------------------

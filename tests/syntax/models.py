@@ -49,6 +49,8 @@ struct Pose {
     hc:        block (a, b)
     hbt:       triplets
     loss:      mat<2,3>
+    knots:     [ref Pose in root.poses; 4]
+    h01:       block (knots[0], a)
     key note
     skip_self_block
 
@@ -66,6 +68,15 @@ struct Pose {
     fixed pos.x, a
     prior pos.z ~ normal(0, 1) when gps
     constraint y into prev.hb loss cauchy(2) when a != b { (x + y)' * [1, [2, true],] + a[1:3] }
+    constraint s {
+        let sum = sum(i, k in knots) { B[i] * k.pos }.x
+        [sum, sum(x in self.features) {
+            let a   = x.offset
+            let out = 2 * sum(q in [prev, self]) { q.a }
+
+            a + out
+        }]
+    }
 }
 
 root R : f32 {

@@ -55,6 +55,15 @@ def test_the_whole_language_keeps_its_layout() -> None:
         ("const g=9.81[m / s^2]*( 2 [ s ] )", "const g = 9.81 [m/s^2] * (2 [s])\n"),
         ("const a = if(x)then(y)else(z)", "const a = if (x) then (y) else (z)\n"),
         ("#c\nconst a = 1 #d", "# c\nconst a = 1  # d\n"),
+        (
+            "struct A { k:[ref A in root.rows;4];h:block(k[0],k[ 1 ]); x: real }",
+            "struct A { k: [ref A in root.rows; 4]; h: block (k[0], k[1]); x: real }\n",
+        ),
+        (
+            "struct A {\nconstraint c{\nsum(i,k in[a,b]){k}-sum (x in y){\nlet a=1 #b\na}+1\n}\n}",
+            "struct A {\n    constraint c {\n        sum(i, k in [a, b]) { k } - sum(x in y) {\n"
+            "            let a = 1  # b\n            a\n        } + 1\n    }\n}\n",
+        ),
         ("const a = 1\r\nconst b = 2\r\n", "const a = 1\nconst b = 2\n"),
         (
             "struct A {\nlonger: real [1/m]=1\nx: real [m]=2\ny: real=3\n}",

@@ -126,13 +126,18 @@ def test_fields_of_every_kind() -> None:
     assert fields["note"].default == tree.String(span=pos.span, value='a "b"')
     assert isinstance(fields["hc"].type, tree.BlockType) and len(fields["hc"].type.entities) == 2
     assert isinstance(fields["hbt"].type, tree.TripletsType)
+    knots, pair = fields["knots"].type, fields["h01"].type
+    assert isinstance(knots, tree.RefListType) and knots.count == 4
+    assert str(knots.ref.path) == "root.poses" and knots.ref.target.id == "Pose"
+    assert isinstance(pair, tree.BlockType)
+    assert [entity.id for entity in pair.entities] == ["knots[0]", "a"]
     assert fields["loss"].type == tree.NamedType(span=pos.span, name="mat", dims=(2, 3))
 
 
 def test_constraints_and_clauses() -> None:
     pose = parse(Source("m", WHOLE)).items[6]
     assert isinstance(pose, tree.Struct)
-    x, y = (m for m in pose.members if isinstance(m, tree.Constraint))
+    x, y, _ = (m for m in pose.members if isinstance(m, tree.Constraint))
     assert x.doc == "Two clauses."
     assert isinstance(x.loss, tree.Lambda) and x.loss.params[0].id == "s"
     assert [str(p) for p in x.into] == ["hb", "root.hbt"]
@@ -140,6 +145,22 @@ def test_constraints_and_clauses() -> None:
     assert [let.name.id for let in x.body.lets] == ["z", "y"]
     assert isinstance(x.body.result, tree.Conditional)
     assert isinstance(y.loss, tree.Call) and [str(p) for p in y.into] == ["prev.hb"]
+
+
+def test_sums() -> None:
+    pose = parse(Source("m", WHOLE)).items[6]
+    assert isinstance(pose, tree.Struct)
+    body = [m for m in pose.members if isinstance(m, tree.Constraint)][2].body
+    (let,) = body.lets  # `sum` is no reserved word
+    assert let.name.id == "sum" and isinstance(let.value, tree.Attribute)
+    first, listed = let.value.obj, body.result
+    assert isinstance(first, tree.Sum) and first.index is not None
+    assert (first.index.id, first.element.id, shape(first.over)) == ("i", "k", "knots")
+    assert isinstance(listed, tree.ListExpr)
+    second = listed.items[1]
+    assert isinstance(second, tree.Sum) and second.index is None
+    assert [one.name.id for one in second.body.lets] == ["a", "out"]
+    assert shape(second.body.result) == "(a + out)"
 
 
 def test_passes() -> None:

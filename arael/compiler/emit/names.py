@@ -91,4 +91,4 @@ def _lead(group: Group) -> list[str]:
 
 def _way(group: Group, use: int) -> str:
     steps = group.slots[group.uses[use].slot].steps
-    return "".join(f"{step.ref or step.kind}." for step in steps)
+    return "".join(f"{step.shown}." for step in steps)

@@ -250,6 +250,9 @@ def _read(tape: Tape, node: int, values: Sequence[Array]) -> tuple[int, ...]:
 def _raw_name(problem: Problem, group: Group, rows: list[Array], instance: int, number: int) -> str:
     raw = group.raw[number]
     table = group.slots[raw.slot].table
+    if "#" in raw.column:
+        owner = row_name(problem.store, table, int(rows[raw.slot][instance]))
+        return f"the sum over {owner}.{raw.column.partition('#')[0]}".replace(" .", " ")
     column = problem.layout.table(table).column(raw.column.removesuffix("?"))
     place = row_name(problem.store, table, int(rows[raw.slot][instance]))
     component = f"[{raw.component}]" if column.shape and raw.column[-1] != "?" else ""

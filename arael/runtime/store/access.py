@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.layout import Layout, Raw, Slot, Step, Total
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.runtime.store.rearranged import taken
@@ -177,11 +177,24 @@ def gather_all(
 def _column(store: StoreLike, path: str, column: str) -> Array:
     """(rows, scalars) a column of a table, or whether what it names is present."""
     table = store.tables[path]
+    if "#" in column:
+        return _total(store, store.layout.totals[path, column])
     if column.endswith("?"):
         values = np.asarray(table.present(column[:-1]))
     else:
         values = np.asarray(table.column(column))
     return values if values.ndim == 2 else values.reshape(table.size, prod(values.shape[1:]))
+
+
+def _total(store: StoreLike, total: Total) -> Array:
+    """(owners, sums) of a total, in f64."""
+    table, owners = store.tables[total.collection], store.tables[total.owner].size
+    rows = np.arange(table.size, dtype=np.int64)
+    walker = Walker(store, total.collection, rows, True)
+    ways = [walker.rows(slot) for slot in total.slots]
+    terms = outputs(total.tape, gather_all(store, total.slots, ways, total.raw), table.size)
+    parents = np.asarray(table.parent_rows(), dtype=np.int64)
+    return np.stack([np.bincount(parents, term, owners) for term in terms], axis=-1)
 
 
 def gather(store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raw: Raw) -> Array:

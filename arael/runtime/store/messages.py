@@ -33,7 +33,9 @@ def below(origin: Origin, path: str) -> Name:
 
 def declared(column: Column) -> str:
     """Note with the declaration in the model."""
-    name = column.path.rpartition(".")[2]
+    around, _, name = column.path.rpartition(".")
+    if name.isdecimal():  # an element of a list of refs
+        name = f"{around.rpartition('.')[2]}[{name}]"
     param = "param " if column.role == "param" else ""
     text = column.type.removeprefix("param ")
     return f"declared as `{param}{name}: {text}` at {column.where}"

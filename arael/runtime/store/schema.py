@@ -31,12 +31,16 @@ class Nested:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """A struct: the row itself (path "") or one held by value within it."""
+    """A struct: the row itself (path "") or one held by value within it.
+
+    A list of `refs` refs is one too, with the members ``0``, ``1``, ...
+    """
 
     path: str
     struct: str
     optional: bool
     where: str
+    refs: int = 0
     members: dict[str, Leaf | Nested | Group] = field(default_factory=dict)
 
     def leaves(self) -> Iterator[Leaf]:
@@ -62,7 +66,9 @@ def fields_of(model: layout.Layout, table: layout.Table) -> Group:
     root = Group("", table.struct, False, table.where)
     groups = {"": root}
     for value in sorted(table.values, key=lambda v: v.path.count(".")):
-        groups[value.path] = Group(value.path, value.struct, value.optional, value.where)
+        groups[value.path] = Group(
+            value.path, value.struct, value.optional, value.where, value.refs
+        )
     present = {c.path for c in table.columns if c.role == "present"}
     members: list[Leaf | Nested | Group] = [
         Leaf(c.path, c, c.path in present) for c in table.columns if c.role != "present"

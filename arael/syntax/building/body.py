@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Any
 
 from arael.diagnostics.records import Span
@@ -10,47 +11,63 @@ from arael.syntax import tree
 from arael.syntax.log import ErrorLog
 
 
-def check_body(parts: list[Any], span: Span, log: ErrorLog) -> tree.Body:
+@dataclass(frozen=True)
+class Words:
+    """What a body is part of, and what its last expression is, in messages."""
+
+    whole: str
+    result: str
+
+
+CONSTRAINT = Words("constraint", "residual")
+SUM = Words("sum", "term")
+
+
+def check_body(parts: list[Any], span: Span, log: ErrorLog, words: Words = CONSTRAINT) -> tree.Body:
     """Body from its opening brace, its statements and its closing brace."""
     opening, *statements, _ = parts
     lets = [s for s in statements if isinstance(s, tree.Let)]
     results = [s for s in statements if not isinstance(s, tree.Let)]
     if not results and not opening.damaged:
-        _report_no_residual(lets, span, log)
+        _report_no_residual(lets, span, log, words)
     if results and not opening.damaged:
         continued = _report_continuation(statements, log)
-        _report_order(statements, results, continued, log)
+        _report_order(statements, results, continued, log, words)
     zero = tree.Number(span=span, text="0")
     return tree.Body(span=span, lets=tuple(lets), result=results[-1] if results else zero)
 
 
-def _report_no_residual(lets: list[tree.Let], span: Span, log: ErrorLog) -> None:
+def _report_no_residual(lets: list[tree.Let], span: Span, log: ErrorLog, words: Words) -> None:
     if lets:
         last = lets[-1]
         log.error(
             "E0130",
-            "this constraint has no residual",
+            f"this {words.whole} has no {words.result}",
             span.end - 1,
             span.end,
             "an expression is missing before the end",
             labels=[
-                (last.name.span.start, last.name.span.end, "the last name, never used as residual")
+                (
+                    last.name.span.start,
+                    last.name.span.end,
+                    f"the last name, never used as {words.result}",
+                )
             ],
-            help=f"end the body with the residual, for example `{last.name.id}`",
+            help=f"end the body with the {words.result}, for example `{last.name.id}`",
         )
     else:
         log.error(
             "E0130",
-            "this constraint is empty",
+            f"this {words.whole} is empty",
             span.start,
             span.end,
-            "no residual in here",
-            help="write the residual as an expression, such as `(x - y) / sigma`",
+            f"no {words.result} in here",
+            help=f"write the {words.result} as an expression, such as `(x - y) / sigma`",
         )
 
 
 def _report_order(
-    statements: list[Any], results: list[Any], continued: set[int], log: ErrorLog
+    statements: list[Any], results: list[Any], continued: set[int], log: ErrorLog, words: Words
 ) -> None:
     last = results[-1]
     for other in results[:-1]:
@@ -58,24 +75,24 @@ def _report_order(
             continue
         log.error(
             "E0132",
-            "a constraint has one residual",
+            f"a {words.whole} has one {words.result}",
             other.span.start,
             other.span.end,
             "this value is unused",
-            labels=[(last.span.start, last.span.end, "the residual is the last expression")],
-            help="put several residuals in a list, `[a, b]`, or name this one with `let`",
+            labels=[(last.span.start, last.span.end, f"the {words.result} is the last expression")],
+            help=f"put several {words.result}s in a list, `[a, b]`, or name this one with `let`",
         )
     # By identity: two equal expressions are two statements.
     after = itertools.takewhile(lambda s: s is not last, reversed(statements))
     for let in reversed(list(after)):
         log.error(
             "E0131",
-            "`let` after the residual",
+            f"`let` after the {words.result}",
             let.span.start,
             let.span.start + 3,
-            f"`{let.name.id}` is defined after the residual",
-            labels=[(last.span.start, last.span.end, "the residual ends the body")],
-            help="move the `let` above the residual",
+            f"`{let.name.id}` is defined after the {words.result}",
+            labels=[(last.span.start, last.span.end, f"the {words.result} ends the body")],
+            help=f"move the `let` above the {words.result}",
         )
 
 

@@ -88,6 +88,37 @@ class ExpressionBuilder(Builder):
         node = tree.Call(span=span, func=func, args=args or ())
         return self._measured(node, func, *node.args)
 
+    def _make_sum_over(self, parts: list[Any], span: Span) -> tree.Expr:
+        func, names, _, over, body = parts
+        if not (isinstance(func, tree.Name) and func.id == "sum"):
+            self._log.error(
+                "E0136",
+                "only `sum` runs over a list",
+                func.span.start,
+                func.span.end,
+                "not `sum`",
+                help="write `sum(k in self.knots) { ... }`",
+            )
+        if not all(isinstance(n, tree.Name) for n in names) or len(names) > 2:
+            self._log.error(
+                "E0136",
+                "a sum names its element, or index and element",
+                names[0].span.start,
+                names[-1].span.end,
+                "expected one name or two",
+                help="write `sum(k in list) { ... }` or `sum(i, k in list) { ... }`",
+            )
+            names = (tree.Name(span=names[0].span, id="k"),)
+        index, element = names if len(names) == 2 else (None, names[0])
+        node = tree.Sum(
+            span=span,
+            index=None if index is None else tree.Ident(span=index.span, id=index.id),
+            element=tree.Ident(span=element.span, id=element.id),
+            over=over,
+            body=body,
+        )
+        return self._measured(node, over, body.result, *(let.value for let in body.lets))
+
     def _make_arguments(self, parts: list[Any], span: Span) -> tuple[tree.Expr, ...]:
         return tuple(parts)
 

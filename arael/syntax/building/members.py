@@ -7,7 +7,7 @@ from typing import Any
 from arael.diagnostics.records import Span
 from arael.syntax import tree
 from arael.syntax.building.base import Builder
-from arael.syntax.building.body import check_body
+from arael.syntax.building.body import SUM, check_body
 from arael.syntax.tokens import Token
 
 
@@ -144,6 +144,9 @@ class MemberBuilder(Builder):
 
     def _make_body(self, parts: list[Any], span: Span) -> tree.Body:
         return check_body(parts, span, self._log)
+
+    def _make_sum_body(self, parts: list[Any], span: Span) -> tree.Body:
+        return check_body(parts, span, self._log, SUM)
 
     def _make_let(self, parts: list[Any], span: Span) -> tree.Let:
         name, value = parts

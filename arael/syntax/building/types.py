@@ -23,8 +23,28 @@ class TypeBuilder(Builder):
         target, path, question = parts
         return tree.RefType(span=span, target=target, path=path, optional=question is not None)
 
+    def _make_ref_list_type(self, parts: list[Any], span: Span) -> tree.RefListType:
+        target, path, number = parts
+        inner = self._log.span(target.span.start, path.span.end)
+        ref = tree.RefType(span=inner, target=target, path=path)
+        (count,) = self._make_dims([number], span)
+        return tree.RefListType(span=span, ref=ref, count=count)
+
     def _make_block_type(self, parts: list[Any], span: Span) -> tree.BlockType:
         return tree.BlockType(span=span, entities=tuple(parts))
+
+    def _make_ref_element(self, parts: list[Any], span: Span) -> tree.Ident:
+        name, number = parts
+        if not number.text.isdigit() or len(number.text) > 9:
+            self._log.error(
+                "E0127",
+                f"`{number.text}` is no index",
+                number.start,
+                number.end,
+                "expected a whole number, counted from 0",
+            )
+            return name  # type: ignore[no-any-return]
+        return tree.Ident(span=span, id=f"{name.id}[{int(number.text)}]")
 
     def _make_triplets_type(self, parts: list[Any], span: Span) -> tree.TripletsType:
         return tree.TripletsType(span=span)

@@ -31,7 +31,7 @@ def gather(file: tree.File) -> Facts:
     facts = Facts()
     for node in walk(file):
         start = node.span.start
-        if isinstance(node, (tree.Name, tree.Ident)):
+        if isinstance(node, (tree.Name, tree.Ident, tree.Sum)):
             facts.names.add(start)
         elif isinstance(node, tree.Attribute):
             facts.names.add(node.name_span.start)

@@ -61,12 +61,14 @@ class _Splitter:
         closing = _pairs(tokens)
         next_comment = 0
         gap_ends = True
+        brackets = 0  # a semicolon in `[ref T in path; 4]` separates no statements
         semicolon: Token | None = None
         for n, token in enumerate(tokens):
             if token.type == NEWLINE:
                 gap_ends = gap_ends or n not in self._layout.passed
                 continue
-            if token.type == "SEMICOLON":
+            brackets += (token.type == "LSQB") - (token.type == "RSQB")
+            if token.type == "SEMICOLON" and not brackets:
                 semicolon = token
                 gap_ends = True
                 continue

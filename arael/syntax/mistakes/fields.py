@@ -122,21 +122,46 @@ ROWS = (
         )
         for token, help_ in (
             ("PARAM", "`param` comes before the name: `param name: type`"),
-            ("LSQB", "a collection is written `list of T`, a vector of n numbers `vec<n>`"),
             ("", _TYPES),
         )
+    ),
+    Mistake(
+        "E0127", "`[` begins a list of refs", "expected `ref`",
+        help="write `[ref T in PATH; 4]` for a list of refs, `list of T` for a collection, "
+        "`vec<n>` for a vector of n numbers",
+        before="LSQB", last=True, part="members", expected="REF",
+        repair="skip_past RSQB; insert REF NAME IN NAME SEMICOLON NUMBER RSQB",
+    ),
+    Mistake(
+        "E0127", "a list of refs has no length", "the length is missing",
+        help="write `[ref T in PATH; 4]`, with the number of refs; `list of T` is a collection of "
+        "any number of rows",
+        part="members", within="REF", opener="LSQB", token="RSQB", expected="SEMICOLON",
+        repair="insert SEMICOLON NUMBER",
+    ),
+    Mistake(
+        "E0127", "the refs of a list cannot be null", "not here",
+        help="omit the `?`; where some are missing, write rows of a `list of` with one ref each",
+        part="members", within="REF", opener="LSQB", token="QUESTION", expected="SEMICOLON",
+        repair="skip",
+    ),
+    Mistake(
+        "E0127", "the length of a list of refs is a number", "expected a number",
+        help="write `[ref T in PATH; 4]`",
+        part="members", within="REF", opener="LSQB", before="SEMICOLON", expected="NUMBER",
+        repair="skip_to RSQB; insert NUMBER",
     ),
     *(
         _element(
             "E0127", f"{what} is not in the language",
             help="put a struct between: `list of Row`, and in `struct Row` "
-            "a field of type `{token} ...`",
+            "a field of type `{token} ...`" + more,
             token=token,
             repair="skip_to SEMICOLON RBRACE EQUAL; insert NAME",
         )
-        for token, what in (
-            ("REF", "a collection of refs"),
-            ("LIST DEQUE ARENA", "a collection of collections"),
+        for token, what, more in (
+            ("REF", "a collection of refs", "; a fixed number of refs is `[ref T in PATH; 4]`"),
+            ("LIST DEQUE ARENA", "a collection of collections", ""),
         )
     ),
     _element(
