@@ -81,3 +81,20 @@ def test_the_python_interface_can_be_read_in_the_repository(update: bool) -> Non
         assert made == API, "run pytest --update"
     assert "| `arael.load(model, *, precision=None" in made
     assert "| `Model.solve(" in made
+
+
+EXAMPLES = sorted((DOCS.parent / "examples").glob("*/*.png"))
+
+
+@pytest.mark.parametrize("picture", EXAMPLES, ids=lambda p: p.stem)
+def test_every_picture_of_an_example_is_in_the_gallery(picture: Path) -> None:
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert f"**`{picture.parent.name}`**" in page
+    assert f"](figures/gallery/{picture.name})" in page
+    assert (DOCS / "figures" / "gallery" / picture.name).exists(), "run docs/figures/gallery.py"
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    listed = re.findall(r"- (\S+\.md)$", (DOCS.parent / "mkdocs.yml").read_text(), re.MULTILINE)
+    pages = sorted(str(p.relative_to(DOCS)) for p in DOCS.rglob("*.md"))
+    assert sorted(listed) == pages, "edit `nav` of mkdocs.yml"
