@@ -225,9 +225,7 @@ def measured(one: Recipe) -> str:
 
 def main() -> None:
     """Print the table."""
-    print(
-        "| problem | lines of the model | first [ms] | again [ms] | SciPy [ms] | ratio | cost | SciPy |"
-    )
+    print("| problem | lines | first [ms] | again [ms] | SciPy [ms] | ratio | cost | of SciPy |")
     print("|---|--:|--:|--:|--:|--:|--:|--:|")
     for make in (calibration, hand_eye, alignment, epochs):
         print(measured(make(np.random.default_rng(7))), flush=True)
