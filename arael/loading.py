@@ -27,6 +27,7 @@ from arael.compiler.cache.keys import model_key, shipped_key
 from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
 from arael.compiler.no_compiler import NoCompiler
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.diagnostics.suggest import closest
@@ -189,7 +190,7 @@ def load_compiled(
     interpret: Interpret = None,
 ) -> CompiledModel:
     """`load`, without the class."""
-    _check_choices(precision, interpret)
+    _check_choices(precision, interpret, root)
     source = read_source(find_model(model))  # read once: what is looked up would be compiled
     return _load_source(source, precision, root, interpret)
 
@@ -207,13 +208,19 @@ def _compiled_text(
                 help=("`arael.load(path)` reads a file",),
             )
         )
-    _check_choices(precision, interpret)
+    _check_choices(precision, interpret, root)
+    if not isinstance(name, str):
+        raise wrong_argument("loads", "name", "the name of the model in messages", name)
     source = source_of(text.encode("utf-8", "surrogatepass"), name)
     return _load_source(source, precision, root, interpret)
 
 
-def _check_choices(precision: Any, interpret: Any) -> None:
-    if precision not in (None, "f32", "f64"):
+def _check_choices(precision: Any, interpret: Any, root: Any) -> None:
+    if root is not None and not isinstance(root, str):
+        raise wrong_argument("load", "root", "the name of a root", root)
+    if precision is not None and (
+        not isinstance(precision, str) or precision not in ("f32", "f64")
+    ):
         raise AraelError(
             Diagnostic(
                 "E0811",
@@ -222,7 +229,11 @@ def _check_choices(precision: Any, interpret: Any) -> None:
                 help=("write `f32` or `f64`",),
             )
         )
-    if interpret not in (None, True, False, "meanwhile"):
+    if not (
+        interpret is None
+        or isinstance(interpret, bool)
+        or (isinstance(interpret, str) and interpret == "meanwhile")
+    ):
         raise AraelError(
             Diagnostic(
                 "E0827",

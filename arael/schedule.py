@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime import layout as layouts
 from arael.runtime.layout import Layout, PassSetting
@@ -97,7 +98,14 @@ def chosen_passes(
         return layout.passes or plain
     known = {one.name: one for one in layout.passes}
     chosen: list[layouts.LayoutPass] = []
-    for one in [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes:
+    wanted = [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes
+    kinds = (str, Pass, layouts.LayoutPass)
+    wanted = list(wanted) if isinstance(wanted, Iterable) else wanted
+    if not isinstance(wanted, list) or not all(isinstance(one, kinds) for one in wanted):
+        raise wrong_argument(
+            "solve", "passes", "names of passes or `arael.Pass`", passes, 'write `passes=["name"]`'
+        )
+    for one in wanted:
         if isinstance(one, str):
             if one not in known:
                 raise _unknown("E1011", "pass", one, list(known), layout)

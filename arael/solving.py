@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from arael.config import LmConfig, Observer
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
@@ -91,6 +92,10 @@ def solve(
     layout = layout_of(model)
     if observer is not None:
         settings["observer"] = observer
+    if trace is not None and not callable(trace):
+        raise wrong_argument("solve", "trace", "a function of a line", trace, "`trace=print`")
+    if progress is not None and not isinstance(progress, bool):
+        raise wrong_argument("solve", "progress", "True, False or None", progress)
     if config is not None and not isinstance(config, LmConfig):
         raise AraelError(
             Diagnostic(
@@ -103,7 +108,9 @@ def solve(
     base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**{**one.config, **settings}) for one in schedule]
-    given = [freeze] if isinstance(freeze, str) else list(freeze)
+    given = [freeze] if isinstance(freeze, str) or not isinstance(freeze, Iterable) else [*freeze]
+    if not all(isinstance(path, str) for path in given):
+        raise wrong_argument("solve", "freeze", "paths of parameters", freeze)
     frozen = held_by(layout, given) if given else frozenset()
     check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])
     began = time.perf_counter()

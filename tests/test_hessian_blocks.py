@@ -183,7 +183,7 @@ def test_unknown_blocks_and_rows_without_parameters(tmp_path: Path) -> None:
         model.hessian_block("poses.hb_pos")
     with pytest.raises(AraelError, match=r"E1009.*`pairs` has no parameters"):
         model.hessian_block(model.pairs[0])
-    with pytest.raises(TypeError, match="rows of this model"):
+    with pytest.raises(AraelError, match="a row of this model"):
         model.hessian_block(model.poses, model.poses[0])
     with pytest.raises(IndexError, match=r"row 4 of `poses`, which has 4"):
         model.hessian_block("poses.hb_pose", 4)

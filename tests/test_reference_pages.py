@@ -14,6 +14,7 @@ from arael.check.builtins import FUNCTIONS
 from arael.config import LmConfig
 from arael.runtime.linear.auto import SOLVERS
 from arael.statuses import CONVERGED, ENDING
+from tests.reference_tables import with_tables
 
 DOCS = Path(__file__).parents[1] / "docs"
 SOLVING = (DOCS / "solving.md").read_text(encoding="utf-8")
@@ -70,3 +71,30 @@ def test_every_name_of_the_open_rooms_is_in_the_reference(room: object) -> None:
             and not getattr(getattr(room, name), "__qualname__", "").startswith("_function")
         )
         assert described or re.search(rf"\b{name}\b", API), name
+
+
+def test_the_python_interface_can_be_read_in_the_repository(update: bool) -> None:
+    made = with_tables(API)
+    if update:
+        (DOCS / "api.md").write_text(made, encoding="utf-8")
+    else:
+        assert made == API, "run pytest --update"
+    assert "| `arael.load(model, *, precision=None" in made
+    assert "| `Model.solve(" in made
+
+
+EXAMPLES = sorted((DOCS.parent / "examples").glob("*/*.png"))
+
+
+@pytest.mark.parametrize("picture", EXAMPLES, ids=lambda p: p.stem)
+def test_every_picture_of_an_example_is_in_the_gallery(picture: Path) -> None:
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert f"**`{picture.parent.name}`**" in page
+    assert f"](figures/gallery/{picture.name})" in page
+    assert (DOCS / "figures" / "gallery" / picture.name).exists(), "run docs/figures/gallery.py"
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    listed = re.findall(r"- (\S+\.md)$", (DOCS.parent / "mkdocs.yml").read_text(), re.MULTILINE)
+    pages = sorted(str(p.relative_to(DOCS)) for p in DOCS.rglob("*.md"))
+    assert sorted(listed) == pages, "edit `nav` of mkdocs.yml"

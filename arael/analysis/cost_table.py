@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.runtime.problem import Problem
@@ -25,6 +26,8 @@ class CostTable(Displayed, dict[str, float]):
 
     def rms(self, label: str) -> float:
         """Root mean square of the residuals of a label: near 1 if the sigmas are right."""
+        if not isinstance(label, str) or label not in self:
+            raise wrong_argument("rms", "label", f"one of {', '.join(self)}", label)
         count = self.residuals[label]
         return float((self[label] / count) ** 0.5) if count else 0.0
 

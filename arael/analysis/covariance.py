@@ -18,6 +18,7 @@ from arael.analysis.cost_table import cost_table
 from arael.analysis.freedom import refuse_free_directions
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.geometry import ellipsoid
 from arael.runtime.linear.selected import SelectedInverse
@@ -262,8 +263,16 @@ class Covariance:
         if isinstance(where, str):
             return where
         if isinstance(where, tuple):
+            if (
+                len(where) != 2
+                or not isinstance(where[0], str)
+                or not isinstance(where[1], int | np.integer)
+            ):
+                raise _no_place(where)
             path, row = where
         elif not hasattr(where, "_handle"):
+            if not hasattr(where, "_store"):
+                raise _no_place(where)
             return ""  # the model: its root
         else:
             path, row = where._table.layout.path, where._table.row_of(where._handle)
@@ -272,7 +281,9 @@ class Covariance:
     def _scalars(self, where: Where) -> Ints:
         if isinstance(where, list):
             every = [self._scalars(one) for one in where]
-            joined = np.concatenate(every) if every else np.zeros(0, dtype=np.int64)
+            if not every:
+                raise _no_place(where)
+            joined = np.concatenate(every)
             if len(set(joined.tolist())) < len(joined):
                 raise AraelError(
                     Diagnostic(
@@ -318,6 +329,8 @@ class Covariance:
 
     def _entity(self, path: str) -> tuple[Any, Ints, Ints]:
         """The entity at a path, the first scalar of its rows, and the requested tangents."""
+        if not isinstance(path, str):
+            raise _no_place(path)
         layout = self._problem.layout
         for number, entity in enumerate(layout.entities):
             first = self._problem.structure.system.blocks[number].first
@@ -342,6 +355,11 @@ class Covariance:
         )
 
 
+def _no_place(where: object) -> AraelError:
+    expected = "a row, the model, the name of a field, or a list of them"
+    return wrong_argument("covariance", "where", expected, where, "write `model.poses[3]`")
+
+
 def covariance(problem: Problem, scale: str = "known") -> Covariance:
     """Covariance of all free scalars; see `Covariance`."""
     return Covariance(problem, scale)
@@ -349,7 +367,7 @@ def covariance(problem: Problem, scale: str = "known") -> Covariance:
 
 def check_scale(scale: str) -> None:
     """Raise E1035 unless `scale` is one of `SCALES`."""
-    if scale not in SCALES:
+    if not isinstance(scale, str) or scale not in SCALES:
         raise AraelError(
             Diagnostic(
                 "E1035",

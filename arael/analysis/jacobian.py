@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.problem import Problem
 
@@ -87,6 +88,7 @@ class Jacobian:
         return len(self.residuals)
 
     def __getitem__(self, index: int) -> JacobianRow:
+        index = _number(index, "index")
         if not -len(self) <= index < len(self):
             raise IndexError(f"row {index} of a Jacobian with {len(self)} rows")
         index %= len(self)
@@ -114,6 +116,8 @@ class Jacobian:
 
     def of(self, label: str) -> Jacobian:
         """The rows of one constraint only (``"PointFrine.bearing"``); KeyError if there is none."""
+        if not isinstance(label, str):
+            raise wrong_argument("jacobian.of", "label", "the label of a constraint", label)
         if label not in self.labels:
             raise KeyError(f"no constraint {label!r}; there are {', '.join(self.labels)}")
         mine = np.flatnonzero(self.label_of == self.labels.index(label))
@@ -143,6 +147,7 @@ class Jacobian:
         """
         problem = self._problem
         assert problem is not None
+        constraint = _number(constraint, "constraint")
         ends = np.cumsum([len(active) for active in problem.structure.active])
         if not 0 <= constraint < ends[-1]:
             raise IndexError(f"no constraint instance {constraint}; there are {ends[-1]}")
@@ -261,3 +266,9 @@ def jacobian(problem: Problem) -> Jacobian:
 
 def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
     return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def _number(given: Any, name: str) -> int:
+    if isinstance(given, bool) or not isinstance(given, int | np.integer):
+        raise wrong_argument("jacobian", name, "a whole number", given)
+    return int(given)

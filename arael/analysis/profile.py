@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.analysis.covariance import Covariance
+from arael.analysis.covariance import Covariance, check_scale
 from arael.analysis.report import Statistics, scalar_values
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 
@@ -64,6 +65,9 @@ def profile(model: Any, name: str, level: float, scale: str) -> Profile:
     """Interval of a scalar of a solved model; see `arael.Model.profile`."""
     if not (isinstance(level, int | float) and 0 < level < 1):
         raise _wrong(f"the level is {level!r:.40}", "it lies between 0 and 1, such as 0.95")
+    if not isinstance(name, str):
+        raise wrong_argument("profile", "name", "the name of a scalar", name)
+    check_scale(scale)
     problem = model._problem()
     values = scalar_values(problem)
     covariance = Covariance(problem)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.problem import Problem
@@ -72,6 +73,8 @@ def residual_values(
     AraelError
         E1037: no such constraint.
     """
+    if not isinstance(label, str):
+        raise wrong_argument("residual_values", "label", "the label of a constraint", label)
     numbers = [k for k, group in enumerate(problem.layout.groups) if group.label == label]
     if not numbers:
         known = list(dict.fromkeys(group.label for group in problem.layout.groups))

@@ -26,8 +26,8 @@ root {root} : f64 {{
         1e-3 * [slope, offset]
     }}
 
-    fit points as p {{
-        starship((slope * p.x + offset - p.y) / sigma, starship_gamma(25))
+    fit points as p loss cauchy(2) {{        # a wrong point has little influence
+        (slope * p.x + offset - p.y) / sigma
     }}
 }}
 """

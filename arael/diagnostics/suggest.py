@@ -7,14 +7,14 @@ from collections.abc import Iterable
 _MAX_LENGTH = 100
 
 
-def closest(name: str, candidates: Iterable[str], limit: int = 1) -> list[str]:
+def closest(name: object, candidates: Iterable[str], limit: int = 1) -> list[str]:
     """Candidates that `name` may be a misspelling of, best first, at most `limit`.
 
     A candidate that differs in case or underscores only comes first; the others by the number of
     edits (a letter added, removed, changed, or swapped with its neighbour), at most one in three
-    letters. Ties are in the order of `candidates`.
+    letters. Ties are in the order of `candidates`. Nothing is close to what is not a text.
     """
-    if not name or len(name) > _MAX_LENGTH:
+    if not isinstance(name, str) or not name or len(name) > _MAX_LENGTH:
         return []
     folded = _fold(name)
     allowed = max(1, (len(folded) + 1) // 3)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.layout import Block
@@ -53,6 +54,8 @@ def block_at(store: Store, path: str, row: int | None) -> Any:
     size = store.tables[block.table].size
     if row is None and block.table:
         return found.named(block, np.arange(size))
+    if row is not None and not isinstance(row, int | np.integer):
+        raise wrong_argument("hessian_block", "b", "the number of a row", row)
     number = 0 if row is None else int(row)
     if not -size <= number < size:
         raise IndexError(f"row {number} of `{block.table}`, which has {size}")
@@ -68,9 +71,12 @@ def _row(store: Store, where: Any) -> tuple[str, int]:
     table = getattr(where, "_table", None)
     rows = where._rows() if table is not None else None
     if table is None or not isinstance(rows, int) or table.store is not store:
-        raise TypeError(
-            "hessian_block takes rows of this model (`model.poses[3]`), the model itself, or the "
-            f"path of a named block; found {type(where).__name__}"
+        raise wrong_argument(
+            "hessian_block",
+            "a or b",
+            "a row of this model, the model itself, or the path of a named block",
+            where,
+            "write `model.poses[3]`",
         )
     return table.layout.path, rows
 

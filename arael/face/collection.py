@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
@@ -151,6 +152,10 @@ class Collection(Displayed, Fields):
         owners = self._owners(parent)
         if n is None:
             n = self._count(flat, owners)
+        elif not isinstance(n, int | np.integer) or isinstance(n, bool) or n < 0:
+            raise wrong_argument(
+                table.label, "n", "a number of rows, or a data frame", n, "give arrays by name"
+            )
         if owners is not None and owners.shape not in ((), (n,)):
             raise error("E0704", f"expected {n} parents, found {len(owners)}", table.label)
         return Refs(table, table.extend(n, owners, **flat))
@@ -177,7 +182,12 @@ class Collection(Displayed, Fields):
         """Return the number of rows of the given arrays."""
         for path, value in flat.items():
             column = self._table.data.get(path)
-            shape = value.values.shape if isinstance(value, Handles) else np.shape(value)
+            try:
+                shape = value.values.shape if isinstance(value, Handles) else np.shape(value)
+            except ValueError:
+                raise error(
+                    "E0704", "the rows differ in length", f"{self._table.label}.{path}"
+                ) from None
             if len(shape) > _rank(column):
                 return int(shape[0])
         if owners is not None and owners.ndim:
@@ -223,6 +233,8 @@ class Collection(Displayed, Fields):
     def popleft(self, n: int = 1) -> None:
         """Remove the first `n` rows of a deque with their nested rows; their refs become stale."""
         self._only("deque", "popleft", "removes at the front")
+        if not isinstance(n, int | np.integer) or isinstance(n, bool) or n < 0:
+            raise wrong_argument(self._table.label, "n", "a number of rows", n)
         if n > len(self):
             raise IndexError(f"popleft of {n} from {len(self)} rows")
         self._remove(self._every()[:n])
@@ -330,6 +342,8 @@ def fill(collection: Collection, items: Any, origin: str) -> None:
         collection.extend(items)
         return
     if isinstance(items, Mapping):
+        if not all(isinstance(name, str) for name in items):
+            raise error("E0703", "expected arrays by the names of fields", origin)
         collection.extend(**items)
         return
     if not isinstance(items, (list, tuple)):
@@ -337,6 +351,8 @@ def fill(collection: Collection, items: Any, origin: str) -> None:
     for item in items:
         if not isinstance(item, Mapping):
             raise error("E0703", "expected a list of dicts", origin)
+        if not all(isinstance(name, str) for name in item):
+            raise error("E0703", "expected values by the names of fields", origin)
         collection.append(**item)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError
 from arael.face import formulas, given
 from arael.face.blocks import read_block
@@ -83,6 +84,7 @@ class Fields:
 
     def __getitem__(self, path: str) -> Any:
         """Return the field at a dotted path; ``path?`` is the presence of an optional."""
+        self._require_path(path)
         if path.endswith("?"):
             full = f"{self._group.path}.{path[:-1]}" if self._group.path else path[:-1]
             self._member(path[:-1])
@@ -91,7 +93,12 @@ class Fields:
         return self._read(path)
 
     def __setitem__(self, path: str, value: Any) -> None:
+        self._require_path(path)
         self._set(self._member(path), value)
+
+    def _require_path(self, path: object) -> None:
+        if not isinstance(path, str):
+            raise wrong_argument(self._origin(""), "path", "the name of a field", path)
 
     def __dir__(self) -> Iterator[str]:
         here = f"{self._group.path}." if self._group.path else ""

@@ -14,6 +14,7 @@ from _ctypes import CFuncPtr
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.evaluation.native_binding import (
@@ -60,6 +61,10 @@ def bind_all(
     SlowFunctionWarning
         A Python function is bound.
     """
+    if not isinstance(functions, Mapping):
+        raise wrong_argument(
+            "load", "functions", "a mapping by name", functions, 'write `{"name": function}`'
+        )
     known = {f.name: f for f in layout.functions}
     found = {}
     for name, given in functions.items():

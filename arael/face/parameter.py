@@ -97,7 +97,7 @@ class Parameter(NDArrayOperatorsMixin, Forms):
 
     @optimize.setter
     def optimize(self, value: Any) -> None:
-        array, rows = np.asarray(value), self._rows()
+        array, rows = _flags(value, f"{self._name}.optimize"), self._rows()
         one = isinstance(rows, int)
         if self._takes_components() and array.ndim == (1 if one else 2):
             self._set_components(array, rows, one)
@@ -175,7 +175,7 @@ class Parameter(NDArrayOperatorsMixin, Forms):
 
     def _set_flag(self, name: str, value: Any) -> None:
         self._need_flag(name)
-        array = np.asarray(value)
+        array = _flags(value, f"{self._name}.{name}")
         flags, rows = self._table.column_of_flags(self._path, name), self._rows()
         if array.dtype != np.bool_ or array.shape not in ((), np.shape(flags[rows])):
             raise error("E0703", "expected true or false for each row", f"{self._name}.{name}")
@@ -216,3 +216,10 @@ class Parameter(NDArrayOperatorsMixin, Forms):
         )
         text = np.array2string(np.asarray(self.value), precision=6, threshold=12, edgeitems=2)
         return f"<{self._name}: {text}{flags}>"
+
+
+def _flags(value: Any, name: str) -> Array:
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise error("E0703", "expected true or false for each row", name) from None

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.fitting.curve import Curve, Parameter, Points, curve_of
 from arael.fitting.estimates import estimates
 from arael.fitting.formula import Formula, measured_column, read_formula
@@ -86,6 +87,8 @@ def fit(
     >>> print(f"{found.parameters['b']:.2f} +- {found.sigma['b']:.2f}")
     0.49 +- 0.02
     """
+    if trace is not None and not callable(trace):
+        raise wrong_argument("fit", "trace", "a function of a line", trace, "write `trace=print`")
     _check_arguments(formula, y, group, start=start, bounds=bounds, fixed=fixed)
     shared = _names(shared)
     table = table_of(data)

@@ -13,7 +13,7 @@ def mistake(code: str, message: str, origin: str, help: str = "") -> AraelError:
 
 def check_parameter(name: str, parameters: tuple[str, ...], where: str) -> None:
     """Raise E0872 for a name that is not a parameter of the formula."""
-    if name not in parameters:
+    if not isinstance(name, str) or name not in parameters:
         near = closest(str(name), parameters)
         raise mistake(
             "E0872",

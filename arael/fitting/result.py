@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from arael.analysis.profile import Profile, profile
 from arael.analysis.report import Estimate, Report, strongest, suspicions
+from arael.diagnostics.arguments import described
 from arael.fitting.curve import Curve
 from arael.fitting.estimates import Estimates
 from arael.fitting.formula import Formula
@@ -166,8 +167,13 @@ class Fit:
         data, group : as for `predict`
         level : probability
         """
-        if not 0 < level < 1:
-            raise mistake("E0874", f"the level {level:g} is not between 0 and 1", "bands")
+        if not isinstance(level, int | float) or not 0 < level < 1:
+            raise mistake(
+                "E0874",
+                f"the level {described(level)} is not between 0 and 1",
+                "bands",
+                "write 0.95",
+            )
         value, matrix = self._predicted(data, group)
         variance = np.einsum("ij,jk,ik->i", matrix, self.covariance, matrix)
         sigma = np.sqrt(np.maximum(variance, 0))

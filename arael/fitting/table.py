@@ -67,6 +67,15 @@ def table_of(data: Any) -> Table:
     )
 
 
+def _array(title: str, column: Any) -> NDArray[Any]:
+    try:
+        return np.asarray(column)
+    except ValueError:
+        raise mistake(
+            "E0873", f"the column '{title}' is not one number per point", "data"
+        ) from None
+
+
 class Columns:
     """Arrays by name, a number counts for every row."""
 
@@ -74,7 +83,7 @@ class Columns:
 
     def __init__(self, given: Mapping[str, Any]) -> None:
         self.titles = readable_names(given)
-        self._given = {title: np.asarray(column) for title, column in given.items()}
+        self._given = {title: _array(title, column) for title, column in given.items()}
         sizes: dict[str, int] = {}
         for title, column in self._given.items():
             if column.ndim > 1:

@@ -32,12 +32,25 @@ def as_array(values: ArrayLike, tail: tuple[int, ...], what: str) -> Array:
     return found
 
 
+def as_numbers(values: ArrayLike, what: str) -> Array:
+    """Return `values` of any shape as f64; AraelError (E1031) if they are not numbers."""
+    return as_array(values, (), what)
+
+
+def as_scalar(value: float, what: str) -> float:
+    """Return `value` as a number; AraelError (E1031) if it is none."""
+    found = as_numbers(value, what)
+    if found.ndim:
+        raise _refused(what, (), f"shape {found.shape}")
+    return float(found)
+
+
 def _refused(what: str, tail: tuple[int, ...], found: str) -> AraelError:
-    expected = ", ".join(["...", *map(str, tail)])
+    expected = f"have shape ({', '.join(['...', *map(str, tail)])})" if tail else "be a number"
     return AraelError(
         Diagnostic(
             "E1031",
-            f"`{what}` must have shape ({expected}), found {found}",
+            f"`{what}` must {expected}, found {found}",
             origin="arael.geometry",
             help=("one item or many: the leading dimensions are free",),
         )

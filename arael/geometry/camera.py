@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.geometry.arrays import Array, as_array
+from arael.geometry.arrays import Array, as_array, as_numbers, as_scalar
 
 
 def level_axes(yaw: float = 0.0) -> Array:
@@ -17,7 +17,8 @@ def level_axes(yaw: float = 0.0) -> Array:
 
     Columns are the camera's x (right), y (down) and z (forward) in the body frame.
     """
-    c, s = np.cos(yaw), np.sin(yaw)
+    angle = as_scalar(yaw, "yaw")
+    c, s = np.cos(angle), np.sin(angle)
     return np.array([[s, 0.0, c], [-c, 0.0, s], [0.0, -1.0, 0.0]])
 
 
@@ -51,8 +52,10 @@ class PinholeCamera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "pos", as_array(self.pos, (3,), "pos"))
         object.__setattr__(self, "axes", as_array(self.axes, (3, 3), "axes"))
+        for name in ("cx", "cy", "min_depth"):
+            as_scalar(getattr(self, name), name)
         for name in ("fx", "fy", "width", "height"):
-            if not getattr(self, name) > 0:
+            if not as_scalar(getattr(self, name), name) > 0:
                 raise _refused(f"`{name}` is {getattr(self, name)!r}", "it must be above 0")
         if not np.allclose(self.axes.T @ self.axes, np.eye(3), atol=1e-6):
             raise _refused(
@@ -69,7 +72,7 @@ class PinholeCamera:
         fov : horizontal field of view [rad]
         **rest : `pos`, `axes`, `min_depth`
         """
-        if not 0 < fov < np.pi:
+        if not 0 < as_scalar(fov, "fov") < np.pi:
             raise _refused(f"`fov` is {fov!r}", "it is an angle between 0 and pi [rad]")
         focal = float(0.5 * width / np.tan(0.5 * fov))
         return cls(focal, focal, 0.5 * width, 0.5 * height, width, height, **rest)
@@ -107,7 +110,7 @@ class PinholeCamera:
 
         Depth is along the optical axis, as a depth camera measures it; inverse of `project`.
         """
-        local = self._image_plane(pixels) * np.asarray(depth, dtype=np.float64)[..., None]
+        local = self._image_plane(pixels) * as_numbers(depth, "depth")[..., None]
         found: Array = local @ self.axes.T + self.pos
         return found
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.geometry.arrays import Array, as_array
+from arael.geometry.arrays import Array, as_array, as_numbers
 
 
 def decompose_covariance(covariance: ArrayLike) -> tuple[Array, Array]:
@@ -47,7 +47,7 @@ def decompose_covariance(covariance: ArrayLike) -> tuple[Array, Array]:
 
 def compose_covariance(cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
     """Covariances (..., k, k) from `cov_r` and `cov_isigma`: inverse of `decompose_covariance`."""
-    isigma = np.asarray(cov_isigma, dtype=np.float64)
+    isigma = np.atleast_1d(as_numbers(cov_isigma, "cov_isigma"))
     k = isigma.shape[-1:]
     axes = as_array(cov_r, k + k, "cov_r")
     found: Array = (axes / isigma[..., None, :] ** 2) @ np.swapaxes(axes, -1, -2)
@@ -56,7 +56,7 @@ def compose_covariance(cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
 
 def whiten(raw: ArrayLike, cov_r: ArrayLike, cov_isigma: ArrayLike) -> Array:
     """Whitened differences (..., k): `raw` (..., k) in sigmas along the principal axes."""
-    isigma = np.asarray(cov_isigma, dtype=np.float64)
+    isigma = np.atleast_1d(as_numbers(cov_isigma, "cov_isigma"))
     k = isigma.shape[-1:]
     axes = as_array(cov_r, k + k, "cov_r")
     e = as_array(raw, k, "raw")
@@ -78,7 +78,7 @@ def ellipsoid(covariance: ArrayLike) -> tuple[Array, Array]:
 
 
 def _square(covariance: ArrayLike) -> tuple[int, int]:
-    shape = np.shape(covariance)
+    shape = as_numbers(covariance, "covariance").shape
     extent = shape[-1] if shape else 1
     return extent, extent
 

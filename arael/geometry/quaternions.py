@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from arael.geometry.arrays import Array, as_array
+from arael.geometry.arrays import Array, as_array, as_numbers
 from arael.geometry.rotations import euler_angles, rotation_matrix
 
 
@@ -66,7 +66,7 @@ def quat_slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
     """
     a, b = as_array(p, (4,), "p"), as_array(q, (4,), "q")
     step = quat_log(quat_product(quat_conjugate(a), b))
-    share = np.asarray(t, dtype=np.float64)[..., None]
+    share = as_numbers(t, "t")[..., None]
     return quat_product(a, quat_exp(share * step))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from arael.geometry.arrays import Array, as_array
+from arael.geometry.arrays import Array, as_array, as_numbers
 
 
 def rotation_matrix(ea: ArrayLike) -> Array:
@@ -69,5 +69,5 @@ def vee(m: ArrayLike) -> Array:
 
 def wrap_angle(angle: ArrayLike) -> Array:
     """The same angles [rad] in [-pi, pi)."""
-    found: Array = (np.asarray(angle, dtype=np.float64) + np.pi) % (2 * np.pi) - np.pi
+    found: Array = (as_numbers(angle, "angle") + np.pi) % (2 * np.pi) - np.pi
     return found

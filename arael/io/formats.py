@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from typing import BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError
 from arael.io import files
 from arael.io.files import DEFAULT_LIMIT, StrPath
@@ -37,7 +38,14 @@ class HasStore(Protocol):
 
 def store_of(model: HasStore | Store) -> Store:
     """Return the store behind a model, or the store itself."""
-    return model if isinstance(model, Store) else model._store
+    if isinstance(model, Store):
+        return model
+    store = getattr(model, "_store", None)
+    if not isinstance(store, Store):
+        raise wrong_argument(
+            "arael.io", "model", "an instance of a model", model, "write `arael.read(model, path)`"
+        )
+    return store
 
 
 def read(
@@ -67,11 +75,12 @@ def read(
     """
     store = store_of(model)
     path = files.check_name(path)
+    _check_collection(collection)
     name = files.shown(path)
     content = files.read_bytes(path, limit)
     if not content.startswith(b"PK"):
         content = files.without_mark(content, name)
-    found = _known(format) if format else format_of(path, content)
+    found = _known(format) if format is not None else format_of(path, content)
     if not found:
         raise error(
             "E0713",
@@ -135,8 +144,9 @@ def write(
     """
     store = store_of(model)
     path = files.check_name(path)
+    _check_collection(collection)
     name = files.shown(path)
-    found = _known(format) if format else format_of(path, b"")
+    found = _known(format) if format is not None else format_of(path, b"")
     if not found:
         raise error(
             "E0713",
@@ -202,7 +212,14 @@ def format_of(path: StrPath, content: bytes) -> str:
     return ""
 
 
-def _known(format: str) -> str:
+def _check_collection(collection: Any) -> None:
+    if collection is not None and not isinstance(collection, str):
+        raise wrong_argument("arael.io", "collection", "the path of a collection", collection)
+
+
+def _known(format: Any) -> str:
+    if not isinstance(format, str):
+        raise wrong_argument("arael.io", "format", f"one of {', '.join(FORMATS)}", format)
     if format in FORMATS:
         return format
     raise AraelError(

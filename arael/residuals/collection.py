@@ -7,6 +7,7 @@ from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from arael.check.report import Reporter
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import Findings
 from arael.residuals.compilation import compile_all
 from arael.residuals.copying import State, restore, state_of
@@ -77,7 +78,13 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         """
         if isinstance(residual, str):
             residual = RuntimeResidual(
-                residual, label or self._free_label(), parameters, data, entities, loss, when
+                residual,
+                self._free_label() if label is None else label,
+                parameters,
+                data,
+                entities,
+                loss,
+                when,
             )
         else:
             require_residual(residual)
@@ -128,6 +135,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         AraelError
             E0763: it is not in the model, or others use its parameters or its value.
         """
+        if not isinstance(which, Expression | str):
+            raise wrong_argument("remove", "which", "a residual, an expression or a label", which)
         label = which if isinstance(which, str) else which.label
         expression = self._expression(label)
         if isinstance(which, Expression) and which is not expression:
@@ -208,7 +217,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             With their mistakes; E0206 for a name that the model declares; E0820-E0822 for invalid
             bindings. They are then unchanged.
         """
-        self._functions = self._functions.extended(text, bind or {})
+        if not isinstance(text, str):
+            raise wrong_argument("functions", "text", "`fn` and `const` items as text", text)
+        self._functions = self._functions.extended(text, {} if bind is None else bind)
         self._posed = None
 
     def compile(self, *residuals: RuntimeResidual | str) -> None:
@@ -225,6 +236,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             E0763 there is no such residual; E0801-E0803 there is no working C compiler. The
             residuals are then unchanged.
         """
+        for one in residuals:
+            if not isinstance(one, str):
+                require_residual(one)
         chosen = [one if isinstance(one, str) else one.label for one in residuals] or list(self)
         for label in chosen:
             if label not in self._derived:
@@ -234,6 +248,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
 
     def is_compiled(self, residual: RuntimeResidual | str) -> bool:
         """Whether a residual runs on a compiled kernel."""
+        if not isinstance(residual, str):
+            require_residual(residual)
         label = residual if isinstance(residual, str) else residual.label
         if label not in self._derived:
             raise self._unknown(label)
@@ -265,6 +281,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             E0763: no expression has that name; E0765: it reads a removed row or an absent optional;
             E0762: its columns differ in length.
         """
+        if not isinstance(name, str):
+            raise wrong_argument("value", "name", "the name of an expression", name)
         definition = self._definitions.get(name)
         if definition is None:
             raise self._unknown(name)
@@ -288,7 +306,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         AraelError
             E0763: there is no such residual.
         """
-        if label not in self._derived:
+        if not isinstance(label, str) or label not in self._derived:
             raise self._unknown(label)
         residual = self._derived[label].residual
         found = []
@@ -302,7 +320,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return found[0], found[1]
 
     def __getitem__(self, label: str) -> RuntimeResidual:
-        if label not in self._derived:
+        if not isinstance(label, str) or label not in self._derived:
             raise KeyError(label)
         return self._derived[label].residual
 

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.session import session_of
 from arael.solving import problem_of
@@ -86,7 +87,7 @@ def initialise(model: Any, how: How = "auto") -> Start:
         E0843 the model is not a pose graph; E0844 the measurements do not determine a chordal start
         (``auto`` then skips it); E1010 unknown method; E1040 another thread is solving it.
     """
-    if how not in WAYS:
+    if not isinstance(how, str) or how not in WAYS:
         raise AraelError(
             Diagnostic(
                 "E1010",
@@ -95,7 +96,9 @@ def initialise(model: Any, how: How = "auto") -> Start:
                 help=(f"choose one of {', '.join(WAYS)}",),
             )
         )
-    store = model._store
+    store = getattr(model, "_store", None)
+    if store is None:
+        raise wrong_argument("initialise", "model", "an instance of a model", model)
     if not can_initialise(model):
         raise AraelError(
             Diagnostic(

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from arael.check.typed import REAL
+from arael.diagnostics.arguments import wrong_argument
 from arael.sym.errors import fail
 from arael.sym.limits import (
     MAX_ALGEBRA,
@@ -25,12 +27,15 @@ from arael.sym.rewriting import from_sympy, over_the_reals, rewritten
 from arael.sym.values import (
     Value,
     as_value,
+    by_variable,
     entries,
     free_vars,
+    listed_variables,
     postorder,
     require_size,
     size,
     symbol,
+    type_of,
     with_entries,
 )
 
@@ -60,10 +65,10 @@ def diff(value: Any, by: Any, times: int = 1) -> Value:
         E0652 if `by` is no variable, or `times` is out of range; E0653 if `value` is too large.
     """
     value, by = as_value(value), variable(by)
-    if not 0 <= times <= MAX_DERIVATIVES:
+    if not isinstance(times, int) or not 0 <= times <= MAX_DERIVATIVES:
         fail(
             "E0652",
-            f"the order of a derivative is a whole number, found {times}",
+            f"the order of a derivative is a whole number, found {times!r:.40}",
             origin="diff",
             help=(f"write a number from 0 to {MAX_DERIVATIVES}",),
         )
@@ -96,7 +101,8 @@ def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
         E0652 if one of `by` is no variable, or there is none.
     """
     value = as_value(values)
-    names = [variable(v) for v in (free_vars(value) if by is None else by)]
+    given = free_vars(value) if by is None else listed_variables(by, "jacobian")
+    names = [variable(v) for v in given]
     if not names:
         fail(
             "E0652",
@@ -110,12 +116,22 @@ def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
 
 def gradient(value: Any, by: Iterable[Any] | None = None) -> Any:
     """Derivatives of a scalar by each variable, a column; by all, in alphabetical order."""
-    return jacobian([value], by).T
+    return jacobian([_scalar(value, "gradient")], by).T
+
+
+def _scalar(value: Any, function: str) -> Value:
+    value = as_value(value)
+    if type_of(value) != REAL:
+        raise wrong_argument(
+            function, "value", "a scalar", value, "`jacobian` differentiates vectors"
+        )
+    return value
 
 
 def hessian(value: Any, by: Iterable[Any] | None = None) -> Any:
     """Matrix of second derivatives of a scalar; by all variables, in alphabetical order."""
-    names = list(free_vars(value) if by is None else by)
+    value = _scalar(value, "hessian")
+    names = list(free_vars(value)) if by is None else listed_variables(by, "hessian")
     return jacobian(gradient(value, names), names)
 
 
@@ -131,7 +147,7 @@ def subs(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -
         too, and are found where SymPy has them as a part
     """
     value = as_value(value)
-    given: dict[Any, Any] = {**(values or {}), **named}
+    given = by_variable(values, named, "subs")
     new = {symbol(k) if isinstance(k, str) else k: as_value(v) for k, v in given.items()}
     return rewritten(value, lambda node: (lambda *_: new[node]) if node in new else None)
 
@@ -158,6 +174,7 @@ def cse(values: Any, prefix: str = "t") -> Shared:
 
     Names that the expressions use already are passed over.
     """
+    symbol(prefix)  # E0651 if no name begins like that
     wanted = [as_value(v) for v in (values if isinstance(values, (list, tuple)) else [values])]
     scalars = [e for v in wanted for e in entries(v)]
     taken = [name for v in wanted for name in free_vars(v)]

@@ -14,12 +14,21 @@ from sympy.logic.boolalg import BooleanFunction
 
 from arael.check.typed import BOOL, REAL, ValueType
 from arael.check.types import shape_of
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.suggest import closest
 from arael.operations import OPERATIONS
 from arael.runtime.machine.programs import evaluate as run
 from arael.sym.errors import fail
 from arael.sym.functions import OWN, UserFunction
-from arael.sym.values import Value, as_value, entries, free_vars, type_of
+from arael.sym.values import (
+    Value,
+    as_value,
+    by_variable,
+    entries,
+    free_vars,
+    listed_variables,
+    type_of,
+)
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
@@ -162,8 +171,13 @@ class Program:
     def __call__(self, *inputs: Any) -> list[Array]:
         """Values of the expressions for these values of `names`."""
         if len(inputs) != len(self.names):
-            raise TypeError(f"expected {len(self.names)} values ({', '.join(self.names)})")
-        arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
+            fail(
+                "E0303",
+                f"expected {len(self.names)} values ({', '.join(self.names)}), found {len(inputs)}",
+                origin="evaluation",
+            )
+        arrays = [_numbers(n, x) for n, x in zip(self.names, inputs, strict=True)]
+        _require_broadcast(self.names, arrays)
         for call, inner in zip(self._calls, self._inner, strict=True):
             arguments = inner(*arrays[: len(self.names)])
             arrays.append(np.asarray(call.declared.native_value(*arguments)))
@@ -206,8 +220,9 @@ def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
         language lacks.
     """
     value = as_value(value)
-    names = free_vars(value) if by is None else [str(v) for v in by]
-    _require(free_vars(value), dict.fromkeys(names))
+    given = free_vars(value) if by is None else listed_variables(by, "compiled")
+    names = [str(v) for v in given]
+    require_names(free_vars(value), dict.fromkeys(names))
     return Compiled(value, names)
 
 
@@ -221,16 +236,43 @@ def eval(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -
     Raises
     ------
     AraelError
-        E0650 if a variable has no value; E0654 as for `compiled`.
+        E0650 if a variable has no value; E0654 as for `compiled`; E0828 for a value that is no
+        number; E0704 for arrays that do not broadcast.
     """
     value = as_value(value)
-    given = {str(k): v for k, v in {**(values or {}), **named}.items()}
+    given = {str(k): v for k, v in by_variable(values, named, "eval").items()}
     names = free_vars(value)
-    _require(names, given)
+    require_names(names, given)
     return Compiled(value, names)(*(given[n] for n in names))
 
 
-def _require(names: Sequence[str], given: Mapping[str, Any]) -> None:
+def _numbers(name: str, x: Any) -> Array:
+    try:
+        given = np.asarray(x)
+        if given.dtype.kind not in "biufO" or (
+            given.dtype == object and any(one is None for one in given.ravel())
+        ):
+            raise TypeError  # NumPy would read texts as numbers, None as NaN, and cut complex ones
+        return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        raise wrong_argument("evaluation", name, "a number or an array of numbers", x) from None
+
+
+def _require_broadcast(names: Sequence[str], arrays: Sequence[Array]) -> None:
+    try:
+        np.broadcast_shapes(*(a.shape for a in arrays))
+    except ValueError:
+        shapes = ", ".join(f"{n} {a.shape}" for n, a in zip(names, arrays, strict=True) if a.ndim)
+        fail(
+            "E0704",
+            f"the values do not broadcast against each other: {shapes}",
+            origin="evaluation",
+            help=("give arrays of one shape, or numbers",),
+        )
+
+
+def require_names(names: Sequence[str], given: Mapping[str, Any]) -> None:
+    """Raise E0650 if one of the variables `names` is not among `given`."""
     missing = [n for n in names if n not in given]
     if not missing:
         return

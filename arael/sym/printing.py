@@ -10,11 +10,20 @@ import sympy as sp
 from sympy.printing.numpy import NumPyPrinter, SciPyPrinter
 
 from arael.check.typed import BOOL, REAL, MatrixType, VectorType
+from arael.diagnostics.arguments import wrong_argument
 from arael.sym.algebra import cse
-from arael.sym.evaluation import Lowered
+from arael.sym.evaluation import Lowered, require_names
 from arael.sym.notation import require_printable, shaped
 from arael.sym.rewriting import over_numpy
-from arael.sym.values import Value, as_value, entries, free_vars, type_of
+from arael.sym.values import (
+    Value,
+    as_value,
+    entries,
+    free_vars,
+    listed_variables,
+    symbol,
+    type_of,
+)
 from arael.symbolic.c import c as c_expression
 from arael.symbolic.c import c_prelude
 
@@ -69,8 +78,8 @@ def c(value: Any, real: str = "double") -> str:
 
     It may call functions that `c_prelude` defines, and native functions by their name.
     """
-    if real not in ("double", "float"):
-        raise ValueError(f"C's real numbers are `double` or `float`, not {real!r}")
+    if not isinstance(real, str) or real not in ("double", "float"):
+        raise wrong_argument("c", "real", "`double` or `float`", real)
     value = as_value(value)
     require_printable(value)
     scalars = [_c(e, real) for e in entries(value)]
@@ -99,9 +108,17 @@ def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     name : of the C function
     value : what it computes
     by : its arguments; by default the variables in alphabetical order
+
+    Raises
+    ------
+    AraelError
+        E0650 if a variable of `value` is not among `by`; E0651 for a name that C cannot have.
     """
     value = as_value(value)
-    names = [code_name(str(v)) for v in (free_vars(value) if by is None else by)]
+    symbol(name)  # E0651 if that is no name
+    given = free_vars(value) if by is None else listed_variables(by, "c_function")
+    require_names(free_vars(value), dict.fromkeys(map(str, given)))
+    names = [code_name(str(v)) for v in given]
     shared = cse([value])
     (result,) = shared.values
     scalar = type_of(value) in (REAL, BOOL)

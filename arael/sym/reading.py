@@ -22,6 +22,7 @@ from arael.check.typed import INT, Apply, Formal, Invoke, Literal_, Typed
 from arael.check.typist import Slots, Typist
 from arael.check.walk import operands, postorder
 from arael.compiler.scalarise import NoUses, Scalariser
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source, Span
 from arael.sym.errors import fail
 from arael.sym.functions import Formulas, operation
@@ -134,6 +135,14 @@ def parse(
             origin="parse",
             help=('write for example `parse("a * x")`; an expression needs no parsing',),
         )
+    if functions is not None and not (
+        isinstance(functions, Mapping) and all(hasattr(f, "node") for f in functions.values())
+    ):
+        raise wrong_argument("parse", "functions", "a `FunctionBag`", functions)
+    if names is not None and not (
+        isinstance(names, Mapping) and all(isinstance(name, str) for name in names)
+    ):
+        raise wrong_argument("parse", "names", "a mapping from names to values", names)
     source = text if isinstance(text, Source) else Source("formula", text)
     values = {name: as_value(value) for name, value in (names or {}).items()}
     bag = functions if functions is not None else {}

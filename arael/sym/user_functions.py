@@ -15,12 +15,13 @@ from arael.check.items import gather
 from arael.check.report import Reporter
 from arael.check.typed import BOOL, REAL
 from arael.compiler.imports import Imports
+from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import Findings, Source
 from arael.sym.errors import fail
 from arael.sym.evaluation import Program
 from arael.sym.functions import UserFunction, number
 from arael.sym.reading import Reader, call
-from arael.sym.values import Value, composite, type_of
+from arael.sym.values import Value, composite, symbol, type_of
 from arael.syntax import tree
 from arael.syntax.files import read_source
 from arael.syntax.parser import parse as parse_file
@@ -141,6 +142,10 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             For what is wrong in the text; E0651 if it is no definition of one function.
         """
+        if not isinstance(text, str):
+            raise wrong_argument(
+                "define", "text", "the definition of a function", text, "write `f(x) = x^2`"
+            )
         stripped = text.strip()
         source = Source("definition", stripped if stripped.startswith("fn ") else f"fn {stripped}")
         items = parse_file(source).items
@@ -166,10 +171,19 @@ class FunctionBag(Mapping[str, Function]):
         derivs : a formula of the parameters for the derivative by each; may call any function of
             the bag, this one included
         """
-        head = f"extern fn {name}({', '.join(parameters)})"
-        (item,) = parse_file(Source("definition", f"{head} derivs [{', '.join(derivs)}]")).items
-        assert isinstance(item, tree.Function)
-        return self.add(item, function)
+        symbol(name)  # E0651 if that is no name
+        for what, given in (("parameters", parameters), ("derivs", derivs)):
+            if isinstance(given, str) or not isinstance(given, Iterable):
+                raise wrong_argument("native", what, "a list of texts", given)
+        formals, slopes = list(parameters), list(derivs)
+        for one in (*formals, *slopes):
+            if not isinstance(one, str):
+                raise wrong_argument("native", "parameters and derivs", "lists of texts", one)
+        head = f"extern fn {name}({', '.join(formals)})"
+        items = parse_file(Source("definition", f"{head} derivs [{', '.join(slopes)}]")).items
+        if len(items) != 1 or not isinstance(items[0], tree.Function):
+            fail("E0651", "expected the definition of one function", origin="definition")
+        return self.add(items[0], function)
 
     def add(self, node: tree.Function, native: Native | None = None) -> Function:
         """Add a function that has been read.
@@ -217,6 +231,10 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             As reading the model does; E0651 where an ``extern fn`` has no callable.
         """
+        if not isinstance(model, str | Path):
+            raise wrong_argument("from_model", "model", "a path or the text of a model", model)
+        if natives is not None and not isinstance(natives, Mapping):
+            raise wrong_argument("from_model", "natives", "a mapping by name", natives)
         is_text = isinstance(model, str) and ("\n" in model or "=" in model)
         source = Source("model", str(model)) if is_text else read_source(str(model))
         return cls.from_source(source, natives, None if is_text else Imports())

@@ -7,7 +7,7 @@ A vector is a column (`ImmutableMatrix`), a quaternion SymPy's `Quaternion`, a c
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -23,6 +23,8 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
+from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.records import AraelError
 from arael.sym.errors import fail
 from arael.sym.functions import number
 from arael.sym.limits import MAX_SCALARS
@@ -72,6 +74,8 @@ def symbols(names: str | Iterable[str]) -> tuple[Any, ...]:
     """Return several variables: ``x, y = symbols("x y")``."""
     if isinstance(names, str):
         names = names.replace(",", " ").split()
+    elif not isinstance(names, Iterable):
+        raise wrong_argument("symbols", "names", "a text or a list of names", names)
     return tuple(symbol(name) for name in names)
 
 
@@ -99,8 +103,44 @@ def quaternion(name: str) -> Any:
     return sp.Quaternion(*(symbol(f"{name}.{part}") for part in "wxyz"))
 
 
+def listed_variables(by: Any, function: str) -> list[Any]:
+    """Variables or their names in a list; one alone is a list of one.
+
+    Raises
+    ------
+    AraelError
+        E0828 for what is no list of them.
+    """
+    if isinstance(by, (str, sp.Symbol)):
+        return [by]
+    found = list(by) if isinstance(by, Iterable) and not isinstance(by, (bytes, sp.Basic)) else None
+    if found is None or not all(isinstance(one, (str, sp.Symbol)) for one in found):
+        raise wrong_argument(
+            function, "by", "a list of variables or of their names", by, 'write `["x", "y"]`'
+        )
+    return found
+
+
+def by_variable(values: Any, named: Mapping[str, Any], function: str) -> dict[Any, Any]:
+    """What was given by variable, in a mapping and by keyword.
+
+    Raises
+    ------
+    AraelError
+        E0828 for what is no mapping of variables or their names.
+    """
+    if values is not None and not (
+        isinstance(values, Mapping) and all(isinstance(k, (str, sp.Basic)) for k in values)
+    ):
+        raise wrong_argument(
+            function, "values", "a mapping by variable", values, 'write `{"x": 1.0}`, or `x=1.0`'
+        )
+    return {**(values or {}), **named}
+
+
 def free_vars(value: Value) -> tuple[str, ...]:
     """Names of the variables of a value, in alphabetical order."""
+    value = as_value(value)
     found = (node for node in postorder(entries(value)) if node.is_Symbol)
     return tuple(sorted({node.name for node in found}))
 
@@ -162,26 +202,55 @@ def with_entries(value: Value, scalars: Iterable[Any]) -> Value:
 
 
 def as_value(x: Any) -> Value:
-    """Return what a caller gave as a value: numbers, lists and arrays become SymPy's."""
+    """Return what a caller gave as a value: numbers, lists and arrays become SymPy's.
+
+    Raises
+    ------
+    AraelError
+        E0828 for what is no value: text, None, a list with rows of different lengths.
+    """
     if isinstance(x, Transform):
-        return x
+        return _checked(x)
     if isinstance(x, sp.MatrixBase):
         return sp.ImmutableMatrix(x)
-    if isinstance(x, sp.Basic):
+    if isinstance(x, (sp.Expr, Boolean)) and not isinstance(x, sp.MatrixExpr):
         return x
     if hasattr(x, "ndim") and hasattr(x, "tolist"):
         x = x.tolist()
     if isinstance(x, (list, tuple)):
         table = x if x and isinstance(x[0], (list, tuple)) else [[item] for item in x]
         if not table or not table[0] or len({len(row) for row in table}) != 1:
-            raise ValueError("a matrix needs rows of one length, one at least")
+            raise _no_value(x, "a matrix needs rows of one length, one at least")
         rows, columns = len(table), len(table[0])
         scalars = [as_value(item) for row in table for item in row]
+        for scalar in scalars:
+            if type_of(scalar) not in (REAL, BOOL):
+                raise _no_value(x, f"entries are scalars, one is {type_of(scalar)}")
         type_ = VectorType(rows) if columns == 1 else MatrixType(rows, columns)
         return composite(type_, scalars)
     if isinstance(x, (str, bytes)):
-        raise TypeError("text is no value: `parse` reads formulas, `symbol` names variables")
-    return number(float(x))
+        raise _no_value(x, "`parse` reads formulas, `symbol` names variables")
+    try:
+        return number(float(x))
+    except (TypeError, ValueError, OverflowError):
+        raise _no_value(x) from None
+
+
+def _no_value(x: Any, help: str = "") -> AraelError:
+    return wrong_argument("arael.sym", "value", "an expression, number, list or array", x, help)
+
+
+def _checked(x: Transform) -> Transform:
+    """Return a transform whose parts are values of their types; one by hand may have others."""
+    translation = as_value(x.translation)
+    scale = None if x.scale is None else as_value(x.scale)
+    if (
+        type_of(translation) == VectorType(3)
+        and isinstance(x.rotation, sp.Quaternion)
+        and (scale is None or type_of(scale) == REAL)
+    ):
+        return Transform(translation, x.rotation, scale)
+    raise _no_value(x, "a transform has a vector of three, a quaternion, and a scalar or None")
 
 
 # --- walking --------------------------------------------------------------------------------------

@@ -262,6 +262,7 @@ def test_doctor_on_a_cache_that_others_can_write(
 
 def test_new_can_be_solved_and_overwrites_nothing(arael: Arael, line: Path) -> None:
     assert arael("new", "my_fit").code == 0
+    assert "loss cauchy(2)" in Path("my_fit.arael").read_text(encoding="utf-8")  # no patented one
     assert arael("fmt", "--check", "my_fit.arael").code == 0
     assert arael("solve", "my_fit.arael", "my_fit.json", "-o", "out.json").code == 0
     solved = json.loads((line / "out.json").read_text())

@@ -132,7 +132,7 @@ def test_c_and_python_text_read_well() -> None:
     assert sym.c(f, "float") == "t * t / 3.0f + p_x * sinf(t)"
     assert sym.c(sym.parse("[x, 1]")) == "{x, 1.0}"
     assert sym.python(sym.parse("[x, pi]")) == "np.array([x, np.pi])"
-    with pytest.raises(ValueError, match="double"):
+    with pytest.raises(AraelError, match="double"):
         sym.c(f, "int")
 
 

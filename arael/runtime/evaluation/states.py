@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
@@ -85,7 +86,16 @@ def put_values(store: StoreLike, system: System, values: Any) -> None:
         E0704 the number of scalars differs; E0705 one is not finite; E0721 four of them are not a
         rotation, or three not a direction.
     """
-    given = np.asarray(values, dtype=np.float64)
+    try:
+        given = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise wrong_argument(
+            "deserialize",
+            "x",
+            "an array of numbers",
+            values,
+            "take the vector from `serialize()` or `Result.x` of this model",
+        ) from None
     counts = [
         int((blocks.first >= 0).sum()) * entity.stored
         for entity, blocks in zip(system.layout.entities, system.blocks, strict=True)
