@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.bounds import ends_of
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
@@ -31,7 +32,8 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
         for use in entity.params:
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
-            values = _inside(store, entity, use.column, values).reshape(column.shape)
+            _keep_inside(store, entity, use, values, blocks)
+            values = values.reshape(column.shape)
             if use.tangent and blocks.every:
                 column[...] = values
             else:
@@ -51,18 +53,22 @@ def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bo
     return np.asarray(free[:, 0] if use.tangent == 1 else free.any(axis=1))
 
 
-def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
-    """Values within bounds to the last bit; a step onto a bound may end a rounding beyond."""
-    param = store.layout.table(entity.table).column(column).param
-    if param is None:
-        return values
-    for k, low in enumerate(param.low):
-        if low is not None:
-            values[:, k] = np.maximum(values[:, k], low)
-    for k, high in enumerate(param.high):
-        if high is not None:
-            values[:, k] = np.minimum(values[:, k], high)
-    return values
+def _keep_inside(
+    store: StoreLike, entity: Entity, use: ParamUse, values: Array, blocks: EntityBlocks
+) -> None:
+    """Put what moves within bounds to the last bit; a step onto a bound may end a rounding beyond.
+
+    Fixed values may be outside, and stay.
+    """
+    declared = store.layout.table(entity.table).column(use.column)
+    low, high = ends_of(store.tables[entity.table], declared)
+    if low is None and high is None:
+        return
+    moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
+    if low is not None:
+        np.maximum(values, low, out=values, where=moves)
+    if high is not None:
+        np.minimum(values, high, out=values, where=moves)
 
 
 def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
