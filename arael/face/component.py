@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from arael.runtime.store.messages import UnknownFieldError, problem, shorten
+from arael.runtime.store.messages import UnknownFieldError, describe, error, problem, shorten
 
 if TYPE_CHECKING:
     from arael.face.parameter import Parameter
@@ -49,9 +49,8 @@ class Component(NDArrayOperatorsMixin):
 
     @low.setter
     def low(self, value: Any) -> None:
-        self._parameter.low = self._with(
-            self._parameter.low, -np.inf if value is None else value
-        )
+        given = -np.inf if value is None else value
+        self._parameter.low = self._with(self._parameter.low, given, ".low")
 
     @property
     def high(self) -> Any:
@@ -60,7 +59,8 @@ class Component(NDArrayOperatorsMixin):
 
     @high.setter
     def high(self, value: Any) -> None:
-        self._parameter.high = self._with(self._parameter.high, np.inf if value is None else value)
+        given = np.inf if value is None else value
+        self._parameter.high = self._with(self._parameter.high, given, ".high")
 
     @property
     def fixed(self) -> Any:
@@ -69,7 +69,7 @@ class Component(NDArrayOperatorsMixin):
 
     @fixed.setter
     def fixed(self, value: Any) -> None:
-        self._parameter.fixed = self._with(self._flags(self._parameter.fixed), value)
+        self._parameter.fixed = self._with(self._flags(self._parameter.fixed), value, ".fixed")
 
     @property
     def optimize(self) -> Any:
@@ -78,26 +78,31 @@ class Component(NDArrayOperatorsMixin):
 
     @optimize.setter
     def optimize(self, value: Any) -> None:
-        self._parameter.optimize = self._with(self._flags(self._parameter.optimize), value)
+        self._parameter.optimize = self._with(
+            self._flags(self._parameter.optimize), value, ".optimize"
+        )
 
     def _read(self, end: str) -> Any:
         part = getattr(self._parameter, end)[..., self._index]
         return part if part.ndim else part.item()
 
-    def _with(self, whole: Any, value: Any) -> Any:
-        """The values of all components with those of this one set."""
+    def _with(self, whole: Any, value: Any, what: str = "") -> Any:
+        """The values of all components with those of this one set; checked by the parameter."""
         found = np.array(whole)
-        given = np.asarray(value)
-        if given.dtype.kind not in "biuf":
-            return value  # reported by the parameter
-        try:
-            given = np.broadcast_to(given, found.shape[:-1])
-        except ValueError:
-            return value
-        if found.dtype == np.bool_ and given.dtype != np.bool_:
-            return value
+        given, origin = np.asarray(value), f"{self._name}{what}"
+        flags = found.dtype == np.bool_
+        if given.dtype.kind not in ("b" if flags else "iuf"):
+            wanted = "true or false" if flags else "numbers"
+            raise error("E0703", f"expected {wanted}, found {describe(value)}", origin)
+        if given.shape not in ((), found.shape[:-1]):
+            rows = f", or {len(found)} of them" if found.ndim > 1 else ""
+            raise error("E0704", f"expected one value{rows}, found shape {given.shape}", origin)
         found[..., self._index] = given
         return found
+
+    @property
+    def _name(self) -> str:
+        return f"{self._parameter._name}.{'xyz'[self._index]}"
 
     def _flags(self, flags: Any) -> Any:
         """Flags with an axis of components."""
@@ -132,7 +137,7 @@ class Component(NDArrayOperatorsMixin):
 
     def __repr__(self) -> str:
         text = np.array2string(np.asarray(self.value), precision=6, threshold=12, edgeitems=2)
-        return f"<{self._parameter._name}.{'xyz'[self._index]}: {text}>"
+        return f"<{self._name}: {text}>"
 
 
 def component(parameter: Parameter, name: str) -> Component:

@@ -162,9 +162,7 @@ class Fields:
             for end in ENDS:  # checked before the value is written
                 if f"{member.path}.{end}" in parts:
                     count = None if isinstance(rows, int) else len(np.arange(table.size)[rows])
-                    table.checked_bounds(
-                        member.path, end, value[end], count, f"{origin}.{end}"
-                    )
+                    table.checked_bounds(member.path, end, value[end], count, f"{origin}.{end}")
             self._set(member, parts.pop(member.path))
             parameter = self._get(member)
             for path, part in parts.items():

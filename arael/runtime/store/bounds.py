@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.records import Diagnostic
 from arael.runtime import layout
-from arael.runtime.store.messages import Origin, describe, error
+from arael.runtime.store.messages import Origin, describe, error, problem
 
 Array = NDArray[Any]
 Bools = NDArray[np.bool_]
@@ -63,13 +64,13 @@ def converted(
     if count is not None:
         shapes += [(count, *column.shape)] + ([(1, *column.shape)] if column.shape else [])
     if found.shape not in shapes:
-        wanted = " or ".join(str(shape) for shape in dict.fromkeys(shapes))
+        wanted = " or ".join(str(shape) for shape in dict.fromkeys(shapes) if shape)
         raise error(
             "E0704",
-            f"expected bounds of shape {wanted}, found shape {found.shape}",
+            f"expected a number{' or shape ' * bool(wanted)}{wanted}, found shape {found.shape}",
             origin,
             column,
-            "one number bounds all components",
+            "one number is for all components" if column.shape else "",
         )
     if np.isnan(found).any():
         raise error("E0705", "a bound is NaN", origin, column, "None is no bound")
@@ -89,21 +90,27 @@ def require_bounded(column: layout.Column, origin: Origin) -> None:
         )
 
 
-def _numbers(
-    given: Any, end: str, column: layout.Column, origin: Origin
-) -> NDArray[np.float64]:
+def _numbers(given: Any, end: str, column: layout.Column, origin: Origin) -> NDArray[np.float64]:
     """An array of numbers, with None as infinity."""
     if given is None:
         return np.asarray(OPEN[end])
-    array = np.asarray(given, dtype=object) if _has_none(given) else np.asarray(given)
-    if array.dtype == object:
-        array = np.where(np.equal(array, None), OPEN[end], array)
-        if all(isinstance(x, int | float | np.number) and not isinstance(x, bool)
-               for x in array.flat):  # fmt: skip
-            array = array.astype(np.float64)
+    try:
+        array = np.asarray(given, dtype=object) if _has_none(given) else np.asarray(given)
+        if array.dtype == object:
+            array = np.array([OPEN[end] if x is None else x for x in array.flat], object).reshape(
+                array.shape
+            )
+            if all(_is_number(x) for x in array.flat):
+                array = array.astype(np.float64)
+    except (ValueError, OverflowError):  # lists of different lengths; an integer beyond all floats
+        array = np.asarray("")
     if array.dtype.kind not in "iuf":
         raise error("E0703", f"expected numbers, found {describe(given)}", origin, column)
     return array.astype(np.float64)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def _has_none(given: Any) -> bool:
@@ -127,6 +134,20 @@ def first_empty(low: Array | None, high: Array | None) -> int | None:
     if bad is None or not bad.any():
         return None
     return int(np.argmax(bad.reshape(len(bad), -1).any(axis=1)))
+
+
+def empty(origin: Origin, column: layout.Column, low: Array, high: Array) -> Diagnostic:
+    """The message about bounds of one row, of the field's shape, that leave no value."""
+    bad = np.atleast_1d(~(low <= high)).ravel()
+    k = int(np.argmax(bad))
+    least, most = np.atleast_1d(low).ravel()[k], np.atleast_1d(high).ravel()[k]
+    return problem(
+        "E0728",
+        f"the bounds {least:g} .. {most:g} leave no value",
+        origin,
+        column,
+        "set `low` below `high`; null is no bound",
+    )
 
 
 def split_fixed(flags: Bools) -> tuple[Bools, Bools]:

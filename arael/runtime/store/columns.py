@@ -170,6 +170,11 @@ class Columns:
         assert column.param is not None
         return np.zeros(column.param.tangent, np.bool_)
 
+    def blank_own(self, column: layout.Column, what: str, count: int) -> Array:
+        """An array of the bounds of the model, or of flags of components that are not fixed."""
+        value = self._value_of_new(column, what)
+        return np.array(np.broadcast_to(value, (count, *value.shape)))
+
     def own_of_new(self, column: layout.Column) -> dict[str, Array]:
         """Bounds and flags of components of new rows, by path, where such columns exist."""
         names = (bounds.COMPONENTS_FIXED, *bounds.ENDS)
@@ -370,7 +375,7 @@ class Columns:
         for path in given:
             if path in self.data or path in self.optionals:
                 continue
-            if path.endswith("?") and path in self.buffers or self._is_of_parameter(path):
+            if (path.endswith("?") and path in self.buffers) or self._is_of_parameter(path):
                 continue
             known = [*self.data, *self.optionals]
             raise AraelError(
