@@ -263,10 +263,13 @@ class _Reader:
         if text.lstrip("+-") in ("inf", "infinity"):
             return -np.inf if text.startswith("-") else np.inf
         try:
-            return real(cell.strip())
+            found = real(text)
+            if not np.isnan(found):
+                return found
         except ValueError:
-            self._add("E0703", f'expected a number or inf, found "{shorten(cell)}"', row, title)
-            return float(OPEN[end])
+            pass
+        self._add("E0703", f'expected a number or inf, found "{shorten(cell)}"', row, title)
+        return float(OPEN[end])
 
     def _column(self, column: Column, parts: list[tuple[str, ...]], names: list[str]) -> None:
         """Convert the cells of one field, all of its scalars."""

@@ -17,7 +17,7 @@ struct Pose {
     param ea: euler = [0, 0, 0]
     param gain: real in 0 .. 5 = 1
     param q: quaternion = [1, 0, 0, 0]
-    constraint c { [pos - [1, 2, 3], ea] }
+    constraint c { [pos - [1, 2, 3], ea, rotation_vector(q)] }
     constraint d { gain - 9 }
 }
 
