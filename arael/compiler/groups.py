@@ -301,7 +301,8 @@ def _assemble(
         linearise, gradient, products = tape, {}, {}
         parts = cut(tape, len(r), len(state_keys))
 
-    guard, guard_raw = _guard(still_guard, site, states, scalariser.functions)
+    guard, guard_raw = _of_data(still_guard, site, states, scalariser.functions)
+    sigma, sigma_raw = _of_data(site.sigma, site, states, scalariser.functions)
     group = Group(
         label=site.label,
         struct=site.struct,
@@ -324,6 +325,8 @@ def _assemble(
         places=tuple(scalariser.places),
         guard=guard,
         guard_raw=guard_raw,
+        sigma=sigma,
+        sigma_raw=sigma_raw,
         moving_guard=kernel.tape(holds, inputs=input_keys) if holds else None,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         triplets=site.triplets,
@@ -349,15 +352,16 @@ def _assemble(
     )
 
 
-def _guard(
-    guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
+def _of_data(
+    value: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
 ) -> tuple[Tape | None, tuple[Raw, ...]]:
-    if guard is None:
+    """A value over data alone, evaluated once per solve, and what it reads; None for none."""
+    if value is None:
         return None, ()
     graph = BoundedGraph(site.label, site.span)
-    (node,) = Scalariser(graph, _Uses(site, states), functions).nodes(guard)
+    nodes = Scalariser(graph, _Uses(site, states), functions).nodes(value)
     keys = [key for key in graph.inputs if isinstance(key, RawInput)]
-    return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys)
+    return graph.tape(list(nodes), inputs=keys), tuple(Raw(*key) for key in keys)
 
 
 def _lead(

@@ -16,6 +16,7 @@ from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
 from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.natives import NativeTable
+from arael.runtime.evaluation.sigmas import check_sigmas
 from arael.runtime.evaluation.states import put_values, solved_values, stored_scalars, write_back
 from arael.runtime.evaluation.unbound import require_bound
 from arael.runtime.evaluation.watch import Watch
@@ -56,7 +57,8 @@ class Problem:
     Raises
     ------
     SolveError
-        E1005: an active constraint reads through a null ref.
+        E1005: an active constraint reads through a null ref; E1016: the sigma of a prior is not
+        positive.
     AraelError
         E0820: nothing is bound to a native function that a constraint calls.
     """
@@ -165,9 +167,18 @@ class Problem:
     def _gather(self, number: int) -> Instances:
         self.gathered += 1
         structure = self.structure
+        group = self.layout.groups[number]
+        if group.sigma is not None:
+            check_sigmas(
+                self.store,
+                group,
+                structure.active[number],
+                structure.slot_rows[number],
+                self.natives,
+            )
         return gather_instances(
             self.store,
-            self.layout.groups[number],
+            group,
             structure.active[number],
             structure.slot_rows[number],
             self.dtype,
