@@ -209,6 +209,16 @@ class Columns:
         """Free parameters (size,): present, not fixed, and to be optimised."""
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
 
+    def free_as_a_whole(self, path: str) -> Bools:
+        """Free parameters (size,) of which no component is held by data or flags."""
+        found = self.free(path)
+        fixed, held = self.fixed_components(path), self.component_flags(path)
+        if fixed is not None:
+            found &= ~fixed.any(axis=1)
+        if held is not None:
+            found &= held.all(axis=1)
+        return found
+
     @property
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
