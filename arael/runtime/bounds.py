@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Column, Entity, ParamUse
-from arael.runtime.store.access import Array, Bools, StoreLike, TableLike
+from arael.runtime.layout import Column, Entity
+from arael.runtime.store.access import Array, Bools, Ints, StoreLike, TableLike
 from arael.runtime.store.bounds import of_model
+
+if TYPE_CHECKING:
+    from arael.runtime.system import System
 
 Floats = NDArray[np.float64]
 
@@ -63,55 +70,97 @@ def bounds_of_scalars(
     return found[0], found[1]
 
 
-def check_start(
-    store: StoreLike, entity: Entity, use: ParamUse, values: Array, free: Bools
-) -> None:
-    """Check that the free scalars of a parameter start within their bounds.
+@dataclass(frozen=True)
+class Bounded:
+    """The bounded scalars of one entity that move.
+
+    Attributes
+    ----------
+    entity : its number
+    scalars : (n,) scalars of the system
+    at : (n,) their offsets in the state array of the entity
+    low, high : (n,) bounds, infinite where open
+    """
+
+    entity: int
+    scalars: Ints
+    at: Ints
+    low: Floats
+    high: Floats
+
+
+def bounded_of(number: int, entity: Entity, first: Ints, low: Floats, high: Floats) -> Bounded:
+    """The bounded scalars of an entity, from the bounds of all its scalars in the system.
 
     Parameters
     ----------
-    values, free : (rows, tangent) of the parameter
+    first : (rows,) first scalar of each row, -1 where it is not in the system
+    """
+    rows = np.flatnonzero(first >= 0)
+    which = np.flatnonzero((low != -np.inf) | (high != np.inf))  # NaN too, which is an error
+    stored = np.zeros(entity.tangent, dtype=np.int64)
+    for use in entity.params:
+        if use.stored == use.tangent:
+            at = slice(use.tangent_start, use.tangent_start + use.tangent)
+            stored[at] = np.arange(use.stored_start, use.stored_start + use.stored)
+    row, tangent = rows[which // entity.tangent], which % entity.tangent
+    return Bounded(
+        number,
+        first[row] + tangent,
+        row * entity.state + stored[tangent],
+        low[which],
+        high[which],
+    )
+
+
+def check_start(system: System, states: Sequence[Array]) -> None:
+    """Check that scalars that move start within their bounds.
 
     Raises
     ------
     SolveError
         E1007 a value outside; E0728 bounds that leave no value, or are NaN.
     """
-    table = store.tables[entity.table]
-    column = store.layout.table(entity.table).column(use.column)
-    low, high = ends_of(table, column)
-    if low is None and high is None:
-        return
-    low = np.full((1, use.tangent), -np.inf) if low is None else low
-    high = np.full((1, use.tangent), np.inf) if high is None else high
-    low, high = np.broadcast_to(low, free.shape), np.broadcast_to(high, free.shape)
-    inside = (values >= low.astype(values.dtype)) & (values <= high.astype(values.dtype))
-    outside = free & ~inside
-    if not outside.any():
-        return
-    row, k = (int(i) for i in np.argwhere(outside)[0])
-    place = table.row_name(row)
-    scalar = entity.prefix + entity.tangent_names[use.tangent_start + k]
-    scalar = f"{place}.{scalar}" if place else scalar
-    least, most = float(low[row, k]), float(high[row, k])
+    for one in system.bounded:
+        values = states[one.entity].reshape(-1)[one.at]
+        low, high = one.low.astype(values.dtype), one.high.astype(values.dtype)
+        inside = (values >= low) & (values <= high)
+        if not inside.all():
+            k = int(np.argmin(inside))
+            raise SolveError(_outside(system, one, k, float(values[k])))
+
+
+def _outside(system: System, one: Bounded, k: int, value: float) -> Diagnostic:
+    scalar = int(one.scalars[k])
+    name = system.name_of(scalar)
+    entity = system.layout.entities[one.entity]
+    _, _, tangent = system.owner(scalar)
+    use = next(u for u in entity.params if u.tangent_start <= tangent < u.tangent_start + u.tangent)
+    low, high = float(one.low[k]), float(one.high[k])
+    where = system.layout.table(entity.table).column(use.column).where
+    if not low <= high:
+        why = "are not numbers" if np.isnan(low + high) else "leave no value"
+        return Diagnostic(
+            "E0728",
+            f"the bounds {low:g} .. {high:g} of `{name}` {why}",
+            origin=where,
+            help=("set `low` below `high`; None is no bound",),
+        )
+    table = system.store.tables[entity.table]
     own = any(table.bound(use.column, end) is not None for end in ("low", "high"))
-    where = "" if own else " in the model"
-    if not least <= most:
-        raise SolveError(
-            Diagnostic(
-                "E0728",
-                f"the bounds {least:g} .. {most:g} of `{scalar}` "
-                + ("are not numbers" if np.isnan(least + most) else "leave no value"),
-                origin=column.where,
-                help=("set `low` below `high`; None is no bound",),
-            )
-        )
-    raise SolveError(
-        Diagnostic(
-            "E1007",
-            f"`{scalar}` starts at {float(values[row, k]):g}, "
-            f"outside its bounds {least:g} .. {most:g}",
-            origin=column.where,
-            help=(f"start it inside, or widen the bounds{where}",),
-        )
+    return Diagnostic(
+        "E1007",
+        f"`{name}` starts at {value:g}, outside its bounds {low:g} .. {high:g}",
+        origin=where,
+        help=(f"start it inside, or widen the bounds{'' if own else ' in the model'}",),
     )
+
+
+def keep_inside(system: System, states: Sequence[Array]) -> None:
+    """Put what moves within bounds to the last bit; a step onto a bound may end a rounding beyond.
+
+    Fixed values may be outside, and stay.
+    """
+    for one in system.bounded:
+        flat = states[one.entity].reshape(-1)
+        flat[one.at] = np.clip(flat[one.at], one.low, one.high)

@@ -16,7 +16,6 @@ from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
 from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.natives import NativeTable
-from arael.runtime.evaluation.sigmas import check_sigmas
 from arael.runtime.evaluation.states import put_values, solved_values, stored_scalars, write_back
 from arael.runtime.evaluation.unbound import require_bound
 from arael.runtime.evaluation.watch import Watch
@@ -169,6 +168,9 @@ class Problem:
         structure = self.structure
         group = self.layout.groups[number]
         if group.sigma is not None:
+            # imported here: start-up time
+            from arael.runtime.evaluation.sigmas import check_sigmas
+
             check_sigmas(
                 self.store,
                 group,
@@ -351,19 +353,7 @@ class Problem:
                     help=("free a parameter, or evaluate the cost without solving",),
                 )
             )
-        if not self.box.count:
-            return
-        for number, entity in enumerate(self.layout.entities):
-            free = system.blocks[number].free
-            state = self.states[number][: len(free)]
-            for use in entity.params:
-                check_start(
-                    self.store,
-                    entity,
-                    use,
-                    state[:, use.stored_start : use.stored_start + use.stored],
-                    free[:, use.tangent_start : use.tangent_start + use.tangent],
-                )
+        check_start(system, self.states)
 
     def number_instances(self) -> None:
         """Write each instance's number into its `constraint_index` column, -1 where inactive."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.bounds import bounds_of_scalars
+from arael.runtime.bounds import Bounded, bounded_of, bounds_of_scalars
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
 
@@ -73,6 +73,22 @@ class System:
     def size(self) -> int:
         """Number of scalars."""
         return int(self.sizes.sum())
+
+    @cached_property
+    def bounded(self) -> tuple[Bounded, ...]:
+        """The bounded scalars that move, of each entity that has some."""
+        found = []
+        for number, (entity, blocks) in enumerate(
+            zip(self.layout.entities, self.blocks, strict=True)
+        ):
+            at = slice(
+                self.starts[number],
+                self.starts[number] + (blocks.first >= 0).sum() * entity.tangent,
+            )
+            one = bounded_of(number, entity, blocks.first, self.low[at], self.high[at])
+            if len(one.scalars):
+                found.append(one)
+        return tuple(found)
 
     def owner(self, scalar: int) -> tuple[int, int, int]:
         """Entity, row and tangent index of a scalar of the system."""

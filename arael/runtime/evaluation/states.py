@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.bounds import ends_of
+from arael.runtime.bounds import keep_inside
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
@@ -27,12 +27,12 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
 
 def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     """Put the stored scalars of `states` into the columns: of parameters that moved, no others."""
+    keep_inside(system, states)
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
-            _keep_inside(store, entity, use, values, blocks)
             values = values.reshape(column.shape)
             if use.tangent and blocks.every:
                 column[...] = values
@@ -51,24 +51,6 @@ def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bo
         return np.asarray(blocks.free.any(axis=1))
     free = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
     return np.asarray(free[:, 0] if use.tangent == 1 else free.any(axis=1))
-
-
-def _keep_inside(
-    store: StoreLike, entity: Entity, use: ParamUse, values: Array, blocks: EntityBlocks
-) -> None:
-    """Put what moves within bounds to the last bit; a step onto a bound may end a rounding beyond.
-
-    Fixed values may be outside, and stay.
-    """
-    declared = store.layout.table(entity.table).column(use.column)
-    low, high = ends_of(store.tables[entity.table], declared)
-    if low is None and high is None:
-        return
-    moves = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
-    if low is not None:
-        np.maximum(values, low, out=values, where=moves)
-    if high is not None:
-        np.minimum(values, high, out=values, where=moves)
 
 
 def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:

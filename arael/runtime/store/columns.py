@@ -86,6 +86,7 @@ class Columns:
             path for e in model.entities if e.table == table.path for path in e.updated
         }
         self._bounded = [path for path in params if bounds.may_be_bounded(self.data[path])]
+        self._declared = len(self.buffers)  # further columns are added as they are needed
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -152,6 +153,8 @@ class Columns:
 
     def bound(self, path: str, end: str) -> Array | None:
         """Live bounds (size, *shape) f64, ``low`` or ``high``; None: those of the model."""
+        if len(self.buffers) == self._declared:
+            return None
         return self.buffers.view(name) if (name := f"{path}.{end}") in self.buffers else None
 
     def writable(self, name: str) -> Array:
@@ -184,6 +187,8 @@ class Columns:
     @property
     def bounds_version(self) -> Any:
         """Differs from what it was whenever bounds of rows do; () while all are of the model."""
+        if len(self.buffers) == self._declared:
+            return ()
         names = [f"{p}.{end}" for p in self._bounded for end in bounds.ENDS]
         return tuple(fingerprint(self.buffers.view(n)) for n in names if n in self.buffers)
 
@@ -223,7 +228,8 @@ class Columns:
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
         held = [f"{path}{COMPONENTS}" for path in self.components_new]
-        held += self._fixed_components
+        if len(self.buffers) > self._declared:
+            held += self._fixed_components
         names = [*self._flags, *(name for name in held if name in self.buffers)]
         return tuple(fingerprint(self.buffers.view(name)) for name in names)
 
