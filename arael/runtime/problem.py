@@ -168,7 +168,7 @@ class Problem:
         structure = self.structure
         group = self.layout.groups[number]
         if group.sigma is not None:
-            # imported here: start-up time
+            # Imported here for start-up time: only priors with a sigma from data are checked.
             from arael.runtime.evaluation.sigmas import check_sigmas
 
             check_sigmas(
