@@ -215,11 +215,11 @@ def require_writable(path: str | None) -> None:
 
 
 def _check_kernels(interpret: bool, compiled: bool) -> bool | None:
-    """Whether to interpret: as asked, or None to decide by the compiler; E0859 for both."""
+    """Whether to interpret: as asked, or None to decide by the compiler; E0851 for both."""
     if interpret and compiled:
         raise AraelError(
             Diagnostic(
-                "E0859",
+                "E0851",
                 "`--interpret` and `--compiled` exclude each other",
                 origin="command line",
                 help=("give one of them, or neither: kernels are compiled where that is possible",),

@@ -264,7 +264,7 @@ def test_a_report_of_another_ending_is_refused_before_the_solve(arael: Arael, li
 
 def test_interpret_and_compiled_exclude_each_other(arael: Arael, line: Path) -> None:
     done = arael("solve", "line.arael", "line.json", "--compiled", "--interpret")
-    assert done.code == 2 and "error[E0859]" in done.err and "give one of them" in done.err
+    assert done.code == 2 and "error[E0851]" in done.err and "give one of them" in done.err
 
 
 def test_more_threads_than_a_solve_uses_are_reported(arael: Arael, line: Path) -> None:
