@@ -76,7 +76,8 @@ class LmConfig:
     time_limit :
         Seconds after which no further attempt begins; None: no limit.
     num_threads :
-        Threads of a solve, including the calling thread; 0: one per core. They share linearisation,
+        Threads of a solve, including the calling thread; 0: one per core. At most 64 are used.
+        They share linearisation,
         cost and linear algebra if each share takes long enough; small problems always run on one
         thread. Results are the same bit for bit on any number of threads, except for
         factorisations by BLAS: `lapack_band`, `cholmod`, very wide bands, and without AVX2 very

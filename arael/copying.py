@@ -6,7 +6,7 @@ from typing import Any
 
 from arael.runtime.store import Store
 
-State = tuple[dict[str, Any], dict[str, dict[str, bool]], Any]
+State = tuple[dict[str, Any], dict[str, Any], Any]
 """Rows of each table, its flags for new rows, and the runtime residuals."""
 
 
@@ -28,7 +28,10 @@ def state_of(model: Any) -> State:
 
 def _state(store: Store, residuals: Any) -> State:
     rows = {path: table.snapshot() for path, table in store.tables.items()}
-    flags = {path: dict(table.optimize_new) for path, table in store.tables.items()}
+    flags = {
+        path: (dict(table.optimize_new), dict(table.components_new))
+        for path, table in store.tables.items()
+    }
     return rows, flags, None if residuals is None else residuals.state()
 
 
@@ -37,6 +40,6 @@ def restore(model: Any, state: State) -> None:
     rows, flags, residuals = state
     for path, table in model._store.tables.items():
         table.restore(rows[path])
-        table.optimize_new = flags[path]
+        table.optimize_new, table.components_new = flags[path]
     if residuals is not None:
         model.residuals.restore(residuals)

@@ -8,6 +8,9 @@ section 6.1).
 The parameter need not be held: a residual ``w (p - c)`` that pulls it to c moves the minimum along
 the profile, since for the value of p where it ends all other parameters are at their best. The pull
 c is changed until the cost without that residual has risen by the wanted amount.
+
+Of a rotation or a transform p is a component of the tangent vector from the solution, ``log(q0^-1
+q)``, which the residual computes.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.coordinates import Coordinate, coordinate_of
 from arael.analysis.covariance import Covariance, check_scale
 from arael.analysis.report import Statistics, scalar_values
 from arael.diagnostics.arguments import wrong_argument
@@ -38,7 +42,8 @@ class Profile:
 
     Attributes
     ----------
-    value : of the solution
+    value : of the solution; 0 of a scalar of a rotation or a transform, whose values are components
+        of the tangent vector from the solution: of a rotation vector, of a twist
     low, high : ends of the interval; infinite where the cost never rises enough, a bound of the
         parameter where it stops there
     level : of confidence
@@ -71,10 +76,11 @@ def profile(model: Any, name: str, level: float, scale: str) -> Profile:
     problem = model._problem()
     values = scalar_values(problem)
     covariance = Covariance(problem)
-    if values.get(name) is None or name not in covariance.names:
+    known = name in covariance.names
+    coordinate = coordinate_of(problem, name, values.get(name)) if known else None
+    if coordinate is None:
         raise _wrong(f"`{name}` has no profile", _advice(name, values, covariance))
-    start = values[name]
-    assert start is not None
+    start = coordinate.start
     sigma = float(covariance.sigma()[covariance.names.index(name)])
     base = model.cost()
     statistics = Statistics(base, _count(problem), len(covariance.names), scale == "residual")
@@ -84,9 +90,11 @@ def profile(model: Any, name: str, level: float, scale: str) -> Profile:
     before = model.serialize()
     label = _free_label(model)
     model.residuals.add(
-        f"({name} - target_) * pull_", label=label, data={"target_": start, "pull_": 1 / sigma}
+        f"({coordinate.formula} - target_) * pull_",
+        label=label,
+        data={**coordinate.data, "target_": start, "pull_": 1 / sigma},
     )
-    pull = _Pull(model, model.residuals[label], name, start, sigma, base, rise)
+    pull = _Pull(model, model.residuals[label], label, coordinate, sigma, base, rise)
     try:
         ends = []
         for side in (-1.0, 1.0):
@@ -126,15 +134,16 @@ class _Pull:
         self,
         model: Any,
         residual: Any,
-        name: str,
-        start: float,
+        label: str,
+        coordinate: Coordinate,
         sigma: float,
         base: float,
         rise: float,
     ) -> None:
-        self.model, self.residual, self.name = model, residual, name
-        self.start, self.sigma, self.base, self.rise = start, sigma, base, rise
-        self.seen = [start]
+        self.model, self.residual, self.label = model, residual, label
+        self.coordinate, self.name, self.start = coordinate, coordinate.name, coordinate.start
+        self.sigma, self.base, self.rise = sigma, base, rise
+        self.seen = [self.start]
         self.rises = [0.0]
 
     def end(self, side: float) -> float:
@@ -143,6 +152,8 @@ class _Pull:
         inner, outer = (0.0, 0.0, self.start), None  # pull, relative rise, value
         pull = step
         for _ in range(_MOST):
+            if outer is None and pull >= self.coordinate.reach:
+                return side * math.inf
             value, high = self._at(self.start + side * pull)
             if abs(high - 1) <= _CLOSE:
                 return value
@@ -166,8 +177,7 @@ class _Pull:
         """Value of the parameter, and square root of the rise as a share of the wanted one."""
         self.residual.set_data(target_=target)
         self.model.solve(passes=[], rel_precision=1e-14)
-        value = scalar_values(self.model._problem())[self.name]
-        assert value is not None
+        value = self._value(target)
         rise = self.model.cost() - ((value - target) / self.sigma) ** 2 - self.base
         if rise < -1e-4 * self.rise - 1e-9 * self.base:
             raise _wrong(
@@ -178,6 +188,15 @@ class _Pull:
         self.seen.append(value)
         self.rises.append(rise)
         return value, math.sqrt(max(rise, 0.0) / self.rise)
+
+    def _value(self, target: float) -> float:
+        """Value of the parameter: stored, or of the residual that computes it."""
+        if self.coordinate.data:
+            residual = self.model.residual_values(self.label).whitened
+            return target + float(np.asarray(residual).item()) * self.sigma
+        value = scalar_values(self.model._problem())[self.name]
+        assert value is not None
+        return value
 
 
 def _count(problem: Any) -> int:
@@ -198,7 +217,7 @@ def _advice(name: str, values: dict[str, float | None], covariance: Covariance) 
     if name in covariance.on_bound:
         return f"it is on {covariance.on_bound[name]}"
     if name in values:
-        return "it is a scalar of a rotation, which has no stored value"
+        return "directions have no profile: their tangent vector is not a formula of the language"
     near = closest(name, list(values))
     return f"did you mean `{near[0]}`?" if near else "`parameter_names()` lists what is solved for"
 

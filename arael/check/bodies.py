@@ -89,13 +89,16 @@ class Bodies:
             return None
         before = len(self.report.findings.errors)
         t = self._typist(home, own, lets)
+        sigma: Typed | None = None
         with t.knowing(self._facts(home)):
             guard = self._guard(t, home, node.guard)
             facts = facts_of(guard, t.slots.steps)[0] if guard is not None else frozenset()
             with t.knowing(facts):
                 loss = loss_of(t, node.loss) if node.loss is not None else None
                 if isinstance(node, tree.Prior):
-                    residual = prior_residual(t, node)
+                    found = prior_residual(t, node)
+                    residual = None if found is None else [found[0]]
+                    sigma = None if found is None else found[1]
                 else:
                     self._lets(t, node.body, lets)
                     residual = residual_of(t, node.body.result)
@@ -131,6 +134,7 @@ class Bodies:
             residual=tuple(residual),
             guard=guard,
             loss=loss,
+            sigma=sigma,
             index_column=index_column,
             doc=node.doc,
         )

@@ -46,8 +46,8 @@ DISTRIBUTIONS = ("normal",)
 _WRAPPED = ("angle", "euler")
 
 
-def prior_residual(t: Typist, node: tree.Prior) -> list[Typed] | None:
-    """The residual of a prior; None after an error."""
+def prior_residual(t: Typist, node: tree.Prior) -> tuple[Typed, Typed | None] | None:
+    """The residual of a prior, and its sigma if the data decides it; None after an error."""
     target = t.value(node.target)
     if isinstance(target, Broken):
         return None
@@ -63,7 +63,17 @@ def prior_residual(t: Typist, node: tree.Prior) -> list[Typed] | None:
     if isinstance(difference, Broken):
         return None
     whitened = _over_sigma(t, node, difference, sigma)
-    return None if isinstance(whitened, Broken) else [whitened]
+    if isinstance(whitened, Broken):
+        return None
+    return whitened, None if _smallest(sigma) is not None else sigma
+
+
+def _smallest(sigma: Typed) -> float | None:
+    """The smallest number of a constant sigma; None if it reads data."""
+    try:
+        return min(evaluate(sigma))
+    except NotConstant:
+        return None
 
 
 def _parameter(t: Typist, node: tree.Prior, target: Typed) -> Read | None:
@@ -222,11 +232,8 @@ def _over_sigma(t: Typist, node: tree.Prior, difference: Typed, sigma: Typed) ->
     if not (is_number(sigma.type) or (vector and sigma.type == difference.type)):
         wanted = f"a number or {difference.type}" if vector else "a number"
         return _misfit(t, node, sigma, "sigma", wanted)
-    try:
-        smallest = min(evaluate(sigma))
-    except NotConstant:
-        smallest = 1.0
-    if smallest <= 0:
+    smallest = _smallest(sigma)
+    if smallest is not None and smallest <= 0:
         return t.fail(
             "E0662",
             sigma.span,

@@ -316,7 +316,8 @@ class ConstraintSite:
     """A constraint at one place, fully typed.
 
     `slots[0]` is always the instance's own row. `guard` is None or BOOL over data; the presence of
-    every optional ancestor of the site itself is already part of it.
+    every optional ancestor of the site itself is already part of it. `sigma` is the standard
+    deviation of a prior where the data decides it, which must be positive.
     """
 
     label: str  # "PointFrine.bearing"
@@ -329,6 +330,7 @@ class ConstraintSite:
     residual: tuple[Typed, ...]  # scalars and vectors, to be flattened in order
     guard: Typed | None = None
     loss: Loss | None = None
+    sigma: Typed | None = None
     triplets: str = ""  # field of the root that receives the pairs without a named block
     crossed: tuple[frozenset[tuple[tuple[Step, ...], str]], ...] = ()  # pairs with named blocks
     index_column: str = ""  # constraint_index column of the struct, if any

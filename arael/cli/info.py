@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import click
 import msgspec
 
+from arael.cli.declarations import Declaration, declarations
 from arael.compiler.compilation import compile_text
 from arael.loading import find_model
 from arael.runtime.layout import Column, Entity, Group, Layout, LayoutPass, Table
@@ -20,12 +21,15 @@ from arael.syntax.files import read_source
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(model: str, as_json: bool) -> None:
     """Show the structs, parameters, constraints with operation counts, and passes of MODEL."""
-    layout = compile_text(read_source(find_model(model))).layout
-    click.echo(json.dumps(summary(layout)) if as_json else "\n".join(describe(layout)))
+    compiled = compile_text(read_source(find_model(model)))
+    declared = declarations(compiled.sources)
+    layout = compiled.layout
+    found = summary(layout, declared)
+    click.echo(json.dumps(found) if as_json else "\n".join(describe(layout, declared)))
 
 
-def summary(layout: Layout) -> dict[str, Any]:
-    """Describe `layout` as plain data."""
+def summary(layout: Layout, declared: Sequence[Declaration]) -> dict[str, Any]:
+    """Describe `layout`, and what its structs declare, as plain data."""
     return {
         "name": layout.name,
         "root": layout.root,
@@ -68,12 +72,27 @@ def summary(layout: Layout) -> dict[str, Any]:
             for function in layout.functions
         ],
         "passes": [p.name for p in layout.passes],
+        "derived": [one.to_dict() for one in declared if one.kind == "derived"],
+        "priors": [one.to_dict() for one in declared if one.kind == "prior"],
+        "fixed": [one.to_dict() for one in declared if one.kind == "fixed"],
+        "freezes": [
+            {"pass": p.name, "freeze": list(p.freeze), "free": list(p.free)}
+            for p in layout.passes
+            if p.freeze or p.free
+        ],
     }
 
 
 def _table(table: Table) -> dict[str, Any]:
     fields = [
-        {"path": c.path, "type": c.type, "role": c.role, "skip": c.skip, "doc": c.doc}
+        {
+            "path": c.path,
+            "type": c.type,
+            "role": c.role,
+            "skip": c.skip,
+            "doc": c.doc,
+            **_bounds_of(c),
+        }
         for c in table.columns
     ]
     return {
@@ -85,8 +104,19 @@ def _table(table: Table) -> dict[str, Any]:
     }
 
 
-def describe(layout: Layout) -> Iterator[str]:
-    """Lines of text that describe `layout`."""
+def _bounds_of(column: Column) -> dict[str, list[float | None]]:
+    """Bounds by component, where the model declares some; None where open."""
+    param = column.param
+    if param is None or not any(b is not None for b in (*param.low, *param.high)):
+        return {}
+    return {
+        "low": list(param.low or (None,) * param.tangent),
+        "high": list(param.high or (None,) * param.tangent),
+    }
+
+
+def describe(layout: Layout, declared: Sequence[Declaration] = ()) -> Iterator[str]:
+    """Lines of text that describe `layout`, and what its structs declare."""
     yield f"{layout.name}: root {layout.root}, {layout.precision}  ({layout.source})"
     yield from _doc(layout.doc, "  ")
     for table in layout.tables:
@@ -98,6 +128,9 @@ def describe(layout: Layout) -> Iterator[str]:
     yield ""
     yield "parameters"
     yield from (_entity(entity) for entity in layout.entities)
+    yield from _declared("derived parameters (no freedom of their own)", "derived", declared)
+    yield from _declared("priors", "prior", declared)
+    yield from _declared("fixed in every solve", "fixed", declared)
     yield ""
     yield "constraints (operations of residual and derivatives, before and after sharing)"
     for group in layout.groups:
@@ -114,13 +147,28 @@ def describe(layout: Layout) -> Iterator[str]:
         yield from (_pass(p) for p in layout.passes)
 
 
+def _declared(title: str, kind: str, declared: Sequence[Declaration]) -> Iterator[str]:
+    chosen = [one for one in declared if one.kind == kind]
+    if chosen:
+        yield ""
+        yield title
+    for one in chosen:
+        yield f"  {one}  ({one.where})"
+        yield from _doc(one.doc, "    ")
+
+
 def _fields(table: Table) -> Iterator[str]:
     valued = {c.path for c in table.columns if c.role != "present"}
     shown = [c for c in _with_lists(table) if c.role != "present" or c.path not in valued]
     name_width = max((len(_head(c)) for c in shown), default=0)
     type_width = max((len(c.type) for c in shown), default=0)
     for column in shown:
-        notes = [_default(column), _held(column), (column.doc or "").strip().split("\n")[0]]
+        notes = [
+            _bounds(column),
+            _default(column),
+            _held(column),
+            (column.doc or "").strip().split("\n")[0],
+        ]
         note = "  ".join(n for n in notes if n)
         yield f"  {_head(column):<{name_width}}  {column.type:<{type_width}}  {note}".rstrip()
 
@@ -135,6 +183,14 @@ def _with_lists(table: Table) -> Iterator[Column]:
         elif number == "0":
             type_ = f"[{column.type}; {lists[path]}]"
             yield msgspec.structs.replace(column, path=path, type=type_)
+
+
+def _bounds(column: Column) -> str:
+    """Bounds as the model writes them; one pair where they are the same for all components."""
+    found = _bounds_of(column)
+    pairs = dict.fromkeys(zip(found["low"], found["high"], strict=True)) if found else {}
+    ends = [" .. ".join("" if b is None else f"{b:g}" for b in pair).strip() for pair in pairs]
+    return f"in {', '.join(ends)}" if ends else ""
 
 
 def _default(column: Column) -> str:

@@ -16,6 +16,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.io.columns import scalar_names
 from arael.runtime.layout import Column, Entity, Layout
+from arael.runtime.system import free_scalars
 
 _SHOWN = re.compile(r"\s*([\w.]+?)\s*(?:\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*\])?\s*", re.ASCII)
 _FEW = 5
@@ -146,6 +147,7 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
 def _scalars(store: Any, layout: Layout, entity: Entity, known: Any) -> Iterator[Scalar]:
 
     table, units = store.tables[""], tangent_units(layout, entity)
+    moves = free_scalars(store, entity, frozenset())[0]
     for use in entity.params:
         column = layout.table("").column(use.column)
         if not use.tangent or not table.present(use.column)[0]:
@@ -157,15 +159,15 @@ def _scalars(store: Any, layout: Layout, entity: Entity, known: Any) -> Iterator
         steps = [(entity.prefix + entity.tangent_names[k], units[k]) for k in tangent]
         if len(steps) == len(names):
             # The tangent is the stored value: plain numbers and Euler angles.
-            for name, value, (step, unit) in zip(names, values, steps, strict=True):
-                yield Scalar(name, value, *_spread(step, unit, free, known))
+            for name, value, (step, unit), k in zip(names, values, steps, tangent, strict=True):
+                yield Scalar(name, value, *_spread(step, unit, bool(moves[k]), known))
             continue
         note = "" if free else "fixed"
         for name, value in zip(names, values, strict=True):
             yield Scalar(name, value, None, "", note)
         if free:
-            for step, unit in steps:
-                yield Scalar(f"step of {step}", None, *_spread(step, unit, free, known))
+            for (step, unit), k in zip(steps, tangent, strict=True):
+                yield Scalar(f"step of {step}", None, *_spread(step, unit, bool(moves[k]), known))
 
 
 def _spread(name: str, unit: str, free: bool, known: Any) -> tuple[float | None, str, str]:

@@ -48,11 +48,8 @@ if TYPE_CHECKING:
 @click.option(
     "--max-iters", type=click.IntRange(min=1), help="Maximum of attempted steps per pass."
 )
-@click.option(
-    "--interpret/--compiled",
-    default=None,
-    help="Run on the expression machine, or fail if kernels cannot be compiled.",
-)
+@click.option("--interpret", is_flag=True, help="Run on the expression machine.")
+@click.option("--compiled", is_flag=True, help="Fail if kernels cannot be compiled.")
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
 @click.option(
     "--covariance", type=click.Path(dir_okay=False), help="Write sigmas here (.npz, .json)."
@@ -73,7 +70,11 @@ if TYPE_CHECKING:
     help="Standard errors for whitened residuals, or scaled by their scatter; with --summary.",
 )
 @plot_option
-@click.option("--report", type=click.Path(dir_okay=False), help="Write an HTML page on the solve.")
+@click.option(
+    "--report",
+    type=click.Path(dir_okay=False),
+    help="Write a report on the solve (.html, .md, .txt).",
+)
 @json_option
 def command(
     model: str,
@@ -87,7 +88,8 @@ def command(
     precision: str | None,
     threads: int,
     max_iters: int | None,
-    interpret: bool | None,
+    interpret: bool,
+    compiled: bool,
     verbose: bool,
     covariance: str | None,
     shown: tuple[str, ...],
@@ -104,7 +106,9 @@ def command(
     reported and written.
     """
     _check_targets(output, covariance, plot, report)
-    loaded: Any = arael.load(model, precision=precision, interpret=interpret)  # type: ignore[arg-type]
+    kernels = _check_kernels(interpret, compiled)
+    _note_threads(threads)
+    loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
     instance = loaded()
     arael.read(instance, data)
     apply_settings(instance, loaded.layout, settings)
@@ -129,10 +133,7 @@ def command(
         click.echo(f"note: {note}", err=True)
     written = _write_all(instance, loaded.layout, result, output, covariance, plot)
     if report is not None:
-        # imported here: start-up time
-        from arael.cli.html_report import write_report
-
-        write_report(instance, loaded.layout, result, solution, model, data, report)
+        _write_report(instance, loaded.layout, result, solution, scale, model, data, report)
         written.append(report)
     if as_json:
         found = {
@@ -213,6 +214,73 @@ def require_writable(path: str | None) -> None:
     )
 
 
+def _check_kernels(interpret: bool, compiled: bool) -> bool | None:
+    """Whether to interpret: as asked, or None to decide by the compiler; E0851 for both."""
+    if interpret and compiled:
+        raise AraelError(
+            Diagnostic(
+                "E0851",
+                "`--interpret` and `--compiled` exclude each other",
+                origin="command line",
+                help=("give one of them, or neither: kernels are compiled where that is possible",),
+            )
+        )
+    return True if interpret else False if compiled else None
+
+
+def _note_threads(threads: int) -> None:
+    """Report on stderr if a solve uses fewer threads than asked for."""
+    # imported here: start-up time
+    from arael.runtime.parallel.pool import threads_for
+
+    used = threads_for(threads)
+    if used < threads:
+        click.echo(
+            f"note: {used} thread{'s are' if used > 1 else ' is'} the most that a solve uses, "
+            f"{threads} were asked for; `--threads 0` takes one per core",
+            err=True,
+        )
+
+
+REPORTS = (".html", ".htm", ".md", ".txt")
+
+
+def _check_report(path: str) -> None:
+    """Reject a report of an unknown format; E0858."""
+    if Path(path).suffix.lower() not in REPORTS:
+        raise AraelError(
+            Diagnostic(
+                "E0858",
+                "reports are written as .html, .md or .txt",
+                origin=f"--report {path}",
+                help=(f"for instance {Path(path).with_suffix('.html').name}",),
+            )
+        )
+
+
+def _write_report(
+    instance: Any,
+    layout: Layout,
+    result: Any,
+    solution: Any,
+    scale: str,
+    model: str,
+    data: str,
+    path: str,
+) -> None:
+    """Write the report in the format that the ending of its name gives."""
+    ending = Path(path).suffix.lower()
+    # imported here: start-up time
+    if ending in (".md", ".txt"):
+        from arael.cli.text_report import write_text_report
+
+        write_text_report(instance, result, solution, scale, model, data, path, ending == ".md")
+        return
+    from arael.cli.html_report import write_report
+
+    write_report(instance, layout, result, solution, model, data, path)
+
+
 def _check_targets(
     output: str | None, covariance: str | None, plot: str | None, report: str | None
 ) -> None:
@@ -222,6 +290,8 @@ def _check_targets(
         from arael.cli.marginals import check_ending
 
         check_ending(covariance)
+    if report is not None:
+        _check_report(report)
     if plot is not None:
         # imported here: start-up time
         from arael.plot.figure import check_format, require_matplotlib

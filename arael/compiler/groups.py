@@ -303,9 +303,14 @@ def _assemble(
         linearise, gradient, products = tape, {}, {}
         parts = cut(tape, len(r), len(state_keys))
 
-    guard, guard_raw, totals = _guard(still_guard, site, states, scalariser.functions)
     assert isinstance(scalariser.totals, Totals)
-    totals = (*scalariser.totals.found, *totals)
+    guard, guard_raw, guard_totals = _of_data(
+        still_guard, site, states, scalariser.functions, "when"
+    )
+    sigma, sigma_raw, sigma_totals = _of_data(
+        site.sigma, site, states, scalariser.functions, "sigma"
+    )
+    totals = (*scalariser.totals.found, *guard_totals, *sigma_totals)
     group = Group(
         label=site.label,
         struct=site.struct,
@@ -329,6 +334,8 @@ def _assemble(
         places=tuple(scalariser.places),
         guard=guard,
         guard_raw=guard_raw,
+        sigma=sigma,
+        sigma_raw=sigma_raw,
         moving_guard=kernel.tape(holds, inputs=input_keys) if holds else None,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         triplets=site.triplets,
@@ -354,18 +361,29 @@ def _assemble(
     )
 
 
-def _guard(
-    guard: Typed | None, site: ConstraintSite, states: Sequence[StateModel], functions: Calls
+def _of_data(
+    value: Typed | None,
+    site: ConstraintSite,
+    states: Sequence[StateModel],
+    functions: Calls,
+    mark: str,
 ) -> tuple[Tape | None, tuple[Raw, ...], tuple[Total, ...]]:
-    if guard is None:
+    """A value over data alone, what it reads, and its sums over rows; `mark` names these.
+
+    It is evaluated once per solve; None for no value.
+    """
+    if value is None:
         return None, (), ()
     graph = BoundedGraph(site.label, site.span)
-    scalariser, totals = Scalariser(graph, _Uses(site, states), functions), Totals(graph, site, "?")
+    scalariser, totals = (
+        Scalariser(graph, _Uses(site, states), functions),
+        Totals(graph, site, mark),
+    )
     scalariser.totals = totals
-    (node,) = scalariser.nodes(guard)
-    live = set(graph.live([node]))
+    nodes = list(scalariser.nodes(value))
+    live = set(graph.live(nodes))
     keys = [k for k in graph.inputs if isinstance(k, RawInput) and graph.input(k) in live]
-    return graph.tape([node], inputs=keys), tuple(Raw(*key) for key in keys), tuple(totals.found)
+    return graph.tape(nodes, inputs=keys), tuple(Raw(*key) for key in keys), tuple(totals.found)
 
 
 def _lead(

@@ -36,7 +36,7 @@ class Totals:
     def __init__(self, graph: Graph, site: ConstraintSite, mark: str = "") -> None:
         self.graph = graph
         self.site = site
-        self.mark = mark.replace("?", "when")
+        self.mark = mark
         self.found: list[Total] = []
 
     def of(self, total: typed.Total, terms: Nodes) -> Nodes:

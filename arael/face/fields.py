@@ -16,6 +16,7 @@ from arael.face.formulas import read_formula
 from arael.face.parameter import Parameter, taken
 from arael.runtime.layout import Block
 from arael.runtime.store import Table
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import UnknownFieldError, error, unknown_field
 from arael.runtime.store.schema import Group, Leaf, Nested
@@ -169,9 +170,15 @@ class Fields:
         if isinstance(value, Parameter):
             value = np.array(value.value)
         if member.column.role == "param" and isinstance(value, Mapping):
-            value, fixed = given.value_and_fixed(member, value, origin)
-            self._set(member, value)
-            self._get(member).fixed = fixed
+            parts = given.parts_of(member, value, origin)
+            for end in ENDS:  # checked before the value is written
+                if f"{member.path}.{end}" in parts:
+                    count = None if isinstance(rows, int) else len(np.arange(table.size)[rows])
+                    table.checked_bounds(member.path, end, value[end], count, f"{origin}.{end}")
+            self._set(member, parts.pop(member.path))
+            parameter = self._get(member)
+            for path, part in parts.items():
+                setattr(parameter, path.rpartition(".")[2], part)
             return
         if member.column.role != "ref":
             if value is not None:
@@ -212,7 +219,7 @@ class Fields:
             )
         if not isinstance(rows, int):
             for path, item in flat.items():
-                if not path.endswith(("?", ".fixed")):
+                if not path.endswith("?") and self._table.fields.find(path) is not None:
                     self._set(self._member_at(path), item)
             return
         table.set_group(group, rows, {p: given.refs(v) for p, v in flat.items()})

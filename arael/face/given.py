@@ -10,6 +10,7 @@ import numpy as np
 from arael.diagnostics.records import AraelError
 from arael.face.parameter import Parameter
 from arael.runtime.store import Handles
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.messages import Origin, below, describe, error, unknown_field
 from arael.runtime.store.schema import Group, Leaf, Nested
 
@@ -20,7 +21,7 @@ def flatten(
     """Values of a struct by path, and the values of its collections.
 
     Keys are names or dotted paths; a struct takes a dict (or None where optional), a parameter its
-    value or ``{"value": ..., "fixed": True}``, a list of refs its refs.
+    value or ``{"value": ..., "fixed": True, "low": 0, "high": None}``, a list of refs its refs.
     """
     flat: dict[str, Any] = {}
     children: list[tuple[Nested, Any]] = []
@@ -32,8 +33,11 @@ def flatten(
     if not isinstance(values, Mapping):
         raise error("E0703", f"expected a dict of fields, found {describe(values)}", origin)
     for key, value in values.items():
-        bare = key.removesuffix("?").removesuffix(".fixed")
-        member = group.find(key) or group.find(bare)
+        member = group.find(key)
+        bare = key
+        if member is None:
+            bare = bare_path(key)
+            member = group.find(bare)
         if member is None:
             raise AraelError(unknown_field(key, group.members, group.struct, group.where, origin))
         path = f"{group.path}.{key}" if group.path else key
@@ -78,18 +82,33 @@ def _leaf(flat: dict[str, Any], leaf: Leaf, value: Any) -> None:
     if leaf.column.role == "ref":
         flat[leaf.path] = refs(value)
     elif leaf.column.role == "param" and isinstance(value, Mapping):
-        flat[leaf.path], flat[f"{leaf.path}.fixed"] = value_and_fixed(leaf, value, leaf.path)
+        flat.update(parts_of(leaf, value, leaf.path))
     else:
         flat[leaf.path] = np.array(value.value) if isinstance(value, Parameter) else value
 
 
-def value_and_fixed(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> tuple[Any, Any]:
-    """Split a parameter given as ``{"value": ..., "fixed": True}``."""
-    if not given.keys() <= {"value", "fixed"} or "value" not in given:
+def bare_path(path: str) -> str:
+    """Path of the field whose presence, flag or bounds `path` is."""
+    bare = path.removesuffix("?")
+    for part in (".fixed", *(f".{end}" for end in ENDS)):
+        bare = bare.removesuffix(part)
+    return bare
+
+
+def parts_of(leaf: Leaf, given: Mapping[str, Any], origin: Origin) -> dict[str, Any]:
+    """Value, flag and bounds of a parameter given as a dict, by path; `fixed` is false if left out.
+
+    Raises AraelError: E0703 for other keys, or without a value.
+    """
+    if not given.keys() <= {"value", "fixed", *ENDS} or "value" not in given:
         raise error(
-            "E0703", 'expected a value or {"value": ..., "fixed": ...}', origin, leaf.column
+            "E0703",
+            'expected a value or {"value": ..., "fixed": ..., "low": ..., "high": ...}',
+            origin,
+            leaf.column,
         )
-    return given["value"], given.get("fixed", False)
+    found = {leaf.path: given["value"], f"{leaf.path}.fixed": given.get("fixed", False)}
+    return found | {f"{leaf.path}.{end}": given[end] for end in ENDS if end in given}
 
 
 def refs(value: Any) -> Any:

@@ -9,9 +9,17 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
+from arael.face.component import Component, component
 from arael.face.forms import Forms
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
+from arael.runtime.store.bounds import (
+    COMPONENTS_FIXED,
+    has_components,
+    of_model,
+    require_bounded,
+    split_fixed,
+)
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import error
 
@@ -71,12 +79,110 @@ class Parameter(NDArrayOperatorsMixin, Forms):
 
     @property
     def fixed(self) -> Any:
-        """Whether the data fixes the parameter in every solve: bool, or (N,) bools."""
-        return self._flag(self._table.fixed(self._path))
+        """Whether the data fixes the parameter in every solve: bool, or (N,) bools.
+
+        A vector or Euler angles of k numbers also take one bool for each of them, (k,) for a row
+        and (N, k) or (1, k) for many, and return them where only some are fixed. Files have them.
+        """
+        whole = self._flag(self._table.fixed(self._path))
+        some = self._table.fixed_components(self._path)
+        if some is None or not some[self._rows()].any():
+            return whole
+        part = np.logical_or(some[self._rows()], np.asarray(whole)[..., None])
+        part.flags.writeable = False
+        return part
 
     @fixed.setter
     def fixed(self, value: Any) -> None:
+        rows = self._rows()
+        one = isinstance(rows, int)
+        try:
+            array = np.asarray(value)
+        except ValueError:  # rows of different lengths
+            raise wrong_argument(
+                f"{self._path}.fixed", "fixed", "a bool, or one for each row or component", value
+            ) from None
+        if has_components(self._column) and array.ndim == (1 if one else 2):
+            self._check_components(array, rows, "fixed")
+            whole, some = split_fixed(array)
+            self._table.writable(f"{self._path}.{COMPONENTS_FIXED}")[rows] = some
+            self._table.fixed(self._path)[rows] = whole
+            return
         self._set_flag("fixed", value)
+        held = self._table.fixed_components(self._path)
+        if held is not None:
+            held[rows] = False
+
+    @property
+    def low(self) -> Any:
+        """Lower bound of a real or vector parameter: of this row, or by row.
+
+        A number for one scalar, else an array of the shape of the value: a live view, whose
+        writes a solve checks. Assign a number, an array, or None for no bound (-inf); one number
+        or one row is for all. ``del m.k.low`` restores the bound of the model.
+
+        Raises
+        ------
+        AraelError
+            When set: E0703 a parameter that has no bounds, E0704 a wrong shape, E0705 NaN.
+        """
+        return self._bound("low")
+
+    @low.setter
+    def low(self, value: Any) -> None:
+        self._table.set_bounds(self._path, "low", self._rows(), value, f"{self._name}.low")
+
+    @low.deleter
+    def low(self) -> None:
+        self._table.reset_bounds(self._path, "low", self._rows())
+
+    @property
+    def high(self) -> Any:
+        """Upper bound, as `low`; None is inf."""
+        return self._bound("high")
+
+    @high.setter
+    def high(self, value: Any) -> None:
+        self._table.set_bounds(self._path, "high", self._rows(), value, f"{self._name}.high")
+
+    @high.deleter
+    def high(self) -> None:
+        self._table.reset_bounds(self._path, "high", self._rows())
+
+    def _bound(self, end: str) -> Any:
+        require_bounded(self._column, f"{self._name}.{end}")
+        rows = self._rows()
+        if isinstance(rows, int) and not self._column.shape:
+            own = self._table.bound(self._path, end)
+            return float(of_model(self._column, end) if own is None else own[rows])
+        return taken(self._table.writable(f"{self._path}.{end}"), rows)
+
+    @property
+    def x(self) -> Component:
+        """First component of a vector or of Euler angles: its value, flags and bounds."""
+        return component(self, "x")
+
+    @x.setter
+    def x(self, value: Any) -> None:
+        component(self, "x").value = value
+
+    @property
+    def y(self) -> Component:
+        """Second component."""
+        return component(self, "y")
+
+    @y.setter
+    def y(self, value: Any) -> None:
+        component(self, "y").value = value
+
+    @property
+    def z(self) -> Component:
+        """Third component."""
+        return component(self, "z")
+
+    @z.setter
+    def z(self, value: Any) -> None:
+        component(self, "z").value = value
 
     @property
     def optimize(self) -> Any:
@@ -99,8 +205,8 @@ class Parameter(NDArrayOperatorsMixin, Forms):
     def optimize(self, value: Any) -> None:
         array, rows = _flags(value, f"{self._name}.optimize"), self._rows()
         one = isinstance(rows, int)
-        if self._takes_components() and array.ndim == (1 if one else 2):
-            self._set_components(array, rows, one)
+        if has_components(self._column) and array.ndim == (1 if one else 2):
+            self._set_components(array, rows)
             return
         self._set_flag("optimize", value)
         held = self._table.component_flags(self._path)
@@ -109,11 +215,9 @@ class Parameter(NDArrayOperatorsMixin, Forms):
             if self._whole and array.shape == ():
                 self._table.components_new[self._path] = (True,) * held.shape[1]
 
-    def _takes_components(self) -> bool:
-        param = self._column.param
-        return param is not None and param.kind in ("vec", "euler")
-
-    def _set_components(self, array: Array, rows: Rows, one: bool) -> None:
+    def _check_components(self, array: Array, rows: Rows, name: str) -> None:
+        """Raise E0703 for anything but a bool for each component of each row."""
+        one = isinstance(rows, int)
         count = 1 if one else len(np.arange(self._table.size)[rows])
         param = self._column.param
         assert param is not None
@@ -123,9 +227,12 @@ class Parameter(NDArrayOperatorsMixin, Forms):
                 "E0703",
                 f"expected true or false for each of {param.tangent} components, "
                 f"found shape {array.shape} of {array.dtype}",
-                f"{self._name}.optimize",
+                f"{self._name}.{name}",
                 self._column,
             )
+
+    def _set_components(self, array: Array, rows: Rows) -> None:
+        self._check_components(array, rows, "optimize")
         flags = self._table.add_component_flags(self._path)
         flags[rows] = array
         self._table.optimize(self._path)[rows] = True

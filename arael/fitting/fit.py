@@ -97,6 +97,7 @@ def fit(
     if group is None and shared:
         raise mistake("E0872", "shared parameters need groups", "shared", 'give `group="column"`')
     parameters = _parameters(found, start or {}, bounds or {}, fixed or {}, group, shared)
+    _check_counts(points, parameters, group)
     curve = curve_of(found, parameters, points, loss)
     values = _start(curve, found)
     curve.put(values)
@@ -262,6 +263,28 @@ def _parameters(
         )
         for name in formula.parameters
     ]
+
+
+def _check_counts(points: Points, parameters: list[Parameter], group: str | None) -> None:
+    """Reject fewer points than free parameters: E0873, of which group."""
+    free = [p for p in parameters if not p.fixed]
+    own = [p.name for p in free if p.own] if group is not None else [p.name for p in free]
+    for number, name in enumerate(points.groups or ("",)):
+        count = int((points.group == number).sum()) if group is not None else len(points.sigma)
+        if count >= len(own):
+            continue
+        advice = "fix some of them, or add points"
+        of = "the data have"
+        if group is not None:
+            advice = "leave its points out, fix some of them, or share them between groups"
+            of = f"the group '{name}' of '{group}' has"
+        noun = f"{count} point{'s' * (count != 1)}"
+        raise mistake(
+            "E0873",
+            f"{of} {noun} for {len(own)} parameters: {', '.join(own)}",
+            "fit" if group is None else "group",
+            advice,
+        )
 
 
 def _parameter(name: str, start: Any, bounds: Any, fixed: bool, own: bool) -> Parameter:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
@@ -42,3 +46,9 @@ def scalar_names(column: Column) -> Iterator[tuple[str, tuple[int, ...]]]:
     else:
         for i in range(shape[0]):
             yield f"{path}[{i}]", (i,)
+
+
+def of_component(array: NDArray[Any], index: tuple[int, ...]) -> NDArray[Any]:
+    """The scalars (rows,) of one component of a column."""
+    at: Any = (slice(None), *index)
+    return np.asarray(array[at])

@@ -1,8 +1,8 @@
 """CSV reader: the rows of one collection, one scalar per column (LANGUAGE section 10).
 
 The first line names the columns: ``x``, ``pos.x`` or ``pos[0]``, ``m[0][1]``, ``q.w``,
-``info.tilt_roll``, ``pos.fixed``; refs are indices or keys. An empty cell is an absent optional,
-or the default.
+``info.tilt_roll``, ``pos.fixed`` or ``pos.x.fixed``, ``pos.x.low``; refs are indices or keys. An
+empty cell is an absent optional, or the default; of a bound the model's.
 """
 
 from __future__ import annotations
@@ -22,6 +22,15 @@ from arael.io.refs import PendingRefs
 from arael.io.report import Report
 from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import (
+    COMPONENTS_FIXED,
+    ENDS,
+    OPEN,
+    empty,
+    first_empty,
+    has_components,
+    split_fixed,
+)
 from arael.runtime.store.messages import SCALAR_WORDS, error, shorten, suggestion
 from arael.runtime.store.slots import Ints
 from arael.runtime.store.values import convert
@@ -138,14 +147,15 @@ class _Reader:
             return
         table = self.table
         known: set[str] = set()
-        for path, column in table.data.items():
+        for column in table.data.values():
             if column.role == "constraint_index":
                 continue
             names = _given_names(column, cells)
             known.update(names or _all_names(column))
             if column.role == "param":
-                known.add(f"{path}.fixed")
-                self._fixed(path, cells)
+                known.update(_own_names(column))
+                self._fixed(column, cells)
+                self._bounds(column, cells)
             if names is None:
                 self._lacking(column, cells)
             else:
@@ -187,12 +197,79 @@ class _Reader:
         lacking = next(n for n, _ in scalar_names(column) if n not in cells)
         self.report.add("E0702", f"the column `{lacking}` is missing", "", column)
 
-    def _fixed(self, path: str, cells: dict[str, tuple[str, ...]]) -> None:
-        name = f"{path}.fixed"
-        if name in cells:
-            flags = self._parse("bool", cells[name], np.arange(len(self.rows)), name, None)
-            if flags is not None:
-                self.columns[name] = np.array(flags, np.bool_)
+    def _fixed(self, column: Column, cells: dict[str, tuple[str, ...]]) -> None:
+        """Flags of a parameter, and of its components."""
+        whole = self._flags(f"{column.path}.fixed", cells)
+        if whole is not None:
+            self.columns[f"{column.path}.fixed"] = whole
+        for names in _namings(column) if has_components(column) else ():
+            parts = [self._flags(f"{name}.fixed", cells) for name in names]
+            if all(part is None for part in parts):
+                continue
+            none = np.zeros(len(self.rows), np.bool_)
+            some = np.stack([none if part is None else part for part in parts], axis=-1)
+            every, some = split_fixed(some)
+            self.columns[f"{column.path}.fixed"] = every if whole is None else every | whole
+            self.columns[f"{column.path}.{COMPONENTS_FIXED}"] = some
+            return
+
+    def _flags(self, name: str, cells: dict[str, tuple[str, ...]]) -> Array | None:
+        if name not in cells:
+            return None
+        flags = self._parse("bool", cells[name], np.arange(len(self.rows)), name, None)
+        return None if flags is None else np.array(flags, np.bool_)
+
+    def _bounds(self, column: Column, cells: dict[str, tuple[str, ...]]) -> None:
+        """Bounds of a parameter; an empty cell is that of the model, `inf` none."""
+        lettered, numbered = _namings(column)
+        found: dict[str, Array] = {}
+        for end in ENDS:
+            names = numbered if any(f"{n}.{end}" in cells for n in numbered) else lettered
+            if not any(f"{n}.{end}" in cells for n in names):
+                continue
+            bounds = self.table.blank_own(column, end, len(self.rows))
+            flat = bounds.reshape(len(self.rows), len(names))
+            for k, name in enumerate(names):
+                title = f"{name}.{end}"
+                for i, cell in enumerate(cells.get(title, ())):
+                    if cell.strip():
+                        flat[i, k] = self._bound(cell, end, i, title, column)
+            if not self._may_have(column, end, names):
+                return
+            self.columns[f"{column.path}.{end}"] = found[end] = bounds
+        if not found or self.report.found:
+            return
+        low, high = (
+            found.get(end, self.table.blank_own(column, end, len(self.rows))) for end in ENDS
+        )
+        row = first_empty(low, high)
+        if row is not None:
+            self.report.take(empty(self._at(row, column.path), column, low[row], high[row]))
+
+    def _may_have(self, column: Column, end: str, names: list[str]) -> bool:
+        """Whether a parameter takes bounds; reports it if not."""
+        try:
+            self.table.checked_bounds(
+                column.path, end, None, None, self.report.at(f"{names[0]}.{end}")
+            )
+        except AraelError as failure:
+            self.report.take(failure.diagnostics[0])
+            return False
+        return True
+
+    def _bound(self, cell: str, end: str, row: int, title: str, column: Column) -> float:
+        """One bound; `inf` and `-inf` are open ends."""
+        text = cell.strip().lower()
+        if text.lstrip("+-") in ("inf", "infinity"):
+            return -np.inf if text.startswith("-") else np.inf
+        try:
+            found = real(text)
+            if not np.isnan(found):
+                return found
+        except ValueError:
+            pass
+        self._add("E0703", f'expected a number or inf, found "{shorten(cell)}"', row, title)
+        return float(OPEN[end])
 
     def _column(self, column: Column, parts: list[tuple[str, ...]], names: list[str]) -> None:
         """Convert the cells of one field, all of its scalars."""
@@ -302,6 +379,17 @@ class _Reader:
         names = next(n for n, _ in scalar_names(column) if n in self.header)
         index = self.header.index(names)
         return np.array([bool(row[index].strip()) for row in self.rows], np.bool_)
+
+
+def _own_names(column: Column) -> set[str]:
+    """Names of the flags and bounds of a parameter."""
+    found = {f"{column.path}.fixed"}
+    for names in _namings(column):
+        for name in names:
+            found.update(f"{name}.{end}" for end in ENDS)
+            if has_components(column):
+                found.add(f"{name}.fixed")
+    return found
 
 
 def _all_names(column: Column) -> set[str]:

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from arael.io.columns import scalar_names
+from arael.io.columns import of_component, scalar_names
 from arael.io.csv_reader import choose
-from arael.io.json_writer import refuse_not_finite, shortest
+from arael.io.json_writer import fixed_flags, own_bounds, refuse_not_finite, shortest
 from arael.io.refs import refs_as_data
+from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.schema import Leaf
 
 
@@ -60,5 +62,25 @@ def _cells(table: Table, leaf: Leaf) -> Iterator[tuple[str, list[Any]]]:
             scalars = scalars[:, axis]
         part = scalars.tolist()
         yield title, [v if t else "" for v, t in zip(part, there, strict=True)]
-    if column.role == "param" and table.fixed(path).any():
-        yield f"{path}.fixed", ["true" if f else "false" for f in table.fixed(path).tolist()]
+    if column.role == "param":
+        yield from _own_cells(table, column)
+
+
+def _own_cells(table: Table, column: Column) -> Iterator[tuple[str, list[Any]]]:
+    """Flags and bounds of a parameter: of its components, where these have their own."""
+    fixed = fixed_flags(table, column)
+    if fixed.any():
+        parts = [(column.path, ())] if fixed.ndim == 1 else scalar_names(column)
+        for title, index in parts:
+            flags = of_component(fixed, index).tolist()
+            yield f"{title}.fixed", ["true" if f else "false" for f in flags]
+    for end in ENDS:
+        own, differs = own_bounds(table, column, end)
+        if not differs.any():
+            continue
+        for title, index in scalar_names(column):
+            bounds = of_component(own, index).tolist()
+            yield (
+                f"{title}.{end}",
+                [b if d else "" for b, d in zip(bounds, differs.tolist(), strict=True)],
+            )

@@ -1,7 +1,8 @@
 """Data frames: columns of a collection to pandas and xarray, and back.
 
 Columns are named as in CSV files: one for each scalar, ``pos.x``, ``att.w``, ``m[0][1]``; refs are
-indices; ``pos.fixed`` where a row is fixed. Missing values are absent optionals.
+indices; ``pos.fixed`` where a row is fixed, ``pos.x.low`` where it has bounds of its own. Missing
+values are absent optionals, and bounds of the model.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.io.columns import scalar_names
+from arael.io.columns import of_component, scalar_names
+from arael.io.json_writer import fixed_flags, own_bounds
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
+from arael.runtime.store.bounds import ENDS, has_components
 from arael.runtime.store.messages import error, unknown_field
 from arael.runtime.store.schema import Group, Leaf
 
@@ -52,10 +55,26 @@ def to_pandas(collection: Any) -> pandas.DataFrame:
             at: Any = (slice(None), *index)
             scalars = np.array(array[at])
             found[name] = scalars if there.all() else _with_gaps(pd, scalars, there)
-        if column.role == "param" and table.fixed(path)[rows].any():
-            found[f"{path}.fixed"] = np.array(table.fixed(path)[rows])
+        if column.role == "param":
+            found.update(_own(table, column, rows))
     index = pd.RangeIndex(len(rows)) if collection._is_whole() else pd.Index(rows)
     return pd.DataFrame(found, index=index.rename("row"))
+
+
+def _own(table: Table, column: Column, rows: Any) -> dict[str, Array]:
+    """Flags and bounds of a parameter, named as in CSV files; a bound of the model is NaN."""
+    found = {}
+    fixed = fixed_flags(table, column)[rows]
+    if fixed.any():
+        for name, index in [(column.path, ())] if fixed.ndim == 1 else scalar_names(column):
+            found[f"{name}.fixed"] = np.array(of_component(fixed, index))
+    for end in ENDS:
+        own, differs = own_bounds(table, column, end)
+        if differs.any() and differs[rows].any():
+            for name, index in scalar_names(column):
+                bounds = of_component(own, index)
+                found[f"{name}.{end}"] = np.where(differs, bounds, np.nan)[rows]
+    return found
 
 
 def _with_gaps(pd: Any, scalars: Array, there: Array) -> Any:
@@ -142,9 +161,8 @@ def columns_of(frame: Any, table: Table, group: Group) -> tuple[int, dict[str, A
     found: dict[str, Any] = {}
     masks: dict[str, NDArray[np.bool_]] = {}
     for path, column in table.data.items():
-        flag = cells.pop(f"{path}.fixed", None)
-        if flag is not None:
-            found[f"{path}.fixed"] = np.asarray(flag[0])
+        if column.role == "param":
+            found.update(_taken_own(column, cells, table, count))
         parts = _taken(column, cells, table)
         if parts is None:
             continue
@@ -190,6 +208,33 @@ def _taken(
     if lacking:
         raise error("E0702", f"the column `{lacking[0]}` is missing", table.label, column)
     return [cells.pop(name) for name in names]
+
+
+def _taken_own(
+    column: Column, cells: dict[str, tuple[Array, NDArray[np.bool_]]], table: Table, count: int
+) -> dict[str, Array]:
+    """Take flags and bounds of a parameter out of `cells`."""
+    found = {}
+    names = [name for name, _ in scalar_names(column)]
+    whole = cells.pop(f"{column.path}.fixed", None)
+    if whole is not None:
+        found[f"{column.path}.fixed"] = np.asarray(whole[0])
+    if has_components(column) and any(f"{name}.fixed" in cells for name in names):
+        none = (np.zeros(count, np.bool_), None)
+        parts = [np.asarray(cells.pop(f"{name}.fixed", none)[0]) for name in names]
+        found[f"{column.path}.fixed"] = np.stack(parts, axis=-1)
+    for end in ENDS:
+        if not any(f"{name}.{end}" in cells for name in names):
+            continue
+        bounds = table.blank_own(column, end, count)
+        flat = bounds.reshape(count, -1)
+        for k, name in enumerate(names):
+            title = f"{name}.{end}"
+            if title in cells:
+                given, gaps = cells.pop(title)
+                flat[~gaps, k] = _numbers(given, title, table)[~gaps]
+        found[f"{column.path}.{end}"] = bounds
+    return found
 
 
 def _joined(

@@ -16,7 +16,16 @@ from arael.io import json_text
 from arael.io.json_values import explain, fast_array
 from arael.io.refs import PendingRefs
 from arael.io.report import Report
+from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import (
+    COMPONENTS_FIXED,
+    ENDS,
+    empty,
+    first_empty,
+    has_components,
+    split_fixed,
+)
 from arael.runtime.store.messages import describe, unknown_field
 from arael.runtime.store.schema import Group, Leaf, Nested
 from arael.runtime.store.slots import Ints
@@ -76,7 +85,7 @@ class _Reader:
         self._group(rows, root.fields, rows.objects, np.arange(1), rows.place)
         if not self.report.found:
             for path, array in rows.columns.items():
-                root.buffers.view(path)[:] = array
+                root.writable(path)[:] = array
             root.missing.clear()
         self._nested(rows)
         if not self.report.found:
@@ -238,15 +247,15 @@ class _Reader:
             rows.refs.append((column, values, index, at))
             return
         if column.role == "param":
-            values = self._unwrap_fixed(rows, leaf, values, index, at)
+            values = self._unwrap(rows, leaf, values, index, at)
         array = self._convert(rows.table, leaf, values, at)
         if array is not None:
             rows.column(leaf.path)[index] = array
 
-    def _unwrap_fixed(
+    def _unwrap(
         self, rows: _Rows, leaf: Leaf, values: list[Any], index: Ints, place: Place
     ) -> list[Any]:
-        """Values of parameters, some given as ``{"value": ..., "fixed": ...}``."""
+        """Values of parameters, some given as ``{"value": ..., "fixed": ..., "low": ...}``."""
         if dict not in set(map(type, values)):
             return values
         plain = []
@@ -255,27 +264,67 @@ class _Reader:
                 plain.append(value)
                 continue
             self.keys += len(value)
-            for key in value.keys() - {"value", "fixed"}:
+            for key in value.keys() - {"value", "fixed", *ENDS}:
                 self.report.add(
                     "E0701",
-                    f"a parameter has no `{key}`, only `value` and `fixed`",
+                    f"a parameter has no `{key}`, only `value`, `fixed`, `low` and `high`",
                     place(i),
                     leaf.column,
                 )
-            fixed = value.get("fixed", False)
-            if not isinstance(fixed, bool):
-                self.report.add(
-                    "E0703",
-                    f"expected true or false, found {describe(fixed)}",
-                    f"{place(i)}.fixed",
-                    leaf.column,
-                )
-                fixed = False
+            self._fixed(rows, leaf, value.get("fixed", False), int(index[i]), place(i))
+            if any(end in value for end in ENDS):
+                self._bounds(rows, leaf, value, int(index[i]), place(i))
             if "value" not in value:
                 self.report.add("E0702", "`value` is missing", place(i), leaf.column)
-            rows.mask(f"{leaf.path}.fixed")[index[i]] = fixed
             plain.append(value.get("value"))
         return plain
+
+    def _fixed(self, rows: _Rows, leaf: Leaf, fixed: Any, row: int, place: str) -> None:
+        """A flag of a parameter, or a list of them for its components."""
+        param = leaf.column.param
+        of_each = has_components(leaf.column) and param is not None
+        if of_each and isinstance(fixed, list) and all(isinstance(f, bool) for f in fixed):
+            assert param is not None
+            if len(fixed) != param.tangent:
+                self.report.add(
+                    "E0704",
+                    f"expected {param.tangent} of true or false, found {len(fixed)}",
+                    f"{place}.fixed",
+                    leaf.column,
+                )
+                return
+            whole, some = split_fixed(np.array(fixed, np.bool_))
+            rows.mask(f"{leaf.path}.fixed")[row] = whole
+            rows.own(leaf.column, COMPONENTS_FIXED)[row] = some
+            return
+        if not isinstance(fixed, bool):
+            self.report.add(
+                "E0703",
+                f"expected true or false, found {describe(fixed)}",
+                f"{place}.fixed",
+                leaf.column,
+            )
+            return
+        rows.mask(f"{leaf.path}.fixed")[row] = fixed
+
+    def _bounds(self, rows: _Rows, leaf: Leaf, value: Object, row: int, place: str) -> None:
+        """Bounds of a parameter in one row; null is none."""
+        before = len(self.report.found)
+        for end in ENDS:
+            if end not in value:
+                continue
+            where = self.report.at(f"{place}.{end}")
+            try:
+                found = rows.table.checked_bounds(leaf.path, end, value[end], None, where)
+            except AraelError as failure:
+                for diagnostic in failure.diagnostics:
+                    self.report.take(diagnostic)
+                continue
+            rows.own(leaf.column, end)[row] = found
+        if len(self.report.found) == before:
+            low, high = (rows.own(leaf.column, end)[row : row + 1] for end in ENDS)
+            if first_empty(low, high) is not None:
+                self.report.take(empty(self.report.at(place), leaf.column, low[0], high[0]))
 
     def _convert(
         self, table: Table, leaf: Leaf, values: list[Any], place: Place
@@ -353,6 +402,13 @@ class _Rows:
         """Presence or `fixed`, false if not given."""
         if path not in self.columns:
             self.columns[path] = np.zeros(len(self.objects), np.bool_)
+        return self.columns[path]
+
+    def own(self, column: Column, what: str) -> NDArray[Any]:
+        """Bounds or flags of components, as of the model if not given."""
+        path = f"{column.path}.{what}"
+        if path not in self.columns:
+            self.columns[path] = self.table.blank_own(column, what, len(self.objects))
         return self.columns[path]
 
     def add(self) -> None:

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.io.refs import refs_as_data
+from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import ENDS, of_model
 from arael.runtime.store.messages import error
 from arael.runtime.store.schema import Group, Leaf
 
@@ -77,14 +79,62 @@ def leaf_values(table: Table, leaf: Leaf) -> list[Any]:
         refuse_not_finite(table, leaf, array, there)
         array = shortest(array)
     values: list[Any] = array.tolist()
-    if column.role == "param" and table.fixed(path).any():
-        flags = table.fixed(path).tolist()
-        values = [
-            {"value": v, "fixed": True} if f else v for v, f in zip(values, flags, strict=True)
-        ]
+    if column.role == "param":
+        parts = own_parts(table, column)
+        if parts:
+            values = [_with_parts(v, i, parts) for i, v in enumerate(values)]
     if leaf.optional:
         values = [v if t else None for v, t in zip(values, there.tolist(), strict=True)]
     return values
+
+
+def own_parts(table: Table, column: Column) -> dict[str, dict[int, Any]]:
+    """Flags and bounds of a parameter in rows that have their own, ``fixed``, ``low``, ``high``."""
+    path = column.path
+    found: dict[str, dict[int, Any]] = {}
+    fixed, some = table.fixed(path), table.fixed_components(path)
+    if fixed.any():
+        found["fixed"] = dict.fromkeys(np.flatnonzero(fixed).tolist(), True)
+    if some is not None and some.any():
+        rows = np.flatnonzero(some.any(axis=1) & ~fixed).tolist()
+        found.setdefault("fixed", {}).update((row, some[row].tolist()) for row in rows)
+    for end in ENDS:
+        own, differs = own_bounds(table, column, end)
+        if differs.any():
+            flat = own.astype(object)
+            flat[np.isinf(own)] = None
+            found[end] = {row: flat[row].tolist() if column.shape else flat[row]
+                          for row in np.flatnonzero(differs).tolist()}  # fmt: skip
+    return found
+
+
+def own_bounds(table: Table, column: Column, end: str) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Bounds (size, *shape), and rows (size,) where they are not those of the model.
+
+    Raises AraelError: E0705 for a bound that is NaN.
+    """
+    own = table.bound(column.path, end)
+    if own is None:
+        return np.zeros(0), np.zeros(0, np.bool_)
+    axes = tuple(range(1, own.ndim))
+    bad = np.isnan(own).any(axis=axes)
+    if bad.any():
+        name = f"{table.name_of(int(np.argmax(bad)), column.path)}.{end}"
+        raise error("E0705", f"cannot write: {name} is NaN", name, column)
+    differs = own != of_model(column, end)
+    return own, np.asarray(differs.any(axis=axes))
+
+
+def fixed_flags(table: Table, column: Column) -> NDArray[np.bool_]:
+    """Flags (size,) of a parameter, or (size, k) where components have their own."""
+    fixed, some = table.fixed(column.path), table.fixed_components(column.path)
+    return fixed if some is None or not some.any() else fixed[:, None] | some
+
+
+def _with_parts(value: Any, row: int, parts: dict[str, dict[int, Any]]) -> Any:
+    """The value of one row, with its flag and bounds if it has any."""
+    own = {name: rows[row] for name, rows in parts.items() if row in rows}
+    return {"value": value, **own} if own else value
 
 
 def refuse_not_finite(

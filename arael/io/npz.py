@@ -1,7 +1,8 @@
 """NumPy archives: one array per column, named by path (LANGUAGE section 10).
 
-``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools if any is; ``poses.info.gps`` (N,) bools,
-the presence of an optional struct (``x.present`` of an optional value);
+``poses.pos`` (N, 3); ``poses.pos.fixed`` (N,) bools if any is, (N, 3) of components;
+``poses.pos.low`` and ``poses.pos.high`` (N, 3), bounds, infinite where open; ``poses.info.gps``
+(N,) bools, the presence of an optional struct (``x.present`` of an optional value);
 ``landmarks.frines.offsets`` (parents + 1,): rows ``offsets[p]:offsets[p + 1]`` belong to parent p;
 refs are indices as in JSON, -1 where absent. Root fields are arrays of one value. Nothing is
 pickled.
@@ -28,6 +29,14 @@ from arael.io.files import too_large
 from arael.io.report import Report
 from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import (
+    COMPONENTS_FIXED,
+    ENDS,
+    empty,
+    first_empty,
+    has_components,
+    split_fixed,
+)
 from arael.runtime.store.manifolds import forms_of
 from arael.runtime.store.messages import problem, shorten, suggestion
 from arael.runtime.store.slots import Ints
@@ -202,8 +211,8 @@ class _Reader:
         columns: dict[str, Array] = {f"{p}?": mask for p, mask in masks.items()}
         for path, column in table.data.items():
             if column.role == "param":
-                fixed = self._flags(f"{full_path(table, path)}.fixed", count)
-                columns[f"{path}.fixed"] = np.zeros(count, np.bool_) if fixed is None else fixed
+                columns |= self._fixed(table, column, count)
+                columns |= self._bounds(table, column, count)
             if column.role in ("ref", "constraint_index"):
                 continue
             array = self._column(table, column, count, _there(masks, path, count))
@@ -215,7 +224,7 @@ class _Reader:
             table.extend_trusted(count, owners, columns)
             return
         for path, array in columns.items():
-            table.buffers.view(path)[:] = array
+            table.writable(path)[:] = array
         table.missing = {p for p in table.missing if table.data[p].role == "ref"}
 
     def _owners(self, table: Table) -> Ints | None:
@@ -286,6 +295,47 @@ class _Reader:
                 said = np.full(count, given)
             masks[path] = said
         return masks
+
+    def _fixed(self, table: Table, column: Column, count: int) -> dict[str, Array]:
+        """The flags of a parameter, (count,) or of its components."""
+        path = column.path
+        name = f"{full_path(table, path)}.fixed"
+        given = self._take(name)
+        k = column.param.tangent if column.param is not None else 0
+        if given is not None and given.dtype == np.bool_ and has_components(column):
+            one = count == 1 and given.shape == (k,) and not table.layout.path
+            if given.shape == (count, k) or one:
+                whole, some = split_fixed(given.reshape(count, k))
+                return {f"{path}.fixed": whole, f"{path}.{COMPONENTS_FIXED}": some}
+        flags = self._flags(name, count)
+        return {f"{path}.fixed": np.zeros(count, np.bool_) if flags is None else flags}
+
+    def _bounds(self, table: Table, column: Column, count: int) -> dict[str, Array]:
+        """The bounds of a parameter that the file has."""
+        found: dict[str, Array] = {}
+        name = full_path(table, column.path)
+        for end in ENDS:
+            array = self._take(f"{name}.{end}")
+            if array is None:
+                continue
+            where = self.report.at(f"{name}.{end}")
+            try:
+                checked = table.checked_bounds(column.path, end, array, count, where)
+            except AraelError as failure:
+                for diagnostic in failure.diagnostics:
+                    self.report.take(diagnostic)
+                continue
+            found[f"{column.path}.{end}"] = np.broadcast_to(checked, (count, *column.shape))
+        if found:
+            low, high = (
+                found.get(f"{column.path}.{end}", table.blank_own(column, end, count))
+                for end in ENDS
+            )
+            row = first_empty(low, high)
+            if row is not None:
+                where = self.report.at(f"{name} row {row}")
+                self.report.take(empty(where, column, low[row], high[row]))
+        return found
 
     def _flags(self, name: str, count: int) -> Array | None:
         flags = self._take(name)
@@ -369,7 +419,7 @@ def _names(table: Table) -> Iterator[str]:
         if column.role != "constraint_index":
             yield full_path(table, path)
         if column.role == "param":
-            yield f"{full_path(table, path)}.fixed"
+            yield from (f"{full_path(table, path)}.{part}" for part in ("fixed", *ENDS))
     for path in table.optionals:
         if path not in table.data or table.data[path].role != "ref":
             yield full_path(table, presence_name(table, path))

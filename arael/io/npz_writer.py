@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.io.columns import full_path, offsets_name, presence_name
-from arael.io.json_writer import refuse_not_finite
+from arael.io.json_writer import fixed_flags, own_bounds, refuse_not_finite
 from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.slots import Ints
 
 Array = NDArray[Any]
@@ -75,8 +76,14 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
         if column.kind == "string":
             array = array.astype(np.str_)
         yield name, array[0] if root else array[order]
-        if column.role == "param" and table.fixed(leaf.path).any():
-            yield f"{name}.fixed", table.fixed(leaf.path)[order]
+        if column.role == "param":
+            fixed = fixed_flags(table, column)
+            if fixed.any():
+                yield f"{name}.fixed", fixed[order]
+            for end in ENDS:
+                own, differs = own_bounds(table, column, end)
+                if differs.any():
+                    yield f"{name}.{end}", own[0] if root else own[order]
     for path in table.optionals:
         if path not in table.data or table.data[path].role != "ref":
             name = full_path(table, presence_name(table, path))

@@ -198,6 +198,19 @@ class ParameterTable:
         """No component is held."""
         return None
 
+    def fixed_components(self, path: str) -> Array | None:
+        """No component is fixed."""
+        return None
+
+    def bound(self, path: str, end: str) -> Array | None:
+        """Bounds are those of the column."""
+        return None
+
+    @property
+    def bounds_version(self) -> tuple[()]:
+        """Bounds never change."""
+        return ()
+
     def free(self, path: str) -> Array:
         """Whether the parameter is free (1,)."""
         return np.array([not self._parameters.is_fixed(path)])

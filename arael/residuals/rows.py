@@ -89,6 +89,19 @@ class RowsTable:
         """No component is held."""
         return None
 
+    def fixed_components(self, path: str) -> Array | None:
+        """No component is fixed."""
+        return None
+
+    def bound(self, path: str, end: str) -> Array | None:
+        """Bounds are those of the column."""
+        return None
+
+    @property
+    def bounds_version(self) -> tuple[()]:
+        """Bounds never change."""
+        return ()
+
     def free(self, path: str) -> Array:
         """There are no parameters here."""
         raise KeyError(path)

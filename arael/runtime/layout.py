@@ -300,6 +300,8 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     `guard` chooses instances by their data. `moving_guard` reads parameters: it is a tape over the
     inputs of `tape`, evaluated at each linearisation into the last of the lane inputs, which the
     residuals are switched by.
+
+    `sigma` is over `sigma_raw` alone: standard deviations of a prior, which must be positive.
     """
 
     label: str
@@ -323,6 +325,8 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     guard: Tape | None = None
     guard_raw: tuple[Raw, ...] = ()
     guard_text: str = ""
+    sigma: Tape | None = None
+    sigma_raw: tuple[Raw, ...] = ()
     moving_guard: Tape | None = None
     loss_text: str = ""
     triplets: str = ""  # field of the root that stands for these pairs of uses

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
+from arael.runtime.bounds import check_start
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.evaluation.instances import Instances, gather_instances
 from arael.runtime.evaluation.native_binding import Binding
@@ -20,7 +20,7 @@ from arael.runtime.evaluation.states import put_values, solved_values, stored_sc
 from arael.runtime.evaluation.unbound import require_bound
 from arael.runtime.evaluation.watch import Watch
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Layout, ParamUse
+from arael.runtime.layout import Layout
 from arael.runtime.levenberg.box import Box
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import small_solver
@@ -56,7 +56,8 @@ class Problem:
     Raises
     ------
     SolveError
-        E1005: an active constraint reads through a null ref.
+        E1005: an active constraint reads through a null ref; E1016: the sigma of a prior is not
+        positive.
     AraelError
         E0820: nothing is bound to a native function that a constraint calls.
     """
@@ -166,9 +167,21 @@ class Problem:
     def _gather(self, number: int) -> Instances:
         self.gathered += 1
         structure = self.structure
+        group = self.layout.groups[number]
+        if group.sigma is not None:
+            # Imported here for start-up time: only priors with a sigma from data are checked.
+            from arael.runtime.evaluation.sigmas import check_sigmas
+
+            check_sigmas(
+                self.store,
+                group,
+                structure.active[number],
+                structure.slot_rows[number],
+                self.natives,
+            )
         return gather_instances(
             self.store,
-            self.layout.groups[number],
+            group,
             structure.active[number],
             structure.slot_rows[number],
             self.dtype,
@@ -321,7 +334,14 @@ class Problem:
     # --- checks ------------------------------------------------------------------------------
 
     def check_start(self) -> None:
-        """Raise SolveError if nothing can move (E1006) or the start violates bounds (E1007)."""
+        """Check that a solve can start.
+
+        Raises
+        ------
+        SolveError
+            E1006 nothing can move; E1007 a parameter starts outside its bounds; E0728 bounds that
+            leave no value.
+        """
         system = self.structure.system
         if len(system.held) == system.size:
             raise SolveError(
@@ -334,38 +354,7 @@ class Problem:
                     help=("free a parameter, or evaluate the cost without solving",),
                 )
             )
-        if not self.box.count:
-            return
-        for number, entity in enumerate(self.layout.entities):
-            for use in entity.params:
-                self._check_bounds(number, use)
-
-    def _check_bounds(self, number: int, use: ParamUse) -> None:
-        entity = self.layout.entities[number]
-        column = self.layout.table(entity.table).column(use.column)
-        if column.param is None:
-            return
-        moves = self.structure.system.blocks[number].free
-        ends = zip_longest(column.param.low, column.param.high)
-        for k, (low, high) in enumerate(ends):
-            low = -np.inf if low is None else low
-            high = np.inf if high is None else high
-            free = moves[:, use.tangent_start + k]
-            values = self.states[number][: len(free), use.stored_start + k]
-            outside = free & ~((values >= self.dtype.type(low)) & (values <= self.dtype.type(high)))
-            if outside.any():
-                row = int(np.argmax(outside))
-                place = row_name(self.store, entity.table, row)
-                name = entity.prefix + entity.tangent_names[use.tangent_start + k]
-                raise SolveError(
-                    Diagnostic(
-                        "E1007",
-                        f"`{f'{place}.{name}' if place else name}` starts at {values[row]:g}, "
-                        f"outside its bounds {low:g} .. {high:g}",
-                        origin=column.where,
-                        help=("start it inside, or widen the bounds in the model",),
-                    )
-                )
+        check_start(system, self.states)
 
     def number_instances(self) -> None:
         """Write each instance's number into its `constraint_index` column, -1 where inactive."""

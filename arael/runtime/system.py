@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
+from arael.runtime.bounds import Bounded, bounded_of, bounds_of_scalars
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
 
@@ -72,6 +73,22 @@ class System:
     def size(self) -> int:
         """Number of scalars."""
         return int(self.sizes.sum())
+
+    @cached_property
+    def bounded(self) -> tuple[Bounded, ...]:
+        """The bounded scalars that move, of each entity that has some."""
+        found = []
+        for number, (entity, blocks) in enumerate(
+            zip(self.layout.entities, self.blocks, strict=True)
+        ):
+            at = slice(
+                self.starts[number],
+                self.starts[number] + (blocks.first >= 0).sum() * entity.tangent,
+            )
+            one = bounded_of(number, entity, blocks.first, self.low[at], self.high[at])
+            if len(one.scalars):
+                found.append(one)
+        return tuple(found)
 
     def owner(self, scalar: int) -> tuple[int, int, int]:
         """Entity, row and tangent index of a scalar of the system."""
@@ -174,6 +191,9 @@ def _hold_components(
     flags = table.component_flags(use.column)
     if flags is not None:
         own &= flags
+    fixed = table.fixed_components(use.column)
+    if fixed is not None:
+        own &= ~fixed
     if frozen:
         for k, name in enumerate(param.components):
             if is_frozen(entity.table, f"{use.column}.{name}", frozen):
@@ -213,14 +233,10 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
             held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         blocks.append(EntityBlocks(first, number, moves))
         sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
-        for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
-            one = _bounds(layout, entity, end, open_end)
-            if one is None:
-                ends.append(np.full(entity.tangent * len(rows), open_end))
-            elif every:
-                ends.append(np.tile(one, len(rows)))
-            else:
-                ends.append(np.where(moves[rows], one, open_end).ravel())
+        for ends, found in zip(
+            (low, high), bounds_of_scalars(store, entity, rows, moves), strict=True
+        ):
+            ends.append(found)
         block += len(rows)
         scalar += entity.tangent * len(rows)
     return System(
@@ -250,12 +266,11 @@ def hold(system: System, free: list[Bools]) -> System:
         blocks.append(EntityBlocks(known.first, known.block, moves))
         inside = moves[known.first >= 0]
         held.append(start + np.flatnonzero(~inside.ravel()))
-        for end, open_end, ends in ((0, -np.inf, low), (1, np.inf, high)):
-            one = _bounds(system.layout, entity, end, open_end)
-            if one is None:
-                ends.append(np.full(inside.size, open_end))
-            else:
-                ends.append(np.where(inside, one, open_end).ravel())
+        rows = np.flatnonzero(known.first >= 0)
+        for ends, found in zip(
+            (low, high), bounds_of_scalars(system.store, entity, rows, moves), strict=True
+        ):
+            ends.append(found)
     return System(
         system.layout,
         system.store,
@@ -268,16 +283,13 @@ def hold(system: System, free: list[Bools]) -> System:
     )
 
 
-def _bounds(layout: Layout, entity: Entity, end: int, open_end: float) -> Floats | None:
-    """(tangent,) one end of the bounds of an entity's scalars; None where all are open."""
-    found: Floats | None = None
-    for use in entity.params:
-        param = layout.table(entity.table).column(use.column).param
-        if param is None:
-            continue
-        for k, bound in enumerate(param.high if end else param.low):
-            if bound is not None:
-                if found is None:
-                    found = np.full(entity.tangent, open_end)
-                found[use.tangent_start + k] = bound
-    return found
+def with_bounds(system: System) -> System:
+    """The same system with the bounds that rows have now."""
+    low: list[Floats] = [np.zeros(0)]
+    high: list[Floats] = [np.zeros(0)]
+    for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
+        rows = np.flatnonzero(blocks.first >= 0)
+        lower, upper = bounds_of_scalars(system.store, entity, rows, blocks.free)
+        low.append(lower)
+        high.append(upper)
+    return replace(system, low=np.concatenate(low), high=np.concatenate(high))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.bounds import ends_of
 from arael.runtime.store import Store, Table
 from arael.starts.arithmetic import angles, information_of, matrices, planar, quaternions
 from arael.starts.graph import Anchors, PoseGraph, Poses
@@ -61,8 +62,8 @@ def graph_of(store: Store, name: str = "") -> PoseGraph:
         b.copy(),
         measured,
         information,
-        ~poses.free("t"),
-        ~poses.free(name),
+        ~poses.free_as_a_whole("t"),
+        ~poses.free_as_a_whole(name),
         _anchors(store, name),
         coupled,
     )
@@ -75,12 +76,20 @@ def residuals_of(store: Store) -> int:
 
 
 def put(store: Store, found: Poses, name: str = "") -> None:
-    """Write poses into the model, except fixed parts; `name` is its `rotation_column`, if known."""
+    """Write poses into the model, within bounds, except fixed parts.
+
+    `name` is its `rotation_column`, if known.
+    """
     name = name or rotation_column(store)
     table = store.tables["poses"]
     values = angles(found.rotation) if name == "th" else quaternions(found.rotation)
     for path, new in (("t", found.position), (name, values)):
-        free = table.free(path)
+        free = table.free_as_a_whole(path)
+        low, high = ends_of(table, table.data[path])
+        if low is not None:
+            new = np.maximum(new, low.reshape(-1, *new.shape[1:]))
+        if high is not None:
+            new = np.minimum(new, high.reshape(-1, *new.shape[1:]))
         np.copyto(table.column(path), new, where=free.reshape(-1, *[1] * (new.ndim - 1)))
 
 

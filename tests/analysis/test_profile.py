@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.optimize import brentq, least_squares
+from scipy.spatial.transform import Rotation
 
 import arael
 from arael.diagnostics.records import AraelError
@@ -122,15 +123,76 @@ def test_other_strategies_of_a_schedule_do_not_matter(load: Load, tmp_path: Path
     ("name", "level", "text"),
     [
         ("kk", 0.95, "did you mean `k`?"),
-        ("turn.x", 0.95, "no profile"),
+        ("frames[1].d.u", 0.95, "directions have no profile"),
         ("k", 95, "the level is 95"),
         ("k", "high", "the level is 'high'"),
     ],
 )
 def test_mistakes(load: Load, name: str, level: Any, text: str) -> None:
+    model = solved(load) if "frames" not in name else framed()
     with pytest.raises(AraelError, match="E1036") as caught:
-        solved(load).profile(name, level=level)
+        model.profile(name, level=level)
     assert text in str(caught.value)
+
+
+FRAMES = """
+struct Frame {
+    param d: direction = [0, 0.6, 0.8]
+    param ro: rotation = exp([0.3, 0, -0.2])
+    param q: quaternion = exp([0.1, 0.2, 2])
+    param T: transform = transform(exp([0.1, 0, 0.2]), [1, 2, 3])
+    param S: similarity = similarity(exp([0, 0.1, 0]), [3, 2, 1], 2)
+    prior d ~ normal([0, 0.6, 0.8], 0.2)
+    prior ro ~ normal(exp([0.3, 0, -0.2]), 0.2)
+    prior q ~ normal(exp([0.1, 0.2, 2]), 0.2)
+    prior T ~ normal(transform(exp([0.1, 0, 0.2]), [1, 2, 3]), 0.2)
+    prior S ~ normal(similarity(exp([0, 0.1, 0]), [3, 2, 1], 2), 0.2)
+}
+root World { frames: list of Frame }
+"""
+
+
+def framed() -> Any:
+    model = arael.loads(FRAMES, interpret=True)()
+    model.frames.extend(2)
+    model.solve()
+    return model
+
+
+def test_scalars_of_rotations_and_transforms_have_profiles() -> None:
+    # The priors are quadratic in the tangent vector from the solution, so that the ends are known.
+    model = framed()
+    half = 0.2 * stats.norm.ppf(0.975)
+    for name in ("ro.y", "q.z", "T.translation.x", "T.rotation.z", "S.translation.z", "S.scale"):
+        found = model.profile(f"frames[1].{name}")
+        assert found.value == 0
+        assert (found.low, found.high) == pytest.approx((-half, half), rel=1e-6), name
+    assert str(model.profile("frames[0].q.x")).startswith("frames[0].q.x = 0 in [-0.39")
+
+
+def test_profiles_of_rotations_are_those_of_direct_minimisation(load: Load) -> None:
+    model = solved(load)
+    found = model.profile("turn.x", level=0.5)
+    arms = np.array([[1.0, 2, 3], [1, 0, 0]])
+
+    def rise(x: float) -> float:
+        def residuals(rest: Any) -> Any:
+            turn = Rotation.from_rotvec([x, *rest])
+            return (turn.apply(arms) - arms).ravel()
+
+        return 2 * least_squares(residuals, [0.0, 0.0], xtol=1e-14).cost
+
+    wanted = stats.chi2.ppf(0.5, 1)
+    assert found.high == pytest.approx(brentq(lambda x: rise(x) - wanted, 0, 0.4), rel=1e-5)
+    assert found.low == pytest.approx(brentq(lambda x: rise(x) - wanted, -0.4, 0), rel=1e-5)
+
+
+def test_a_rotation_that_any_angle_fits_has_no_end() -> None:
+    text = "root R { param q: quaternion = [1, 0, 0, 0]\nprior q ~ normal([1, 0, 0, 0], 4) }"
+    model = arael.loads(text, interpret=True)()
+    model.solve()
+    found = model.profile("q.x")
+    assert (found.low, found.high) == (-np.inf, np.inf)
 
 
 def test_a_model_that_is_not_solved_has_no_profile(load: Load) -> None:

@@ -154,6 +154,49 @@ def test_info_shows_skip_on_values_and_refs(arael: Arael, tmp_path: Path) -> Non
     assert [f["path"] for f in table["fields"] if f["skip"]] == ["note", "left"]
 
 
+def test_info_lists_ties_priors_bounds_and_what_is_held(arael: Arael, tmp_path: Path) -> None:
+    model = tmp_path / "rig.arael"
+    model.write_text(
+        """
+        struct Pose {
+            param pos: vec3 in -1 .. 5 = [0, 0, 0]
+            m: vec3
+            fixed pos.z
+            prior pos ~ normal(m,
+                               2) when m.x > 0 loss cauchy(1)
+            constraint c { pos - m }
+        }
+        root R {
+            param f: real in 0 .. = 500
+            # The other focal length.
+            param fy = 1.02 * f
+            poses: list of Pose
+            constraint d { fy - 3 }
+            solve { pass a { freeze poses } pass b { } }
+        }
+        """
+    )
+    shown = arael("info", model).out
+    for line in (
+        "param f  real  in 0 ..  = 500",
+        "param pos  vec3  in -1 .. 5  = 0, 0, 0  fixed z",
+        "  R.fy = 1.02 * f  (",
+        "    The other focal length.",
+        "  Pose.pos ~ normal(m, 2) when m.x > 0 loss cauchy(1)  (",
+        "  Pose.pos.z  (",
+        "  a: freeze poses",
+    ):
+        assert line in shown, shown
+    found = arael("info", model, "--json").json
+    (tie,), (prior,), (fixed,) = found["derived"], found["priors"], found["fixed"]
+    assert tie["struct"] == "R" and tie["name"] == "fy" and tie["formula"] == "1.02 * f"
+    assert prior["distribution"].startswith("normal(m, 2)") and fixed["name"] == "pos.z"
+    assert found["freezes"] == [{"pass": "a", "freeze": ["poses"], "free": []}]
+    (field,) = [f for f in found["tables"][1]["fields"] if f["path"] == "pos"]
+    assert field["low"] == [-1] * 3 and field["high"] == [5] * 3
+    assert "derived" not in arael("info", "linear").out
+
+
 def test_emit_of_a_long_sum_is_cut_below_a_depth(arael: Arael, tmp_path: Path) -> None:
     model = tmp_path / "long.arael"
     model.write_text("root R { param x: real; constraint c { " + " + ".join(["x"] * 800) + " } }\n")

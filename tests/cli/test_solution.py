@@ -201,3 +201,45 @@ def test_a_summary(arael: Arael, tmp_path: Path) -> None:
     found = arael("solve", *files, "--summary", "--interpret", "--json").json["report"]
     assert found["degrees_of_freedom"] == 3 and found["parameters"]["a"]["sigma"] > 0
     assert found["chi_square"] == pytest.approx(found["aic"] - 4)
+
+
+BOUNDED = """
+struct Part {
+    param gain: real in 0 .. 5 = 1
+    constraint near { gain - 9 }
+}
+root Rig {
+    param k: real = 1
+    param v: vec2 = [0, 0]
+    parts: list of Part
+    constraint a { k - 3 }
+    constraint b { v - [1, 2] }
+}
+"""
+
+
+def test_bounds_and_components_of_the_data_go_through_a_solve(arael: Arael, tmp_path: Path) -> None:
+    model, data, out = (tmp_path / name for name in ("rig.arael", "rig.json", "out.json"))
+    model.write_text(BOUNDED)
+    given = {
+        "k": {"value": 1, "high": 2},
+        "v": {"value": [0, 0], "fixed": [True, False]},
+        "parts": [{"gain": {"value": 1, "high": 7}}, {"gain": {"value": 1, "high": None}}, {}],
+    }
+    data.write_text(json.dumps(given))
+    done = arael("solve", model, data, "--interpret", "-o", out, "--summary", "--show", "parts")
+    assert done.code == 0
+    text = " ".join(done.out.split())
+    assert "k = 2 (on its upper bound 2)" in text and "v.x = 0 (fixed)" in text
+    assert "parts[0].gain = 7 (on its upper bound 7)" in text
+    found = json.loads(out.read_text())
+    assert found["k"] == {"value": pytest.approx(2), "high": 2}
+    assert found["v"]["fixed"] == [True, False]
+    gains = [part["gain"] for part in found["parts"]]
+    assert gains[0]["high"] == 7 and gains[1]["high"] is None
+    assert gains[2] == pytest.approx(5)
+    data.write_text(json.dumps({**given, "k": {"value": 1, "low": 2}}))
+    done = arael("solve", model, data, "--interpret")
+    assert (
+        done.code == 1 and "error[E1007]: `k` starts at 1, outside its bounds 2 .. inf" in done.err
+    )

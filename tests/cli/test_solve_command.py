@@ -243,6 +243,38 @@ def test_report_is_one_page_and_escapes_names(arael: Arael, line: Path) -> None:
     assert "src=" not in page
 
 
+@pytest.mark.parametrize("name", ["r.md", "r.TXT"])
+def test_report_as_text(arael: Arael, line: Path, name: str) -> None:
+    done = arael("solve", "line.arael", "line.json", "--interpret", "--report", name)
+    assert done.code == 0 and f"wrote {name}" in done.out
+    text = (line / name).read_text()
+    title = "line.arael on line.json"
+    assert text.startswith(f"# {title}\n" if name == "r.md" else f"{title}\n=====")
+    for part in ("Solution", "degrees of freedom", "Line.points", "Cost by constraint", "Time"):
+        assert part in text
+    assert "<" not in text.replace("<->", "")
+
+
+def test_a_report_of_another_ending_is_refused_before_the_solve(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--report", "c.pdf")
+    assert done.code == 2 and not (line / "c.pdf").exists()
+    assert "error[E0858]: reports are written as .html, .md or .txt" in done.err
+    assert "for instance c.html" in done.err
+
+
+def test_interpret_and_compiled_exclude_each_other(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--compiled", "--interpret")
+    assert done.code == 2 and "error[E0851]" in done.err and "give one of them" in done.err
+
+
+def test_more_threads_than_a_solve_uses_are_reported(arael: Arael, line: Path) -> None:
+    done = arael("solve", "line.arael", "line.json", "--interpret", "--threads", "99999")
+    assert done.code == 0
+    assert "most that a solve uses, 99999 were asked for; `--threads 0`" in done.err
+    done = arael("solve", "line.arael", "line.json", "--interpret", "--threads", "2")
+    assert "--threads" not in done.err or "1 thread is" in done.err
+
+
 def test_interrupt_keeps_the_best_state(tmp_path: Path) -> None:
     """A long solve, interrupted in its trace, writes what it has and exits with 1."""
     # Gauss-Newton on x^4 shrinks x by a quarter a step: hundreds of steps, each over many points.

@@ -10,7 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from arael.analysis.gradients import check_gradients
-from arael.loading import load
+from arael.diagnostics.records import AraelError
+from arael.loading import load, loads
 from arael.model import Model
 from tests.compiler.test_kernels import check_against_differences, check_against_oracle
 
@@ -208,3 +209,47 @@ root Way {
         model = kind(mean=axis, d=np.cos(angle) * np.array(axis) + np.sin(angle) * across)
         assert np.sqrt(model.cost()) == pytest.approx(angle, rel=1e-9)
         assert all(check.agrees for check in check_gradients(model._problem()))
+
+
+DATA_SIGMA = """
+struct Part {
+    param a: real = 1
+    s: real = 1
+    prior a ~ normal(2, s) when s != 7
+}
+
+root Box {
+    param v: vec2 = [0, 0]
+    vs: vec2 = [1, 1]
+    parts: list of Part
+    prior v ~ normal([1, 2], 2 * vs)
+}
+"""
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1.0, np.nan])
+def test_sigmas_from_data_are_positive(sigma: float) -> None:
+    model = loads(DATA_SIGMA, interpret=True)()
+    model.parts.extend(s=[1.0, 2.0, 7.0, 1.0])
+    model.parts[2].a.fixed = True
+    model.solve()
+    model.parts.s[3] = sigma
+    with pytest.raises(AraelError) as caught:
+        model.solve()
+    assert caught.value.diagnostics[0].code == "E1016"
+    text = f"`parts[3]`: the sigma of the prior `Part.prior_a` is {sigma:g}"
+    assert text in str(caught.value)
+    model.parts.s[3] = 1
+    model.vs[1] = sigma
+    with pytest.raises(AraelError, match=r"`Box`: the sigma of the prior `Box.prior_v` is"):
+        model.solve()
+    model.vs[1] = 1
+    assert model.solve().status == "converged"
+
+
+def test_a_sigma_is_checked_only_where_its_prior_acts() -> None:
+    text = DATA_SIGMA.replace("s != 7", "s > 0")
+    model = loads(text, interpret=True)()
+    model.parts.extend(s=[1.0, -1.0])
+    model.parts[1].a.fixed = True
+    assert model.solve().status == "converged"

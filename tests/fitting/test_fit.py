@@ -327,3 +327,16 @@ def test_as_many_parameters_as_points() -> None:
     assert np.isnan(found.sigma["a"]) and "AIC" not in str(found)
     assert "standard errors cannot be estimated" in str(found)
     assert np.isnan(found.bands({"x": 1}).high).all()
+
+
+def test_too_few_points_are_reported_with_their_group() -> None:
+    data = {"x": [0, 1, 2, 0], "y": [1, 2, 3, 4], "sample": ["p", "p", "p", "q"]}
+    with pytest.raises(AraelError) as caught:
+        arael.fit("y = a * x + b", data, group="sample")
+    assert caught.value.diagnostics[0].code == "E0873"
+    assert "the group 'q' of 'sample' has 1 point for 2 parameters: a, b" in str(caught.value)
+    found = arael.fit("y = a * x + b", data, group="sample", shared=["a"])
+    assert found.parameters["b[q]"] == pytest.approx(4)
+    with pytest.raises(AraelError, match="the data have 1 point for 2 parameters: a, b"):
+        arael.fit("y = a * x + b", {"x": [1], "y": [1]})
+    arael.fit("y = a * x + b", {"x": [1], "y": [1]}, fixed={"a": 2})

@@ -89,9 +89,13 @@ def test_fixed_poses_and_parts_of_poses_keep_their_values(how: Any) -> None:
     graph.poses[5].t.fixed = True
     graph.poses[8].q.fixed = True
     graph.poses[11].t.optimize = False
+    graph.poses[7].t.fixed = [False, True, False]
+    graph.poses[9].t.x.optimize = False
+    graph.poses[10].t.high = graph.poses[10].t.value - 0.5
     t, q = graph.poses.t.value.copy(), graph.poses.q.value.copy()
     arael.initialise(graph, how)
-    assert np.array_equal(graph.poses.t.value[[0, 5, 11]], t[[0, 5, 11]])
+    assert np.array_equal(graph.poses.t.value[[0, 5, 7, 9, 11]], t[[0, 5, 7, 9, 11]])
+    assert (graph.poses.t.value[10] <= t[10] - 0.5).all()
     assert np.array_equal(graph.poses.q.value[[0, 8]], q[[0, 8]])
     assert not np.array_equal(graph.poses.t.value[8], t[8])
 

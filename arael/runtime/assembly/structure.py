@@ -15,7 +15,14 @@ from arael.runtime.assembly.scatter_plan import ScatterPlan, scatter_plan
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
 from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
-from arael.runtime.system import System, build_system, free_scalars, hold, row_name
+from arael.runtime.system import (
+    System,
+    build_system,
+    free_scalars,
+    hold,
+    row_name,
+    with_bounds,
+)
 
 if TYPE_CHECKING:
     from arael.runtime.evaluation.natives import NativeTable
@@ -31,6 +38,7 @@ class Structure:
 
     version: Any  # of the store
     flags: tuple[int | None, ...]  # versions of the flags of each entity's table
+    bounds: tuple[Any, ...]  # versions of the bounds of its rows
     frozen: frozenset[str]
     slot_rows: tuple[list[Ints], ...]
     system: System
@@ -78,7 +86,7 @@ def structure_of(
     if known is not None and (keep_idle or not known.idle):
         same_rows = _same_rows(store, known, natives)
         if same_rows and _same_flags(store, frozen, known):
-            return known
+            return _with_bounds(store, known)
         if same_rows and keep_idle:
             found = _with_other_flags(store, frozen, known)
             if found is not None:
@@ -90,6 +98,7 @@ def structure_of(
     return Structure(
         store.structure_version,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        _bounds_versions(store),
         frozen,
         tuple(slot_rows),
         system,
@@ -104,7 +113,20 @@ def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -
         return None
     before = known.system.blocks
     same = all(np.array_equal(a, b.free) for a, b in zip(free, before, strict=True))
-    return known.system if same else None
+    return _with_bounds(store, known).system if same else None
+
+
+def _bounds_versions(store: StoreLike) -> tuple[Any, ...]:
+    """Versions of the bounds of rows, by entity."""
+    return tuple(store.tables[entity.table].bounds_version for entity in store.layout.entities)
+
+
+def _with_bounds(store: StoreLike, known: Structure) -> Structure:
+    """The structure with the bounds of now; `known` itself if they are the same."""
+    versions = _bounds_versions(store)
+    if versions == known.bounds:
+        return known
+    return replace(known, bounds=versions, system=with_bounds(known.system), partition=[])
 
 
 def _same_rows(store: StoreLike, known: Structure, natives: NativeTable | None) -> bool:
@@ -154,6 +176,7 @@ def _with_other_flags(
     return replace(
         known,
         flags=tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        bounds=_bounds_versions(store),
         frozen=frozen,
         system=hold(system, free),
         idle=idle,

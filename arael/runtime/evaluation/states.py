@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
+from arael.runtime.bounds import keep_inside
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
@@ -27,12 +28,13 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
 
 def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     """Put the stored scalars of `states` into the columns: of parameters that moved, no others."""
+    keep_inside(system, states)
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
         for use in entity.params:
             column = table.column(use.column)
             values = state[: table.size, use.stored_start : use.stored_start + use.stored]
-            values = _inside(store, entity, use.column, values).reshape(column.shape)
+            values = values.reshape(column.shape)
             if use.tangent and blocks.every:
                 column[...] = values
             else:
@@ -50,20 +52,6 @@ def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bo
         return np.asarray(blocks.free.any(axis=1))
     free = blocks.free[:, use.tangent_start : use.tangent_start + use.tangent]
     return np.asarray(free[:, 0] if use.tangent == 1 else free.any(axis=1))
-
-
-def _inside(store: StoreLike, entity: Entity, column: str, values: Array) -> Array:
-    """Values within bounds to the last bit; a step onto a bound may end a rounding beyond."""
-    param = store.layout.table(entity.table).column(column).param
-    if param is None:
-        return values
-    for k, low in enumerate(param.low):
-        if low is not None:
-            values[:, k] = np.maximum(values[:, k], low)
-    for k, high in enumerate(param.high):
-        if high is not None:
-            values[:, k] = np.minimum(values[:, k], high)
-    return values
 
 
 def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:

@@ -63,6 +63,16 @@ class TableLike(Protocol):
     def component_flags(self, path: str) -> Array | None:
         """Live flags (size, tangent) of the components of a parameter; None if all are free."""
 
+    def fixed_components(self, path: str) -> Array | None:
+        """Live flags (size, tangent) of components fixed by the data; None if none is."""
+
+    def bound(self, path: str, end: str) -> Array | None:
+        """Live bounds (size, *shape) of rows, ``low`` or ``high``; None: those of the model."""
+
+    @property
+    def bounds_version(self) -> Any:
+        """Differs from what it was whenever bounds of rows do; () if there are none."""
+
     def parent_rows(self) -> Array:
         """Row of each row's owner (size,)."""
 

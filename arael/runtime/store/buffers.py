@@ -28,6 +28,10 @@ class Buffers:
         """Declare a column; to be called before rows are added."""
         self._arrays[name] = np.empty((self._capacity, *shape), dtype)
 
+    def __len__(self) -> int:
+        """Number of columns."""
+        return len(self._arrays)
+
     def __contains__(self, name: str) -> bool:
         return name in self._arrays
 

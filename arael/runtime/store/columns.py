@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
+from arael.runtime.store import bounds
 from arael.runtime.store.buffers import Buffers
 from arael.runtime.store.fingerprint import fingerprint
 from arael.runtime.store.messages import Origin, error, unknown_field
@@ -36,7 +37,8 @@ class Columns:
     """Columns of one table by path.
 
     Paths are those of the layout; ``path?`` is the presence of an optional, ``path.fixed`` the flag
-    that fixes a parameter in every solve.
+    that fixes a parameter in every solve. ``path.fixed_components``, ``path.low`` and ``path.high``
+    exist once they were set.
 
     Attributes
     ----------
@@ -75,6 +77,16 @@ class Columns:
             *self.optimize_new,
             *(f"{path}?" for path in self.optionals if params),
         ]
+        self._fixed_components = [
+            f"{path}.{bounds.COMPONENTS_FIXED}"
+            for path in params
+            if bounds.has_components(self.data[path])
+        ]
+        self._updated = {
+            path for e in model.entities if e.table == table.path for path in e.updated
+        }
+        self._bounded = [path for path in params if bounds.may_be_bounded(self.data[path])]
+        self._declared = len(self.buffers)  # further columns are added as they are needed
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -132,12 +144,60 @@ class Columns:
             self.components_new.setdefault(path, (True,) * param.tangent)
         return self.buffers.view(name)
 
+    # --- columns added when they are first needed ----------------------------------------------
+
+    def fixed_components(self, path: str) -> Bools | None:
+        """Live flags (size, tangent): components fixed by the data; None if none was."""
+        name = f"{path}.{bounds.COMPONENTS_FIXED}"
+        return self.buffers.view(name) if name in self.buffers else None
+
+    def bound(self, path: str, end: str) -> Array | None:
+        """Live bounds (size, *shape) f64, ``low`` or ``high``; None: those of the model."""
+        if len(self.buffers) == self._declared:
+            return None
+        return self.buffers.view(name) if (name := f"{path}.{end}") in self.buffers else None
+
+    def writable(self, name: str) -> Array:
+        """Live view of any column by its full path; flags and bounds are added as needed."""
+        if name not in self.buffers:
+            path, _, what = name.rpartition(".")
+            value = self._value_of_new(self.data[path], what)
+            self.buffers.add(name, value.dtype, value.shape)
+            self.buffers.view(name)[...] = value
+        return self.buffers.view(name)
+
+    def _value_of_new(self, column: layout.Column, what: str) -> Array:
+        """Bounds of the model, or that no component is fixed."""
+        if what in bounds.ENDS:
+            return bounds.of_model(column, what)
+        assert column.param is not None
+        return np.zeros(column.param.tangent, np.bool_)
+
+    def blank_own(self, column: layout.Column, what: str, count: int) -> Array:
+        """An array of the bounds of the model, or of flags of components that are not fixed."""
+        value = self._value_of_new(column, what)
+        return np.array(np.broadcast_to(value, (count, *value.shape)))
+
+    def own_of_new(self, column: layout.Column) -> dict[str, Array]:
+        """Bounds and flags of components of new rows, by path, where such columns exist."""
+        names = (bounds.COMPONENTS_FIXED, *bounds.ENDS)
+        there = [name for name in names if f"{column.path}.{name}" in self.buffers]
+        return {f"{column.path}.{name}": self._value_of_new(column, name) for name in there}
+
+    @property
+    def bounds_version(self) -> Any:
+        """Differs from what it was whenever bounds of rows do; () while all are of the model."""
+        if len(self.buffers) == self._declared:
+            return ()
+        names = [f"{p}.{end}" for p in self._bounded for end in bounds.ENDS]
+        return tuple(fingerprint(self.buffers.view(n)) for n in names if n in self.buffers)
+
     def flags_of_new(self, column: layout.Column) -> dict[str, Array]:
-        """Flags of new rows of a parameter, by path; each is one value for all of them."""
+        """Flags and bounds of new rows of a parameter, by path; each is one value for all."""
         found = {flag: np.asarray(self.optimize_new[flag]) for flag in flags_of(column)}
         if f"{column.path}{COMPONENTS}" in self.buffers:
             found[f"{column.path}{COMPONENTS}"] = np.asarray(self.components_new[column.path])
-        return found
+        return {**found, **self.own_of_new(column)}
 
     def take_flags_of_new(self, other: Columns) -> None:
         """Let new rows have the flags that those of `other` have."""
@@ -154,10 +214,22 @@ class Columns:
         """Free parameters (size,): present, not fixed, and to be optimised."""
         return self.present(path) & self.optimize(path) & ~self.fixed(path)
 
+    def free_as_a_whole(self, path: str) -> Bools:
+        """Free parameters (size,) of which no component is held by data or flags."""
+        found = self.free(path)
+        fixed, held = self.fixed_components(path), self.component_flags(path)
+        if fixed is not None:
+            found &= ~fixed.any(axis=1)
+        if held is not None:
+            found &= held.all(axis=1)
+        return found
+
     @property
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
         held = [f"{path}{COMPONENTS}" for path in self.components_new]
+        if len(self.buffers) > self._declared:
+            held += self._fixed_components
         names = [*self._flags, *(name for name in held if name in self.buffers)]
         return tuple(fingerprint(self.buffers.view(name)) for name in names)
 
@@ -198,17 +270,9 @@ class Columns:
                     continue
                 mask = presence[optional] if mask is None else mask & presence[optional]
             if column.role == "param":
-                fixed = np.asarray(given.get(f"{path}.fixed", False))
-                if fixed.dtype != np.bool_ or fixed.shape not in ((), (count,)):
-                    raise error(
-                        "E0703",
-                        f"expected true or false for each of {count} rows",
-                        f"{origin}.{path}.fixed",
-                        column,
-                    )
-                ready[f"{path}.fixed"] = fixed
-                if not below:
-                    ready.update(self.flags_of_new(column))
+                ready.update(self.own_of_new(column) if below else self.flags_of_new(column))
+                ready.update(self._given_flags(column, given, count, many, origin))
+                ready.update(self._given_bounds(column, given, count, many, origin))
             if column.role == "ref":
                 if given.get(path) is None and (mask is None or mask.any()):
                     missing.append(column)
@@ -235,12 +299,99 @@ class Columns:
             )
         return ready
 
+    def _given_flags(
+        self,
+        column: layout.Column,
+        given: Mapping[str, Any],
+        count: int,
+        many: bool,
+        origin: Origin,
+    ) -> dict[str, Array]:
+        """Checked `fixed` flags of new rows: (count,) or one for all, and of components."""
+        name = f"{column.path}.fixed"
+        flags = np.asarray(given.get(name, False))
+        shapes: list[tuple[int, ...]] = [(), (count,)]
+        parts = bounds.has_components(column)
+        if parts:
+            assert column.param is not None
+            k = column.param.tangent
+            if not many:
+                shapes = [(), (k,)]
+            elif flags.ndim == 2:
+                shapes = [(count, k), (1, k)]
+        if flags.dtype != np.bool_ or flags.shape not in shapes:
+            of_each = f"; or {k} for its components" if parts else ""
+            raise error(
+                "E0703",
+                f"expected true or false for each of {count} rows{of_each}",
+                f"{origin}.{name}",
+                column,
+            )
+        if flags.ndim < (2 if many else 1):
+            return {name: flags}
+        whole, some = bounds.split_fixed(flags)
+        return {name: whole, f"{column.path}.{bounds.COMPONENTS_FIXED}": some}
+
+    def _given_bounds(
+        self,
+        column: layout.Column,
+        given: Mapping[str, Any],
+        count: int,
+        many: bool,
+        origin: Origin,
+    ) -> dict[str, Array]:
+        """Checked bounds of new rows."""
+        found = {}
+        for end in bounds.ENDS:
+            name = f"{column.path}.{end}"
+            if name in given:
+                found[name] = self.checked_bounds(
+                    column.path, end, given[name], count if many else None, f"{origin}.{name}"
+                )
+        return found
+
+    def checked_bounds(
+        self, path: str, end: str, given: Any, count: int | None, origin: Origin
+    ) -> NDArray[np.float64]:
+        """Bounds as numbers; see `arael.runtime.store.bounds.converted`.
+
+        Raises AraelError: E0703 also for a parameter that an update sets, which keeps it within the
+        model's bounds.
+        """
+        column = self.data[path]
+        if path in self._updated:
+            raise error(
+                "E0703",
+                "an update sets this parameter: its bounds are those of the model",
+                origin,
+                column,
+                "write them in the model: `param x: real in 0 .. 10`",
+            )
+        return bounds.converted(column, end, given, count, origin)
+
+    def set_bounds(self, path: str, end: str, rows: Rows, given: Any, origin: Origin) -> None:
+        """Write checked bounds of some rows; see `checked_bounds`."""
+        count = None if isinstance(rows, int) else len(np.arange(self.size)[rows])
+        checked = self.checked_bounds(path, end, given, count, origin)
+        self.writable(f"{path}.{end}")[rows] = checked
+
+    def reset_bounds(self, path: str, end: str, rows: Rows) -> None:
+        """Let some rows have the model's bounds."""
+        own = self.bound(path, end)
+        if own is not None:
+            own[rows] = bounds.of_model(self.data[path], end)
+
+    def _is_of_parameter(self, path: str) -> bool:
+        """Whether `path` is of a parameter: its `fixed` flag or its bounds."""
+        bare, _, what = path.rpartition(".")
+        column = self.data.get(bare)
+        return what in ("fixed", *bounds.ENDS) and column is not None and column.role == "param"
+
     def _refuse_unknown(self, given: Mapping[str, Any], origin: Origin) -> None:
         for path in given:
-            bare = path.removesuffix("?").removesuffix(".fixed")
             if path in self.data or path in self.optionals:
                 continue
-            if path in self.buffers and (path.endswith(("?", ".fixed")) and bare != path):
+            if (path.endswith("?") and path in self.buffers) or self._is_of_parameter(path):
                 continue
             known = [*self.data, *self.optionals]
             raise AraelError(
@@ -293,7 +444,7 @@ class Columns:
     def fill(self, rows: slice, ready: Mapping[str, Array]) -> None:
         """Copy prepared arrays into new rows; refs become null."""
         for path, array in ready.items():
-            self.buffers.view(path)[rows] = array
+            self.writable(path)[rows] = array
         for path, column in self.data.items():
             if column.role == "ref":
                 self.buffers.view(path)[rows] = -1

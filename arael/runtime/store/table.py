@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import keys, references
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.columns import flags_of
 from arael.runtime.store.messages import Name, Origin, below, error
 from arael.runtime.store.references import Handles
@@ -347,11 +348,11 @@ class Table(RowIndex):
         # set and checked in place, and all are restored after an error.
         flags = [f"{path}?" for path in refs if f"{path}?" in self.buffers]
         written = dict.fromkeys([*ready, *refs, *flags])
-        before = {path: self.buffers.view(path)[row : row + 1].copy() for path in written}
+        before = {path: self.writable(path)[row : row + 1].copy() for path in written}
         missing = set(self.missing)
         try:
             for path, array in ready.items():
-                self.buffers.view(path)[row] = array
+                self.writable(path)[row] = array
                 self.missing.discard(path)
             for path in refs:
                 self._put_refs(path, np.array([row]), full[path], below(origin, path))
@@ -372,11 +373,23 @@ class Table(RowIndex):
             if not path.startswith(below) or not self.present(path)[row]:
                 continue
             if column.role == "param":
-                given.setdefault(f"{path}.fixed", bool(self.fixed(path)[row]))
+                self._keep_flags(given, path, row)
             value: Any = self.column(path)[row]
             if column.role == "ref":
                 value = Handles(self.store.tables[references.target_of(self, path).table], value)
             given.setdefault(path, value)
+
+    def _keep_flags(self, given: dict[str, Any], path: str, row: int) -> None:
+        """Add to `given` the current flag and bounds of a parameter that are not given."""
+        some = self.fixed_components(path)
+        fixed = bool(self.fixed(path)[row])
+        if some is not None and not fixed and some[row].any():
+            given.setdefault(f"{path}.fixed", some[row].copy())
+        given.setdefault(f"{path}.fixed", fixed)
+        for end in ENDS:
+            own = self.bound(path, end)
+            if own is not None:
+                given.setdefault(f"{path}.{end}", own[row].copy())
 
     def ref_is_optional(self, column: layout.Column) -> bool:
         """Whether the ref may be null."""
