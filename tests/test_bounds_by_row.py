@@ -296,7 +296,7 @@ def test_values_outside_and_bounds_without_value_end_a_solve() -> None:
     m.poses[1].pos.z.high = 0
     with pytest.raises(AraelError) as caught:
         m.solve()
-    assert caught.value.diagnostics[0].code == "E0728"
+    assert caught.value.diagnostics[0].code == "E0730"
     assert "the bounds 1 .. 0 of `poses[1].pos.z` leave no value" in str(caught.value)
     m.poses[1].pos.z.fixed = True  # then they do not matter
     m.solve()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
+from arael.diagnostics.arguments import wrong_argument
 from arael.face.component import Component, component
 from arael.face.forms import Forms
 from arael.runtime.layout import Column

@@ -119,7 +119,7 @@ def check_start(system: System, states: Sequence[Array]) -> None:
     Raises
     ------
     SolveError
-        E1007 a value outside; E0728 bounds that leave no value, or are NaN.
+        E1007 a value outside; E0730 bounds that leave no value, or are NaN.
     """
     for one in system.bounded:
         values = states[one.entity].reshape(-1)[one.at]
@@ -141,7 +141,7 @@ def _outside(system: System, one: Bounded, k: int, value: float) -> Diagnostic:
     if not low <= high:
         why = "are not numbers" if np.isnan(low + high) else "leave no value"
         return Diagnostic(
-            "E0728",
+            "E0730",
             f"the bounds {low:g} .. {high:g} of `{name}` {why}",
             origin=where,
             help=("set `low` below `high`; None is no bound",),

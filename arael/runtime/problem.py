@@ -339,7 +339,7 @@ class Problem:
         Raises
         ------
         SolveError
-            E1006 nothing can move; E1007 a parameter starts outside its bounds; E0728 bounds that
+            E1006 nothing can move; E1007 a parameter starts outside its bounds; E0730 bounds that
             leave no value.
         """
         system = self.structure.system

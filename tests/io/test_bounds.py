@@ -120,8 +120,8 @@ def test_nan_set_through_a_view_is_not_written(tmp_path: Path) -> None:
     ("text", "code", "words"),
     [
         ('{"k": {"value": 1, "low": "x"}}', "E0703", 'k.low: error[E0703]: expected numbers, '),
-        ('{"k": {"value": 1, "low": 5, "high": 2}}', "E0728", "bounds 5 .. 2 leave no value"),
-        ('{"k": {"value": 1, "low": 20}}', "E0728", "the bounds 20 .. 10 leave no value"),
+        ('{"k": {"value": 1, "low": 5, "high": 2}}', "E0730", "bounds 5 .. 2 leave no value"),
+        ('{"k": {"value": 1, "low": 20}}', "E0730", "the bounds 20 .. 10 leave no value"),
         ('{"k": {"value": 1, "low": [1, 2]}}', "E0704", "expected a number, found shape (2,)"),
         ('{"k": {"value": 1, "lo": 1}}', "E0701", "only `value`, `fixed`, `low` and `high`"),
         ('{"v": {"value": [0, 0, 0, 0, 0], "fixed": [true]}}', "E0704", "expected 5 of true"),
@@ -143,7 +143,7 @@ def test_messages_about_json(text: str, code: str, words: str, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("text", "code", "words"),
     [
-        ("gain,gain.low,gain.high\n1,,\n1,4,2\n", "E0728", "poses.csv:3: gain"),
+        ("gain,gain.low,gain.high\n1,,\n1,4,2\n", "E0730", "poses.csv:3: gain"),
         ("gain,gain.low\n1,a\n", "E0703", 'expected a number or inf, found "a"'),
         ("gain,gain.low\n1,nan\n", "E0703", "poses.csv:2: gain.low"),
         ("q.w,q.x,q.y,q.z,q.w.low\n1,0,0,0,1\n", "E0703", "q.w.low: error[E0703]: only plain"),
@@ -169,11 +169,11 @@ def test_numbered_columns_of_csv(tmp_path: Path) -> None:
     ("arrays", "code", "words"),
     [
         ({"k": 1.0, "k.low": np.nan}, "E0705", "k.low: error[E0705]: a bound is NaN"),
-        ({"k": 1.0, "k.low": 3.0, "k.high": 1.0}, "E0728", "the bounds 3 .. 1 leave no value"),
+        ({"k": 1.0, "k.low": 3.0, "k.high": 1.0}, "E0730", "the bounds 3 .. 1 leave no value"),
         ({"k.low": np.zeros(3)}, "E0704", "found shape (3,)"),
         ({"v.fixed": np.array([True] * 4)}, "E0704", "v.fixed"),
         ({"k.lows": 1.0}, "E0701", "did you mean `k.low`?"),
-        ({"poses.gain": np.ones(2), "poses.gain.low": np.array([1, 6])}, "E0728", "gain row 1"),
+        ({"poses.gain": np.ones(2), "poses.gain.low": np.array([1, 6])}, "E0730", "gain row 1"),
         ({"poses.q.low": np.zeros((0, 4))}, "E0703", "poses.q.low"),
     ],
 )

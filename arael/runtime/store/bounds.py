@@ -142,7 +142,7 @@ def empty(origin: Origin, column: layout.Column, low: Array, high: Array) -> Dia
     k = int(np.argmax(bad))
     least, most = np.atleast_1d(low).ravel()[k], np.atleast_1d(high).ravel()[k]
     return problem(
-        "E0728",
+        "E0730",
         f"the bounds {least:g} .. {most:g} leave no value",
         origin,
         column,
