@@ -63,6 +63,8 @@ def examine() -> list[Finding]:
         _cache(),
         _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
         _extra("matplotlib", "plot", "figures (`--plot`)"),
+        _extra("pyarrow", "arrow", "Parquet and Arrow files"),
+        _extra("h5py", "hdf5", "HDF5 files"),
     ]
 
 
