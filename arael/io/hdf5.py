@@ -22,8 +22,8 @@ from arael.runtime.store.messages import error, shorten
 
 Array = NDArray[Any]
 MAGIC = b"\x89HDF\r\n\x1a\n"
-DAMAGED = (OSError, RuntimeError, ValueError, KeyError, TypeError, UnicodeDecodeError)
-"""Exceptions of h5py for damaged files."""
+DAMAGED = Exception
+"""For damaged files h5py raises OSError, RuntimeError, ValueError, KeyError, OverflowError, ..."""
 MOST_SETS = 20_000
 DEEPEST = 32
 
