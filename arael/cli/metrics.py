@@ -102,7 +102,7 @@ def command(
     if alignment is not None:
         click.echo(f"aligned: scale {alignment.scale:.9g}")
     head = ("", *STATISTICS)
-    lines = [head]
+    lines: list[tuple[str, ...]] = [head]
     for name, errors in found.items():
         for one in errors:
             unit_of = f" [{one.unit}]" if one.unit else ""

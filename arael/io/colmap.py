@@ -53,6 +53,7 @@ FLIP = np.array([1.0, -1.0, -1.0])
 class Lens:
     """Intrinsic parameters of one camera, and which of k1, k2 its model has."""
 
+    number: int
     f: float
     centre: tuple[float, float]
     k1: float
@@ -104,7 +105,7 @@ def read(store: Store, path: str, limit: int) -> list[str]:
     lost += [f"the principal points of {len(images.lenses)} images"]
     if images.unmatched:
         lost.append(f"{images.unmatched} features without a point")
-    shared = len(images.lenses) - len({id(lens) for lens in images.lenses})
+    shared = len(images.lenses) - len({lens.number for lens in images.lenses})
     if shared:
         lost.append(f"that {shared} images have the camera of another")
     return [*lost, f"the colours, errors and ids of {len(rows)} points"]
@@ -174,7 +175,14 @@ def _lens(lines: Lines, row: int, model: str, given: dict[str, float]) -> Lens |
         return None
     has = frozenset({"k1", "k2"} & given.keys())
     centre = (given["cx"], given["cy"])
-    return Lens(fx, centre, given.get("k1", 0.0), given.get("k2", 0.0), has)
+    return Lens(
+        lines.whole(row, 0, "the id of a camera"),
+        fx,
+        centre,
+        given.get("k1", 0.0),
+        given.get("k2", 0.0),
+        has,
+    )
 
 
 def _points(lines: Lines) -> tuple[dict[int, int], Array]:
@@ -230,7 +238,7 @@ def _images(lines: Lines, lenses: dict[int, Lens], points: dict[int, int]) -> Im
         lens = lines.whole(row, 8, "the id of a camera")
         if lens >= 0 and lens not in lenses:
             lines.add("E0708", f"camera {lens} is not in cameras.txt", row, 8)
-        chosen.append(lenses.get(lens, Lens(1, (0, 0), 0, 0, frozenset())))
+        chosen.append(lenses.get(lens, Lens(-1, 1, (0, 0), 0, 0, frozenset())))
         words = lines.words[row + 1] if row + 1 < len(lines) else []
         if len(words) % 3:
             text = f"expected `x y point` for each feature, found {len(words)} values"

@@ -350,7 +350,7 @@ def write(
             "E0713",
             "the file's extension does not give a format",
             name,
-            help=f"known formats are {', '.join(FORMATS)}",
+            help=f"known formats are {', '.join(f for f in FORMATS if f not in READ_ONLY)}",
         )
     _refuse_options(found, name, collection, fields)
     put(dump(store, found, name, collection, fields), path)

@@ -118,9 +118,6 @@ def collection_of(
     """The collection that a file of one collection fills."""
     name = files.shown(path)
     if format in formats.TRAJECTORIES:
-        stem = os.path.basename(name).partition(".")[0]
-        if collection is None and stem in store.tables:
-            collection = stem
         return trajectory.find(store, name, collection, fields).table.layout.path
     return choose(store, name, collection).layout.path
 

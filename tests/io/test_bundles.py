@@ -221,6 +221,23 @@ def test_any_cut_of_a_bundle_file_is_refused(tmp_path: Path) -> None:
             read_listing(model(), path)
 
 
+@pytest.mark.parametrize("file", ["bundle.out", "cameras.txt", "images.txt", "points3D.txt"])
+def test_changed_characters_are_read_or_refused(tmp_path: Path, file: str) -> None:
+    (tmp_path / "bundle.out").write_text(bundler())
+    colmap(tmp_path)
+    content = (tmp_path / file).read_bytes()
+    rng = np.random.default_rng(0)
+    problem = model()
+    for place in rng.integers(14, len(content), 60).tolist():
+        changed = bytearray(content)
+        changed[place] = b"\0\n #,.-e_9\xff"[int(rng.integers(11))]
+        (tmp_path / file).write_bytes(changed)
+        try:
+            read_listing(problem, tmp_path / file if file == "bundle.out" else tmp_path)
+        except AraelError as failure:
+            assert failure.diagnostics[0].code.startswith("E07")
+
+
 def test_only_a_bundle_adjustment_takes_them(tmp_path: Path) -> None:
     (tmp_path / "bundle.out").write_text(bundler())
     for path in (tmp_path / "bundle.out", colmap(tmp_path / "sparse")):

@@ -88,7 +88,7 @@ def test_two_files_of_the_whole_model_are_named(folder: Path) -> None:
 def test_nothing_changes_after_an_error(folder: Path) -> None:
     found = store()
     io.read_several(found, ["map.json"])
-    (folder / "scans.csv").write_text("range,pose\n0.5,nobody\n")
+    (folder / "scans.csv").write_text("range,pose\n0.5,absent\n")
     with pytest.raises(AraelError, match=r"E0708.*"):
         io.read_several(found, ["poses.csv", "scans.csv"])
     assert found.tables["poses"].column("x").tolist() == [5]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,10 @@ import pytest
 from arael import io
 from arael.diagnostics.records import AraelError
 from arael.io.losses import differences
+from arael.io.packages import EXTRAS
 from arael.runtime.store import Store
 from tests.io.cases import layout_of
-from tests.optional import needs, require
+from tests.optional import PARTS, needs, require
 
 MODEL = """
 struct Fix { at: vec2; sigma: real = 1 }
@@ -309,3 +311,16 @@ def test_messages_without_the_package_name_the_command(
         with pytest.raises(AraelError, match="E0725") as failure:
             act(filled(), tmp_path / name)
         assert f"pip install 'arael[{extra}]'" in str(failure.value)
+
+
+@pytest.mark.parametrize(("package", "extra"), EXTRAS.items())
+def test_the_extras_are_the_same_everywhere(package: str, extra: str) -> None:
+    root = Path(__file__).parents[2]
+    found = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    (requirement,) = found["optional-dependencies"][extra]
+    assert requirement.startswith(package)
+    assert f"pip install 'arael[{extra}]'" in (root / "docs" / "data.md").read_text()
+    assert f'"{requirement}"' in (root / "noxfile.py").read_text()
+    assert f'"{requirement}"' in (root / ".ci" / "run").read_text()
+    assert f'"{package}", "{extra}"' in (root / "arael" / "cli" / "doctor.py").read_text()
+    assert f"arael[{extra}]" in PARTS[package].install

@@ -297,6 +297,9 @@ root Two { param a: real = 0; first: list of Pose; second: list of Pose }
         io.read(store, tmp_path / "in.tum")
     io.read(store, tmp_path / "in.tum", collection="second")
     assert (store.tables["first"].size, store.tables["second"].size) == (0, 6)
+    (tmp_path / "first.tum").write_bytes((tmp_path / "in.tum").read_bytes())
+    io.read(store, tmp_path / "first.tum")
+    assert store.tables["first"].size == 6
     with pytest.raises(AraelError, match="no collection holds poses"):
         store_without_poses = store_of("root R { param a: real = 0 }")
         io.read(store_without_poses, tmp_path / "in.tum")
@@ -352,6 +355,23 @@ def test_any_cut_of_a_file_is_read_or_refused(tmp_path: Path, format: str) -> No
             io.read_trajectory(path)
         except AraelError as failure:
             assert failure.diagnostics[0].code in ("E0712", "E0716", "E0721")
+
+
+@pytest.mark.parametrize("format", TRAJECTORIES)
+def test_changed_characters_are_read_or_refused(tmp_path: Path, format: str) -> None:
+    io.write_trajectory(some(2, full=True), tmp_path / f"whole.{format}")
+    content = (tmp_path / f"whole.{format}").read_bytes()
+    rng = np.random.default_rng(0)
+    path = tmp_path / f"changed.{format}"
+    for place in rng.integers(0, len(content), 200).tolist():
+        changed = bytearray(content)
+        changed[place] = b"\0\n #,.-e_9\xff"[int(rng.integers(11))]
+        path.write_bytes(changed)
+        try:
+            io.read_trajectory(path)
+        except AraelError as failure:
+            places = {d.code for d in failure.diagnostics}
+            assert places <= {"E0705", "E0716", "E0721"}
 
 
 def test_a_file_over_the_limit_is_refused(tmp_path: Path) -> None:

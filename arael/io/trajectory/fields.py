@@ -8,6 +8,7 @@ times, velocities and biases are found by name. The option `fields` overrides al
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -70,7 +71,8 @@ def find(
     Parameters
     ----------
     name : of the file, for messages
-    collection : its path; by default the only collection of poses, or of several ``poses``
+    collection : its path; by default the only collection of poses, or of several the one with the
+        name of the file, or ``poses``
     fields : path of a field by what it holds: ``position``, ``rotation`` or ``pose``, and ``time``,
         ``velocity``, ``gyro_bias``, ``accel_bias``
 
@@ -87,7 +89,9 @@ def find(
         return _fields_of(choose(store, name, collection), given, name)
     tables = [t for t in store.tables.values() if t.layout.path and not t.layout.parent]
     found = [fit for t in tables if (fit := _try(t, given, name)) is not None]
-    named = [f for f in found if f.table.layout.path == "poses"]
+    stem = os.path.basename(name).partition(".")[0]
+    named = [f for f in found if f.table.layout.path == stem]
+    named = named or [f for f in found if f.table.layout.path == "poses"]
     if len(named) == 1 or len(found) == 1:
         return (named or found)[0]
     if not found and len(tables) == 1:
