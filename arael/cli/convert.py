@@ -73,16 +73,21 @@ def command(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)  # listed as losses
         if model is None and found in formats.TRAJECTORIES and wanted in formats.TRAJECTORIES:
-            result, lost = _trajectory(source, found, wanted, times, name)
+            unread: list[str] = []
+            result, unwritten = _trajectory(source, found, wanted, times, name)
         else:
-            result, lost = _by_model(
-                source, content, found, wanted, model, collection, fields, times, name
+            model = model or _model_of(found, content, source)
+            result, unread, unwritten = _by_model(
+                source, found, wanted, model, collection, fields, times, name
             )
+    lost = [*unread, *unwritten]
     if lost and not lossy:
+        where = [f"`{model}` has no field for {losses.listed(unread)}"] if unread else []
+        where += [f"{wanted} has no place for {losses.listed(unwritten)}"] if unwritten else []
         raise AraelError(
             Diagnostic(
                 "E0728",
-                f"{wanted} has no place for {losses.listed(lost)}",
+                "; ".join(where),
                 origin=name,
                 help=("--lossy writes the rest; .json, .npz and .h5 hold whole models",),
             )
@@ -154,24 +159,22 @@ def _lost_of_poses(poses: Trajectory, wanted: str) -> list[str]:
 
 def _by_model(
     source: str,
-    content: bytes,
     found: str,
     wanted: str,
-    model: str | None,
+    model: str,
     collection: str | None,
     fields: dict[str, str] | None,
     times: str | None,
     name: str,
-) -> tuple[bytes, list[str]]:
-    """Read into a model and write from it; list what either has no place for."""
+) -> tuple[bytes, list[str], list[str]]:
+    """Read into a model and write from it; list what the model and the target have no place for."""
     # imported here: start-up time
     import arael
 
-    chosen = model or _model_of(found, content, source)
-    instance: Any = arael.load(chosen, precision="f64", interpret=True)()  # type: ignore[call-arg]
+    instance: Any = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
     store: Store = instance._store
     poses = found in formats.TRAJECTORIES
-    lost = formats.read_listing(
+    unread = formats.read_listing(
         store,
         source,
         found,
@@ -179,7 +182,10 @@ def _by_model(
         fields=fields if poses else None,
     )
     if wanted in formats.TRAJECTORIES:
-        return _poses_of(store, wanted, collection, fields, times, name, lost)
+        if times is not None:
+            unread = [part for part in unread if part != "times"]
+        result, unwritten = _poses_of(store, wanted, collection, fields, times, name)
+        return result, unread, unwritten
     if wanted in formats.ONE_COLLECTION:
         # imported here: start-up time
         from arael.io.csv_reader import choose
@@ -191,11 +197,10 @@ def _by_model(
         table = choose(store, name, kept)
         result = formats.dump(store, wanted, name, kept)
         paths = [p for path in table.data for p in (path, f"{path}.fixed")]
-        return result, lost + losses.beside(store, table, paths)
+        return result, unread, losses.beside(store, table, paths)
     result = formats.dump(store, wanted, name)
-    if wanted not in ("json", "npz", "hdf5"):
-        lost += _lost_on_reading(store, result, wanted, name)
-    return result, lost
+    whole = wanted in ("json", "npz", "hdf5")
+    return result, unread, [] if whole else _lost_on_reading(store, result, wanted, name)
 
 
 def _poses_of(
@@ -205,17 +210,15 @@ def _poses_of(
     fields: dict[str, str] | None,
     times: str | None,
     name: str,
-    lost: list[str],
 ) -> tuple[bytes, list[str]]:
+    """The poses of a model in a format of trajectories, and what it has no place for."""
     # imported here: start-up time
     from arael.io import trajectory
 
     found = trajectory.find(store, name, collection, fields)
     poses = _timed(trajectory.trajectory_of(found), times, wanted, name)
     kept = {*found.paths.values()}
-    lost = lost + losses.beside(store, found.table, kept) + _lost_of_poses(poses, wanted)
-    if times is not None:
-        lost = [part for part in lost if part != "times"]
+    lost = losses.beside(store, found.table, kept) + _lost_of_poses(poses, wanted)
     return trajectory.dump(poses, wanted), lost
 
 

@@ -92,6 +92,13 @@ def test_fixed_parameters_have_no_place_in_bal(folder: Path, arael: Arael) -> No
     assert store("out.bal", "bundle_adjustment")
 
 
+def test_what_the_model_has_no_field_for_is_listed_separately(arael: Arael, folder: Path) -> None:
+    done = arael("convert", "path.tum", "path.json")
+    assert done.code == 2 and "`pose_graph_3d` has no field for times" in done.err
+    assert not (folder / "path.json").exists()
+    assert arael("convert", "path.tum", "path.json", "--lossy").code == 0
+
+
 def test_bundler_to_bal(folder: Path, arael: Arael) -> None:
     done = arael("convert", "bundle.out", "out.bal", "--lossy")
     assert done.code == 0 and "note: left out: the colours of 3 points" in done.err
