@@ -107,9 +107,9 @@ def _trajectory(
 ) -> tuple[bytes, list[str]]:
     """Convert a trajectory; nothing is rounded but the matrices of KITTI."""
     # imported here: start-up time
-    from arael.io import trajectory
+    from arael.io import trajectories, trajectory
 
-    poses = formats.read_trajectory(source, found)
+    poses = trajectories.read_trajectory(source, found)
     poses = _timed(poses, times, wanted, name)
     return trajectory.dump(poses, wanted), _lost_of_poses(poses, wanted)
 

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
 from arael.diagnostics.records import AraelError
 from arael.io import files
@@ -14,9 +14,6 @@ from arael.io.files import DEFAULT_LIMIT, StrPath
 from arael.io.losses import warn, warn_of_loss
 from arael.runtime.store import Store
 from arael.runtime.store.messages import error, suggestion
-
-if TYPE_CHECKING:
-    from arael.io.trajectory import Trajectory
 
 # Name -> description for help texts.
 FORMATS = {
@@ -142,7 +139,7 @@ def load(path: str, format: str | None, limit: int = DEFAULT_LIMIT) -> tuple[byt
     content = files.read_bytes(path, limit)
     if not content.startswith(b"PK"):
         content = files.without_mark(content, name)
-    found = _known(format) if format else format_of(path, content)
+    found = known(format) if format else format_of(path, content)
     if not found:
         raise error(
             "E0713",
@@ -234,83 +231,6 @@ READERS = {
 """Module of the reader of each format."""
 
 
-def read_trajectory(
-    path: StrPath, format: str | None = None, *, limit: int = DEFAULT_LIMIT
-) -> Trajectory:
-    """Read a trajectory without a model.
-
-    Parameters
-    ----------
-    format : ``tum``, ``kitti`` or ``euroc``; by default from the file's extension or content
-
-    Raises
-    ------
-    AraelError
-        E0712, E0713, E0714, and with file and line E0716, E0705, E0721.
-    """
-    # imported here: start-up time
-    from arael.io import trajectory
-
-    path = files.check_name(path)
-    name = files.shown(path)
-    content, found = load(path, format, limit)
-    if found == "csv" and format is None:
-        found = "euroc"
-    if found not in TRAJECTORIES:
-        raise error(
-            "E0713",
-            f"{found} files hold no trajectory",
-            name,
-            help=f"formats of trajectories are {', '.join(TRAJECTORIES)}",
-        )
-    return trajectory.parse(content, name, found)
-
-
-def write_trajectory(trajectory: Trajectory, path: StrPath, format: str | None = None) -> None:
-    """Write a trajectory as TUM, KITTI or EuRoC, atomically.
-
-    TUM and EuRoC files have times: without any the row numbers are written, as seconds. What the
-    format does not have (times in KITTI, velocities in TUM) is not written.
-
-    Raises
-    ------
-    AraelError
-        E0713 unknown format, E0715 on a system error.
-    """
-    # imported here: start-up time
-    from arael.io.trajectory import dump
-
-    path = files.check_name(path)
-    name = files.shown(path)
-    found = _known(format) if format else format_of(path, b"")
-    if found not in TRAJECTORIES:
-        raise error(
-            "E0713",
-            "expected the format of a trajectory",
-            name,
-            help=f"formats of trajectories are {', '.join(TRAJECTORIES)}",
-        )
-    put(dump(trajectory, found), path)
-
-
-def trajectory_of(
-    model: HasStore | Store, collection: str | None = None, fields: Mapping[str, str] | None = None
-) -> Trajectory:
-    """The poses of a model as a trajectory; `collection` and `fields` as in `read`.
-
-    Raises
-    ------
-    AraelError
-        E0713 no such collection, E0724 no poses or ambiguous fields, E0705 not finite.
-    """
-    # imported here: start-up time
-    from arael.io import trajectory
-
-    store = store_of(model)
-    found = trajectory.find(store, store.layout.root, collection, fields)
-    return trajectory.trajectory_of(found)
-
-
 def write(
     model: HasStore | Store,
     path: StrPath,
@@ -344,7 +264,7 @@ def write(
     store = store_of(model)
     path = files.check_name(path)
     name = files.shown(path)
-    found = _known(format) if format else format_of(path, b"")
+    found = known(format) if format else format_of(path, b"")
     if not found:
         raise error(
             "E0713",
@@ -463,7 +383,8 @@ def _kind_of_trajectory(start: bytes) -> str:
     return {8: "tum", 12: "kitti"}.get(len(first.split()), "")
 
 
-def _known(format: str) -> str:
+def known(format: str) -> str:
+    """The name of a format as given; E0713 for any other."""
     if format in FORMATS:
         return format
     raise AraelError(

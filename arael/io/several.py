@@ -130,9 +130,9 @@ def _refuse_conflicts(sources: list[Source]) -> None:
         if before is source:
             continue
         if source.collection is None:
-            what = f"it holds the whole model, as does {before.name}"
+            what = f"the file holds the whole model, as does {before.name}"
         else:
-            what = f"it holds the collection `{source.collection}`, as does {before.name}"
+            what = f"the file holds the collection `{source.collection}`, as does {before.name}"
         raise error(
             "E0727",
             what,

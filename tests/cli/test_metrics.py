@@ -128,6 +128,16 @@ def test_values_that_a_trajectory_does_not_hold_are_noted(folder: Path, arael: A
     assert "note: out.kitti does not hold `s`" in done.err
 
 
+def test_a_trajectory_gives_a_graph_its_initial_values(folder: Path, arael: Arael) -> None:
+    (folder / "graph.g2o").write_text(
+        "VERTEX_SE2 4 0 0 0\nVERTEX_SE2 5 7 7 0\nEDGE_SE2 4 5 1 0 0 100 0 0 100 0 400\n"
+    )
+    (folder / "start.tum").write_text("0 0 0 0 0 0 0 1\n1 1.5 0 0 0 0 0 1\n")
+    files = ("graph.g2o", "start.tum", "--init", "file", "--interpret", "--json")
+    done = arael("solve", "pose_graph_2d", *files)
+    assert done.json["start_cost"] == pytest.approx(0.5**2 * 100)
+
+
 TWO = """\
 struct Pose { name: string; param x: real = 0; key name }
 struct Scan { range: real; pose: ref Pose in root.poses; constraint c { pose.x - range } }

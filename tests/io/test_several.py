@@ -66,8 +66,8 @@ def test_the_whole_model_is_read_first() -> None:
 @pytest.mark.parametrize(
     ("second", "words"),
     [
-        ("poses.tsv", "it holds the collection `poses`, as does poses.csv"),
-        ("poses=scans.csv", "it holds the collection `poses`, as does poses.csv"),
+        ("poses.tsv", "the file holds the collection `poses`, as does poses.csv"),
+        ("poses=scans.csv", "the file holds the collection `poses`, as does poses.csv"),
     ],
 )
 def test_two_files_of_one_collection_are_named(folder: Path, second: str, words: str) -> None:
