@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from arael.version import __version__
 
 if TYPE_CHECKING:
+    from arael import metrics as metrics
     from arael import sym as sym
     from arael.config import LmConfig as LmConfig
     from arael.diagnostics.model_warnings import ModelWarning as ModelWarning
@@ -65,12 +66,12 @@ _HOMES = {
     "write": "arael.io",
 }
 
-__all__ = ["__version__", "sym", *sorted(_HOMES)]
+__all__ = ["__version__", "metrics", "sym", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:
-    if name == "sym":
-        return import_module("arael.sym")
+    if name in ("metrics", "sym"):
+        return import_module(f"arael.{name}")
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'arael' has no attribute {name!r}")
@@ -80,4 +81,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES, "sym"})
+    return sorted({*globals(), *_HOMES, "metrics", "sym"})

@@ -28,6 +28,9 @@ PARTS = {
     ),
     "numba": Part("numba", "pip install numba"),
     "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
+    "pyarrow": Part("pyarrow", 'pip install "arael[arrow]"'),
+    "h5py": Part("h5py", 'pip install "arael[hdf5]"'),
+    "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import arael
-from arael import geometry, io, scenes, sym
+from arael import geometry, io, metrics, scenes, sym
 from arael.check.builtins import FUNCTIONS
 from arael.config import LmConfig
 from arael.runtime.linear.auto import SOLVERS
@@ -61,7 +61,7 @@ def test_every_public_name_is_in_the_reference(name: str) -> None:
     assert re.search(rf"^::: arael\.{name}$", API, re.MULTILINE), name
 
 
-@pytest.mark.parametrize("room", [geometry, sym, scenes, io], ids=lambda r: r.__name__)
+@pytest.mark.parametrize("room", [geometry, sym, scenes, io, metrics], ids=lambda r: r.__name__)
 def test_every_name_of_the_open_rooms_is_in_the_reference(room: object) -> None:
     # A room as a whole shows what of it has a docstring; what has none is named beside it.
     whole = f"::: {room.__name__}\n" in API  # type: ignore[attr-defined]

@@ -10,6 +10,7 @@ import click
 
 import arael
 from arael.analysis.gradients import check_gradients
+from arael.cli.data_files import data_options, joined, read_data
 from arael.cli.instances import row_counts
 from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -23,21 +24,31 @@ if TYPE_CHECKING:
 
 @click.command("check", short_help="Check a model, and data against it, without solving.")
 @click.argument("model")
-@click.argument("data", required=False)
+@click.argument("data", nargs=-1)
+@data_options
 @click.option(
     "--gradients", is_flag=True, help="Compare derivatives with differences, at the values of DATA."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(model: str, data: str | None, gradients: bool, as_json: bool) -> None:
+def command(
+    model: str,
+    data: tuple[str, ...],
+    format: str | None,
+    collection: str | None,
+    fields: dict[str, str] | None,
+    gradients: bool,
+    as_json: bool,
+) -> None:
     """Check MODEL: syntax, names, shapes, guards, constraints; and DATA against it, if given."""
-    if gradients and data is None:
+    if gradients and not data:
         raise click.UsageError("--gradients needs DATA: derivatives are compared at its values")
     path = find_model(model)
     layout = compile_text(read_source(path)).layout
     rows: dict[str, int] = {}
     checks: list[GradientCheck] = []
-    if data is not None:
-        instance = _instance(model, data)
+    if data:
+        instance = _instance(model)
+        read_data(instance, data, format, collection, fields)
         rows = row_counts(instance, layout)
         checks = _gradients(instance) if gradients else []
     if as_json:
@@ -55,20 +66,18 @@ def command(model: str, data: str | None, gradients: bool, as_json: bool) -> Non
         click.echo(warning, err=True)
     counts = f"{len(layout.tables)} tables, {len(layout.groups)} constraints"
     click.echo(f"{path}: no errors ({counts})")
-    if data is not None:
+    if data:
         held = ", ".join(f"{count} {table}" for table, count in rows.items())
-        click.echo(f"{data}: fits the model ({held})")
+        click.echo(f"{joined(data)}: fits the model ({held})")
     for check in checks:
         click.echo(f"{check.label}: derivatives agree to {check.difference:.1e}")
 
 
-def _instance(model: str, data: str) -> Any:
-    """Read `data` into an instance, which checks every value."""
+def _instance(model: str) -> Any:
+    """An instance to read data into, which checks every value."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", arael.ModelWarning)  # warnings are printed without data too
-        instance = arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
-    arael.read(instance, data)
-    return instance
+        return arael.load(model, precision="f64", interpret=True)()  # type: ignore[call-arg]
 
 
 def _gradients(instance: Any) -> list[GradientCheck]:

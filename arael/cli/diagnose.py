@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 import arael
+from arael.cli.data_files import data_options, read_data
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
 from arael.cli.options import json_option, precision_option, solver_option
@@ -15,7 +16,8 @@ from arael.cli.options import json_option, precision_option, solver_option
 
 @click.command("diagnose", short_help="Explain why a problem does not converge.")
 @click.argument("model")
-@click.argument("data")
+@click.argument("data", nargs=-1, required=True)
+@data_options
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--solve", "solved", is_flag=True, help="Solve first, and analyse the solution.")
 @solver_option
@@ -23,7 +25,10 @@ from arael.cli.options import json_option, precision_option, solver_option
 @json_option
 def command(
     model: str,
-    data: str,
+    data: tuple[str, ...],
+    format: str | None,
+    collection: str | None,
+    fields: dict[str, str] | None,
     settings: tuple[str, ...],
     solved: bool,
     solver: str,
@@ -37,7 +42,7 @@ def command(
     """
     loaded: Any = arael.load(model, precision=precision)  # type: ignore[arg-type]
     instance = loaded()
-    arael.read(instance, data)
+    read_data(instance, data, format, collection, fields)
     apply_settings(instance, loaded.layout, settings)
     result = instance.solve(solver=solver) if solved else None
     found = instance.diagnose()

@@ -64,6 +64,8 @@ def examine() -> list[Finding]:
         _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
         _extra("matplotlib", "plot", "figures (`--plot`)"),
         _extra("pygls", "lsp", "the language server (`arael lsp`)"),
+        _extra("pyarrow", "arrow", "Parquet and Arrow files"),
+        _extra("h5py", "hdf5", "HDF5 files"),
     ]
 
 

@@ -10,6 +10,8 @@ COMMANDS = {
     "solve": "Solve a model on a data file.",
     "check": "Check a model, and data against it, without solving.",
     "diagnose": "Explain why a problem does not converge.",
+    "convert": "Convert a data file to another format.",
+    "metrics": "Errors of a trajectory: ATE and RPE.",
     "fmt": "Format model files.",
     "info": "Show the content of a model: structs, parameters, constraints.",
     "emit": "Print a stage of the compiler.",

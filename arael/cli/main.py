@@ -57,10 +57,11 @@ def _show_warning(
 ) -> None:
     """Show a warning without a place in arael's source."""
     # imported here: start-up time
-    from arael.diagnostics.model_warnings import ModelWarning
+    from arael.diagnostics.model_warnings import DataWarning, ModelWarning
 
-    # Those of a model are rendered, with code and place.
-    text = str(message) if issubclass(category, ModelWarning) else f"warning: {message}"
+    # Those of a model and of data are rendered, with code and place.
+    rendered = issubclass(category, (ModelWarning, DataWarning))
+    text = str(message) if rendered else f"warning: {message}"
     click.echo(text, err=True)
 
 

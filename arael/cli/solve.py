@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from dataclasses import replace
+import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import click
 import arael
 from arael import starts
 from arael.cli import summary as outcome
+from arael.cli.data_files import data_options, joined, read_data
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
 from arael.cli.options import (
@@ -36,8 +38,15 @@ if TYPE_CHECKING:
 
 @click.command("solve", short_help="Solve a model on a data file.")
 @click.argument("model")
-@click.argument("data")
+@click.argument("data", nargs=-1, required=True)
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the solved data here.")
+@data_options
+@click.option(
+    "--output-format",
+    type=click.Choice([f for f in formats.FORMATS if f not in formats.READ_ONLY]),
+    metavar="FORMAT",
+    help="Format of the output, in place of what its ending says.",
+)
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--pass", "passes", multiple=True, metavar="NAME", help="Run this pass only.")
 @init_option
@@ -78,8 +87,12 @@ if TYPE_CHECKING:
 @json_option
 def command(
     model: str,
-    data: str,
+    data: tuple[str, ...],
     output: str | None,
+    output_format: str | None,
+    format: str | None,
+    collection: str | None,
+    fields: dict[str, str] | None,
     settings: tuple[str, ...],
     passes: tuple[str, ...],
     init: str,
@@ -99,21 +112,24 @@ def command(
     report: str | None,
     as_json: bool,
 ) -> int:
-    """Solve MODEL on DATA (JSON, NPZ, CSV, g2o) with the passes of the model.
+    """Solve MODEL on DATA with the passes of the model.
 
-    MODEL is the name of a standard model or an .arael file. The exit code is 0 if every pass
-    converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found is still
-    reported and written.
+    MODEL is the name of a standard model or an .arael file. DATA is one file (JSON, NPZ, HDF5, CSV,
+    Parquet, Arrow, g2o, TORO, BAL, Bundler, COLMAP, TUM, KITTI, EuRoC), or several of one
+    collection each: poses.csv fills `poses`, scans=day2.csv fills `scans`. The exit code is 0 if
+    every pass converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found
+    is still reported and written.
     """
     _check_targets(output, covariance, plot, report)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)
     loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
     instance = loaded()
-    arael.read(instance, data)
+    read_data(instance, data, format, collection, fields)
     apply_settings(instance, loaded.layout, settings)
     check_shown(shown, loaded.layout)
-    note = _check_writable_format(instance, loaded.layout, output)
+    target = _Target(output, output_format, collection, fields)
+    note = _check_writable_format(instance, loaded.layout, target)
 
     start = _initialise(instance, init)
     if start is not None and not as_json:
@@ -131,14 +147,14 @@ def command(
             click.echo("interrupted: this is the best state found so far", err=True)
     if note:
         click.echo(f"note: {note}", err=True)
-    written = _write_all(instance, loaded.layout, result, output, covariance, plot)
+    written = _write_all(instance, loaded.layout, result, target, covariance, plot)
     if report is not None:
-        _write_report(instance, loaded.layout, result, solution, scale, model, data, report)
+        _write_report(instance, loaded.layout, result, solution, scale, model, joined(data), report)
         written.append(report)
     if as_json:
         found = {
             "model": model,
-            "data": data,
+            "data": data[0] if len(data) == 1 else list(data),
             **({} if start is None else {"init": outcome.plain(start.to_dict())}),
             **outcome.as_dict(result),
             **solution.as_dict(),
@@ -302,26 +318,56 @@ def _check_targets(
         require_writable(path)
 
 
-def _check_writable_format(instance: Any, layout: Layout, output: str | None) -> str:
+@dataclass(frozen=True)
+class _Target:
+    """The file for the solved data; `collection` and `fields` are those of trajectories."""
+
+    path: str | None
+    format: str | None
+    collection: str | None
+    fields: dict[str, str] | None
+
+    @property
+    def kind(self) -> str:
+        """The name of the format."""
+        return self.format or formats.format_of(self.path or "", b"")
+
+    def write(self, instance: Any, path: str | Path) -> None:
+        """Write the solved data."""
+        poses = self.kind in formats.TRAJECTORIES
+        arael.write(
+            instance,
+            path,
+            self.format,
+            collection=self.collection if poses else None,
+            fields=self.fields if poses else None,
+        )
+
+
+def _check_writable_format(instance: Any, layout: Layout, target: _Target) -> str:
     """Check before the solve that the output's format can hold the model's data.
 
     Returns
     -------
     A note on the values that the file will not hold, or "".
     """
-    if output is None or Path(output).name.endswith((".json", ".npz")):
+    output = target.path
+    if output is None or target.kind in ("json", "npz"):
         return ""
 
     # imported here: start-up time
-    from arael.cli.csv_loss import check_csv_output
+    from arael.cli.csv_loss import check_csv_output, note_of_trajectory
 
     note = ""
-    if formats.format_of(output, b"") == "csv":
-        note = check_csv_output(instance, layout, output)
+    if target.kind in formats.TRAJECTORIES:
+        note = note_of_trajectory(instance, layout, output, target.collection, target.fields)
+    elif target.kind in formats.ONE_COLLECTION:
+        note = check_csv_output(instance, layout, output, target.kind)
 
     with tempfile.TemporaryDirectory(prefix="arael-") as folder:
         try:
-            arael.write(instance, Path(folder) / Path(output).name)
+            with warnings.catch_warnings(action="ignore"):  # the output itself warns
+                target.write(instance, Path(folder) / Path(output).name)
         except AraelError as error:
             beside = str(Path(output).parent)
             found = (
@@ -336,15 +382,15 @@ def _write_all(
     instance: Any,
     layout: Layout,
     result: Any,
-    output: str | None,
+    output: _Target,
     covariance: str | None,
     plot: str | None,
 ) -> list[str]:
     """Write the requested files; return their names."""
     written: list[str] = []
-    if output is not None:
-        arael.write(instance, output)
-        written.append(output)
+    if output.path is not None:
+        output.write(instance, output.path)
+        written.append(output.path)
     if covariance is not None:
         # imported here: start-up time
         from arael.cli.marginals import write_marginals

@@ -1,4 +1,4 @@
-"""Warnings of a model as warnings of Python."""
+"""Warnings of a model and of its data as warnings of Python."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from collections.abc import Iterable
 
 class ModelWarning(UserWarning):
     """A probable mistake in a model; its text is that of `arael check`."""
+
+
+class DataWarning(UserWarning):
+    """Something in a file has no field in the model, or is not known when a file is written."""
 
 
 class InterpretedWarning(UserWarning):

@@ -42,7 +42,7 @@ def read(store: Store, content: bytes, name: str) -> None:
         With file and line: E0716 not a number, or too few or too many numbers; E0705 not finite;
         E0708 a camera or point out of range; E0722 a model of another structure.
     """
-    _check_shape(store, name)
+    check_shape(store, name)
     report = Report(name)
     fresh = store.fresh()
     report.run(lambda: _fill(fresh, _Text(name, content, report)))
@@ -155,7 +155,7 @@ def dump(store: Store, name: str) -> bytes:
     AraelError
         E0722 a model of another structure, E0705 not finite, E0709 a stale ref.
     """
-    _check_shape(store, name)
+    check_shape(store, name)
     cameras, points, seen = (store.tables[t] for t in SHAPES)
     for table in (cameras, points, seen):
         for leaf in table.fields.leaves():
@@ -172,7 +172,8 @@ def dump(store: Store, name: str) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _check_shape(store: Store, name: str) -> None:
+def check_shape(store: Store, name: str) -> None:
+    """Raise E0722 unless the model has the structure of a bundle adjustment."""
     for path, columns in SHAPES.items():
         table = store.tables.get(path)
         fits = table is not None and all(
@@ -183,5 +184,5 @@ def _check_shape(store: Store, name: str) -> None:
                 "E0722",
                 f"`{store.layout.root}` of {store.layout.source} is not a bundle adjustment",
                 name,
-                help="BAL files fill models with the collections and fields of `bundle_adjustment`",
+                help="such files fill models with the fields of `bundle_adjustment`",
             )

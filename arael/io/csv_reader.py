@@ -77,7 +77,7 @@ def choose(store: Store, name: str, collection: str | None) -> Table:
         return next(iter(tables.values()))
     what = f"the model has no collection `{shorten(wanted)}`"
     if collection is None:
-        what = "which collection is this? a CSV file holds one"
+        what = "which collection is this? the file holds one"
     raise error("E0713", what, name, help=suggestion(wanted, list(tables)) if tables else "")
 
 

@@ -71,8 +71,12 @@ def read(store: Store, content: bytes, name: str, limit: int) -> None:
         E0703 wrong type, E0704 wrong shape or length, E0705 not finite, E0706 does not fit, E0708
         ref out of range, E0721 not a rotation.
     """
+    adopt(store, _unpack(content, name, limit), name)
+
+
+def adopt(store: Store, arrays: dict[str, Array], name: str) -> None:
+    """Replace the data of `store` by arrays by name; raises AraelError as `read` does."""
     report = Report(name)
-    arrays = _unpack(content, name, limit)
     fresh = store.fresh()
     report.run(lambda: _Reader(fresh, arrays, report).read())
     store.adopt(fresh)

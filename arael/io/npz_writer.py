@@ -29,18 +29,29 @@ def dump(store: Store) -> bytes:
         E0705 where a number is NaN or infinite, E0709 for a stale ref, E0702 where the root lacks a
         value.
     """
-    store.check_complete()
     memory = io.BytesIO()
-    orders: dict[str, Ints] = {}
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for table in store.tables.values():
-            for name, array in _arrays(table, orders):
-                entry = zipfile.ZipInfo(f"{name}.npy")
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                with archive.open(entry, "w") as file:
-                    inner = np.asarray(array, order="C")  # keeps a count without axes
-                    np.lib.format.write_array(file, inner, allow_pickle=False)
+        for name, array in arrays_of(store):
+            entry = zipfile.ZipInfo(f"{name}.npy")
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(entry, "w") as file:
+                inner = np.asarray(array, order="C")  # keeps a count without axes
+                np.lib.format.write_array(file, inner, allow_pickle=False)
     return memory.getvalue()
+
+
+def arrays_of(store: Store) -> Iterator[tuple[str, Array]]:
+    """Names and arrays of all columns; raises AraelError as `dump` does."""
+    store.check_complete()
+    orders: dict[str, Ints] = {}
+    for table in store.tables.values():
+        yield from _arrays(table, orders)
+
+
+def columns_by_name(table: Table) -> Iterator[tuple[str, Column]]:
+    """The columns of a table by the names of their arrays."""
+    for path, column in table.data.items():
+        yield full_path(table, path), column
 
 
 def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]]:
@@ -59,7 +70,7 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
         yield f"{table.layout.path}.count", np.array(table.size)
     lists = {held.path: held.refs for held in table.layout.values if held.refs}
     for path, count in lists.items():
-        refs = [_ref_indices(table, table.data[f"{path}.{k}"])[order] for k in range(count)]
+        refs = [ref_indices(table, table.data[f"{path}.{k}"])[order] for k in range(count)]
         yield full_path(table, path), np.stack(refs, axis=-1)
     for leaf in table.fields.leaves():
         column, name = leaf.column, full_path(table, leaf.path)
@@ -68,7 +79,7 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
         if column.role == "ref" and leaf.path.rpartition(".")[0] in lists:
             continue
         if column.role == "ref":
-            yield name, _ref_indices(table, column)[order]
+            yield name, ref_indices(table, column)[order]
             continue
         array = table.column(leaf.path)
         if column.kind == "real":
@@ -90,7 +101,7 @@ def _arrays(table: Table, orders: dict[str, Ints]) -> Iterator[tuple[str, Array]
             yield name, table.column(f"{path}?")[order]
 
 
-def _ref_indices(table: Table, column: Column) -> Ints:
+def ref_indices(table: Table, column: Column) -> Ints:
     """Return indices of refs within their target collections; -1 where absent."""
     assert column.target is not None
     target = table.store.tables[column.target.table]

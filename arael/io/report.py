@@ -12,7 +12,7 @@ MOST = 20
 
 
 class TooMany(Exception):
-    """The limit of errors was reached."""
+    """The limit of errors was reached, or what follows needs what was wrong."""
 
 
 class Report:
@@ -39,6 +39,11 @@ class Report:
         """Add an existing diagnostic."""
         self.found.append(diagnostic)
         if len(self.found) >= MOST:
+            raise TooMany
+
+    def halt(self) -> None:
+        """End the reader if anything was found; within `run`, which raises the errors."""
+        if self.found:
             raise TooMany
 
     def stop(self) -> None:

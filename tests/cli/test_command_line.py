@@ -45,7 +45,7 @@ def test_misspelt_command_gets_a_suggestion(arael: Arael) -> None:
 def test_missing_argument_is_told(arael: Arael) -> None:
     done = arael("solve", "slam")
     assert done.code == 2
-    assert "missing argument 'DATA'" in done.err
+    assert "missing argument 'DATA...'" in done.err
     assert "arael solve --help" in done.err
 
 

@@ -20,7 +20,7 @@ FOLDER = Path(__file__).parent / "messages"
 MODEL = re.compile(r"^```arael\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CASE = re.compile(
     r"^## (?P<title>[^\n]*)\n(?:(?!^```|^#)[^\n]*\n)*?"
-    r"^```(?P<kind>json|csv|g2o|bal)\n(?P<data>.*?)^```\n\n```text\n(?P<said>.*?)^```$",
+    r"^```(?P<kind>json|csv|g2o|bal|tum|kitti|euroc|bundle)\n(?P<data>.*?)^```\n\n```text\n(?P<said>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
 CASES = [

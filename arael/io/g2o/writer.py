@@ -17,6 +17,35 @@ from arael.runtime.store.messages import error
 Array = NDArray[Any]
 
 
+# TORO's order of the numbers in an upper triangle.
+FROM_TRIANGLE = [0, 1, 3, 5, 2, 4]
+
+
+def dump_toro(store: Store, name: str) -> bytes:
+    """Return a planar graph as text of TORO (VERTEX2, EDGE2); reading it gives the same cost.
+
+    Raises
+    ------
+    AraelError
+        As `dump`; E0722 also for spatial graphs, fixed poses and anchors, which TORO does not have.
+    """
+    kind = kind_of(store, name)
+    if kind.name != "SE2":
+        raise error("E0722", "cannot write TORO: its graphs here are planar", name)
+    lines = []
+    for line in dump(store, name).decode().splitlines():
+        tag, *words = line.split(" ")
+        if tag == kind.vertex:
+            lines.append(" ".join(["VERTEX2", *words]))
+        elif tag == kind.edge:
+            triangle = [words[5:][k] for k in FROM_TRIANGLE]
+            lines.append(" ".join(["EDGE2", *words[:5], *triangle]))
+        else:
+            what = "fixed poses" if tag == "FIX" else "absolute measurements of poses"
+            raise error("E0722", f"cannot write TORO: it has no {what}", name, help="write g2o")
+    return ("\n".join(lines) + "\n").encode()
+
+
 def dump(store: Store, name: str) -> bytes:
     """Return the graph as g2o text; reading it gives the same cost.
 

@@ -1,0 +1,84 @@
+"""The data files of a command: one or several, with their format and fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+import arael
+from arael.io import formats
+from arael.io.several import read_several, split
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def data_options(function: F) -> F:
+    """Add ``--format``, ``--collection`` and ``--fields``."""
+    for option in (
+        click.option(
+            "--fields",
+            metavar="PART=FIELD,...",
+            callback=_fields,
+            help="Fields of a trajectory's poses, as position=pos,rotation=att.",
+        ),
+        click.option(
+            "--collection",
+            metavar="NAME",
+            help="The collection of a single DATA file, and of a trajectory that -o writes.",
+        ),
+        click.option(
+            "--format",
+            "format",
+            type=click.Choice(list(formats.FORMATS)),
+            metavar="FORMAT",
+            help="Format of DATA, in place of what its ending or content says.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def _fields(
+    context: click.Context, option: click.Parameter, text: str | None
+) -> dict[str, str] | None:
+    """``position=pos,rotation=att`` as a dict."""
+    if text is None:
+        return None
+    found = {}
+    for part in text.split(","):
+        what, sign, field = (word.strip() for word in part.partition("="))
+        if not (what and sign and field):
+            raise click.BadParameter(f"expected PART=FIELD, found '{part}'")
+        found[what] = field
+    return found
+
+
+def read_data(
+    instance: Any,
+    data: Sequence[str],
+    format: str | None = None,
+    collection: str | None = None,
+    fields: dict[str, str] | None = None,
+) -> None:
+    """Read the data files of a command into a model.
+
+    Raises
+    ------
+    AraelError
+        As `arael.read`; E0727 for two files of the same data.
+    """
+    named = [split(argument) for argument in data]
+    if len(data) == 1:
+        name, path = named[0]
+        arael.read(instance, path, format, collection=name or collection, fields=fields)
+        return
+    if collection is not None:
+        raise click.UsageError("--collection is for one data file; of several write name=path")
+    read_several(instance, [(name, path) for name, path in named], format, fields=fields)
+
+
+def joined(data: Sequence[str]) -> str:
+    """The files for a report."""
+    return ", ".join(data)
