@@ -62,7 +62,7 @@ def arguments(model: Any, given: Any, label: str) -> tuple[Argument, ...]:
     Raises
     ------
     AraelError
-        E0770: not parameters of the model, or numbers of rows that differ.
+        E0770: not parameters of the model.
     """
     if isinstance(given, Parameter | Collection | Ref | Mapping) or not isinstance(given, Iterable):
         raise error(
@@ -72,12 +72,6 @@ def arguments(model: Any, given: Any, label: str) -> tuple[Argument, ...]:
             "write `parameters=[model.poses.pos]`",
         )
     found = tuple(_argument(model, one, k, label) for k, one in enumerate(given))
-    several = {
-        one.name: len(one.refs) for one in found if one.refs is not None and len(one.refs) != 1
-    }
-    if len(set(several.values())) > 1:
-        counts = ", ".join(f"`{name}` has {n}" for name, n in several.items())
-        raise error("E0770", f"parameters differ in their number of rows: {counts}", label)
     return found
 
 
@@ -178,10 +172,10 @@ def count(given: tuple[Argument, ...], data: Mapping[str, Array], label: str) ->
     AraelError
         E0770: they differ.
     """
-    sizes = {f"`{a.name}`": len(a.refs) for a in given if a.refs is not None and len(a.refs) != 1}
-    sizes.update({f"`{name}`": len(x) for name, x in data.items() if x.ndim and len(x) != 1})
-    if len(set(sizes.values())) > 1:
-        found = ", ".join(f"{name} has {n}" for name, n in sizes.items())
+    sizes = [(a.name, len(a.refs)) for a in given if a.refs is not None and len(a.refs) != 1]
+    sizes += [(name, len(x)) for name, x in data.items() if x.ndim and len(x) != 1]
+    if len({n for _, n in sizes}) > 1:
+        found = ", ".join(f"`{name}` has {n}" for name, n in sizes)
         raise error(
             "E0770",
             f"parameters and data differ in their number of rows: {found}",
@@ -189,7 +183,7 @@ def count(given: tuple[Argument, ...], data: Mapping[str, Array], label: str) ->
             "the first axis of a data column counts instances; give constants to the function "
             "itself: `functools.partial(function, K=K)`",
         )
-    return next(iter(sizes.values()), 1)
+    return sizes[0][1] if sizes else 1
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ Signature, with 0 as the result or 1 + the number of the instance that failed::
 
 All arrays are row-major f64. ``parameters[k]`` has n rows of the stored scalars of parameter k,
 ``data[k]`` n rows of data column k in the order of `data`. The function fills ``residuals``
-(n, size) and each ``jacobians[k]`` (n, size, dim), unless ``jacobians`` is NULL: then only residuals
-are needed.
+(n, size) and each ``jacobians[k]`` (n, size, dim), unless ``jacobians`` is NULL: then only
+residuals are needed.
 """
 
 from __future__ import annotations

@@ -78,7 +78,8 @@ class Hooks:
     @classmethod
     def of(cls, store: Any, structure: Structure) -> Hooks | None:
         """Those of a model with its runtime residuals; None if there are none."""
-        items, before = getattr(store, "hooks", None), getattr(store, "updates", None)
+        items: Mapping[int, Callable[[], Hook]] = getattr(store, "hooks", {})
+        before: Sequence[Update] = getattr(store, "updates", ())
         if not (items or before):
             return None
         return cls(structure, {number: make() for number, make in items.items()}, before)
