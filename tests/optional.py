@@ -30,6 +30,8 @@ PARTS = {
     "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
+    "JAX": Part("jax", "pip install jax"),
+    "PyTorch": Part("torch", "pip install torch --index-url https://download.pytorch.org/whl/cpu"),
 }
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.records import Diagnostic
 from arael.log import log
 from arael.residuals.code import CodeResidual, CodeUpdate
 from arael.residuals.code_arguments import Placed
@@ -247,8 +247,6 @@ class CodeHook:
             return self._native(values, data, len(rows), derivatives)
         try:
             return function(*values, **data)
-        except AraelError:
-            raise
         except Exception as failure:
             raise self._failed(function, failure, values, data) from _without_us(failure)
 
@@ -352,8 +350,6 @@ class UpdateHook:
             values.append(part.reshape(len(rows), *place.argument.shape))
         try:
             self.update.function(*values)
-        except AraelError:
-            raise
         except Exception as failure:
             raise FunctionError(
                 Diagnostic(
