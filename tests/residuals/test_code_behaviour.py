@@ -75,6 +75,20 @@ def moved(model: Any) -> Any:
     return model.serialize().copy()
 
 
+def test_a_model_without_constraints_is_no_mistake(recwarn: pytest.WarningsRecorder) -> None:
+    curve = arael.loads("root Curve { param a: real = 1; param b: real = 0 }", interpret=True)()
+    assert not list(recwarn)
+    x = np.linspace(0, 1, 9)
+    curve.add_residuals(
+        lambda a, b, x, y: (a * np.exp(b * x) - y, [np.exp(b * x), a * x * np.exp(b * x)]),
+        [curve.a, curve.b],
+        data={"x": x, "y": 2 * np.exp(-x)},
+        name="fit",
+    )
+    assert curve.solve().converged
+    np.testing.assert_allclose([curve.a.value, curve.b.value], [2, -1], atol=1e-6)
+
+
 # --- what else sees them ----------------------------------------------------------------------
 
 
