@@ -147,6 +147,8 @@ def solve(
             problem.write_back()
             results.append(_result(outcome, one.name))
             _log_result(layout.name, results[-1])
+            for note in () if problem.hooks is None else problem.hooks.notes:
+                log("solve", "info", f"{layout.name}: {note}")
             if outcome.status in ENDING:
                 break
     return joined(results, layout.name)

@@ -19,8 +19,8 @@ from arael.check.walk import postorder
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.lead import leading
-from arael.compiler.losses import robustify
-from arael.compiler.scalarise import RawInput, Scalariser, StateInput
+from arael.compiler.losses import robust_rows
+from arael.compiler.scalarise import RawInput, StateInput
 from arael.diagnostics.records import Findings, Source, Span
 from arael.residuals.code import LARGEST, CodeResidual
 from arael.residuals.code_arguments import Argument, Placed
@@ -34,7 +34,6 @@ from arael.residuals.rows import RowsTable
 from arael.runtime.layout import Column, Group, Slot, Step, Table, Target, Use
 from arael.runtime.machine.program import Program
 from arael.runtime.machine.tape import Tape
-from arael.symbolic.jacobian import jacobian
 
 
 @dataclass
@@ -270,9 +269,7 @@ def _tape(
     rows = [seeds[node] for node in residuals]
     outputs = residuals
     if loss is not None:
-        scalariser = Scalariser(graph, _NoUses(), declared.functions)
-        outputs = robustify(scalariser, residuals, loss, single)
-        rows = jacobian(graph, outputs, seeds, ["forward"])
+        outputs, rows = robust_rows(graph, residuals, seeds, loss, declared.functions, single)
     jacobian_ = {
         (k, use, tangent): row[use, tangent]
         for k, row in enumerate(rows)
@@ -307,16 +304,3 @@ def _by_step(
             term = graph.op("mul", entry, node)
             found[tangent] = graph.op("add", found[tangent], term) if tangent in found else term
     return found
-
-
-class _NoUses:
-    """The uses of a loss with a constant scale: it reads nothing."""
-
-    def stored(self, slot: int, column: str) -> Sequence[tuple[int, int]]:
-        raise AssertionError(column)
-
-    def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
-        raise AssertionError(column)
-
-    def formula(self, slot: int, column: str) -> Sequence[tuple[int, int]] | None:
-        raise AssertionError(column)

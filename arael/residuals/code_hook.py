@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
-from arael.log import log
 from arael.residuals.code import CodeResidual, CodeUpdate
 from arael.residuals.code_arguments import Placed
 from arael.runtime.failures import FunctionError
@@ -44,7 +43,7 @@ class CodeHook:
         self._forget()
 
     def note(self) -> str:
-        """Mention differences in reports."""
+        """Mention differences in reports and in the log."""
         if self.code.derivatives != "differences":
             return ""
         return f"derivatives of `{self.code.label}` are central differences"
@@ -321,16 +320,8 @@ class CodeHook:
         )
 
     def _note(self, derivatives: str) -> None:
-        """Remember where derivatives come from, and log it when it is found out."""
-        if self.code.derivatives != derivatives:
-            self.code.derivatives = derivatives
-            if derivatives == "differences":
-                log(
-                    "solve",
-                    "info",
-                    f"`{self.code.label}` returns no Jacobians: central differences, "
-                    f"{2 * sum(self.widths)} calls for each linearisation",
-                )
+        """Remember where derivatives come from."""
+        self.code.derivatives = derivatives
 
 
 class UpdateHook:

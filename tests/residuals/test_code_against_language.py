@@ -247,12 +247,16 @@ def test_jacobians_from_a_function_of_their_own(load: Any) -> None:
     assert_equal(graph(load, "f64", False, how="apart"), graph(load, "f64", True), 1e-12)
 
 
-def test_differences_on_the_tangent(load: Any) -> None:
+def test_differences_on_the_tangent(load: Any, caplog: pytest.LogCaptureFixture) -> None:
     found, expected = graph(load, "f64", False, how="alone"), graph(load, "f64", True)
     assert found.residuals.code["between"].derivatives == "unknown"
     assert_equal(found, expected, 1e-8)
     assert found.residuals.code["between"].derivatives == "differences"
-    assert "derivatives of `between` are central differences" in str(found.report())
+    note = "derivatives of `between` are central differences"
+    assert note in str(found.report())
+    with caplog.at_level("INFO", logger="arael.solve"):
+        found.solve()
+    assert any(note in record.getMessage() for record in caplog.records)
 
 
 def test_differences_of_quaternions(load: Any) -> None:
