@@ -256,7 +256,7 @@ class _Group:
     def _values(self, states: list[Floats]) -> Floats:
         """What is differentiated: (n, residuals), or (n, 1) half their squares."""
         # The active instances are those of the state in between.
-        inputs = self.problem.group_inputs(self.number, states)
+        inputs = self.problem.group_inputs(self.number, states, derivatives=False)
         columns = evaluate(self.tape, inputs, natives=self.problem.natives)
         residuals = np.stack([np.broadcast_to(c, len(self.rows)) for c in columns], axis=1)
         return 0.5 * np.square(residuals).sum(axis=1, keepdims=True) if self.squared else residuals

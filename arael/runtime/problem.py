@@ -286,7 +286,9 @@ class Problem:
         row = int(self.structure.active[group][instance])
         return row_name(self.store, path, row) or self.layout.root
 
-    def group_inputs(self, number: int, states: Sequence[Array]) -> list[Array]:
+    def group_inputs(
+        self, number: int, states: Sequence[Array], derivatives: bool = True
+    ) -> list[Array]:
         """Inputs of the tape of a group, each (n,) or a scalar.
 
         Parameters
@@ -294,13 +296,15 @@ class Problem:
         number : of the group
         states : one array (rows, state) per entity, in any precision; instances are active as at
             the accepted state
+        derivatives : False leaves zeros for Jacobian entries that a function of the caller gives
         """
         group, one = self.layout.groups[number], self.instances[number]
         at = self.structure.placements[number].rows
         moving = [states[group.uses[u].entity][at[:, u], offset] for u, offset in group.states]
         data = list(one.data.T)
         if self.hooks is not None and number in self.hooks.items:
-            data = list(self.hooks.columns_at(number, states).T)
+            found = self.hooks.columns_at(number, states, derivatives)
+            data = [*found.T, *[np.zeros(len(found))] * (len(data) - found.shape[1])]
         if group.moving_guard is not None:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
         return [*moving, *data, *one.uniform]

@@ -134,6 +134,19 @@ def test_gradients_that_are_right_and_wrong(model: Any) -> None:
     assert check.parameter == "points[4].pos.y"
 
 
+def test_gradients_where_jacobians_are_not_finite_elsewhere(model: Any) -> None:
+    """A check moves parameters, and evaluates residuals alone there."""
+    calls = []
+
+    def slopes(scale: Array) -> Any:
+        calls.append(1)
+        return np.where(scale == 1, 3.0, np.nan)
+
+    model.add_residuals(lambda s: 3 * s, [model.scale], jacobian=slopes, name="line")
+    assert all(check.agrees for check in model.check_gradients())
+    assert len(calls) == 1
+
+
 def test_copies_and_pickles(model: Any) -> None:
     add(model)
     for other in (model.copy(), pickle.loads(pickle.dumps(model))):
