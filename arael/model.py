@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from arael.analysis.report import Report
     from arael.analysis.residual_values import ResidualValues
     from arael.config import LmConfig
+    from arael.residuals.code import CodeResidual, CodeUpdate
     from arael.residuals.collection import Residuals
     from arael.result import Result
     from arael.runtime.problem import Problem
@@ -150,6 +151,91 @@ class Model(Displayed, Fields):
             self._store.residuals = self._residuals
         assert self._residuals is not None
         return self._residuals
+
+    def add_residuals(
+        self,
+        function: Any,
+        parameters: Iterable[Any],
+        size: int = 1,
+        *,
+        data: Mapping[str, Any] | None = None,
+        jacobian: Callable[..., Any] | bool | None = None,
+        coordinates: str = "tangent",
+        loss: str | None = None,
+        name: str | None = None,
+    ) -> CodeResidual:
+        """Add residuals that a function evaluates, for all instances at once.
+
+        ``function(*values, **data)`` gets for each parameter an array (n, ...) of its values, in
+        f64 and in the form of ``.value`` (a scalar parameter (n,), a quaternion (n, 4)), and the
+        columns of `data` by name. It returns residuals (n, size), or
+        ``(residuals, jacobians)`` with an array (n, size, dim) for each parameter. Axes of length 1
+        may be left out.
+
+        Parameters
+        ----------
+        function : a Python function (NumPy, numba, JAX, PyTorch), or a C function pointer (ctypes,
+            numba ``cfunc``, cffi, capsule), which is called without the GIL:
+            ``int f(int64_t n, const double **parameters, const double **data, double *residuals,
+            double **jacobians)``
+        parameters : parameters of the model: ``model.poses.pos``, ``model.poses[rows].pos``, which
+            has one row for each instance, or ``model.poses[3].pos`` and ``model.scale``, which all
+            instances share
+        size : number of residuals of an instance
+        data : arrays whose first axis counts instances, or single numbers
+        jacobian : a function of the same arguments that returns the Jacobians, called at
+            linearisations only; of a C function False: it writes none
+        coordinates : what Jacobians are derivatives by: ``"tangent"``, the step of the parameter
+            (docs/conventions.md), or ``"ambient"``, its stored scalars
+        loss : robust loss of the residuals of an instance, as in a model file: ``"huber(1.5)"``
+        name : in cost tables, reports and messages; by default that of the function
+
+        Returns
+        -------
+        The residuals; ``model.residuals.remove(name)`` removes them.
+
+        Notes
+        -----
+        Without Jacobians these are central differences on the tangent, two calls of the function
+        for each tangent scalar; reports mention them. A third result adds terms to the Hessian of
+        the cost that Gauss-Newton leaves out: triplets ``(instance, row, column, value)``, or
+        symmetric matrices (n, k, k), over the tangent scalars of all parameters in their order.
+
+        Raises
+        ------
+        AraelError
+            E0760, E0770: arguments that do not fit. Later, from whatever evaluates the function:
+            E0771 it raised, E0772 it returned the wrong shape, type, or a Jacobian that is not
+            finite.
+        """
+        # imported here: start-up time
+        from arael.residuals.code import CodeResidual, named
+
+        label = named(function, name, self.residuals)
+        code = CodeResidual(
+            self, function, parameters, size, data, jacobian, coordinates, loss, label
+        )
+        return self.residuals.add_code(code)
+
+    def before_linearisation(
+        self, function: Callable[..., Any], parameters: Iterable[Any] = (), name: str | None = None
+    ) -> CodeUpdate:
+        """Call ``function(*values)`` before each linearisation, to update what residuals read.
+
+        It gets the values of `parameters` at the accepted state, and may change data with
+        `CodeResidual.set_data` or variables of its own that functions of `add_residuals` read, for
+        example matches of points. The cost is evaluated again afterwards, so that it may rise.
+
+        Raises
+        ------
+        AraelError
+            E0770: arguments that do not fit; while solving E0771: the function raised.
+        """
+        # imported here: start-up time
+        from arael.residuals.code import CodeUpdate, named
+
+        label = named(function, name, self.residuals)
+        return self.residuals.add_update(CodeUpdate(self, function, parameters, label))
 
     def solve(
         self,

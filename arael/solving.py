@@ -18,7 +18,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
 from arael.result import Plan, Result, joined
-from arael.runtime.failures import SolveError
+from arael.runtime.failures import FunctionError, SolveError
 from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.linear import blas
 from arael.runtime.linear.options import typed_options
@@ -146,12 +146,16 @@ def solve(
                     outcome = minimise(problem, pass_config, linear, write, seconds)
             except SolveError as error:
                 if error.best is not None:
+                    if isinstance(error, FunctionError):
+                        problem.write_back()
                     done = [*results, _result(error.best, one.name)]
                     error.best = joined(done, layout.name)
                 raise
             problem.write_back()
             results.append(_result(outcome, one.name))
             _log_result(layout.name, results[-1])
+            for note in () if problem.hooks is None else problem.hooks.notes:
+                log("solve", "info", f"{layout.name}: {note}")
             if outcome.status in ENDING:
                 break
     return joined(results, layout.name)

@@ -33,6 +33,7 @@ PARTS = {
     "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
+    "JAX": Part("jax", "pip install jax"),
 }
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from arael.compiler import compiler
 from arael.diagnostics.records import Findings, Source
-from tests.optional import require
+from tests.optional import needs, require
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -24,6 +24,46 @@ BLOCK = re.compile(
 
 def pages_with_python() -> list[Path]:
     return [page for page in PAGES if "```python" in page.read_text(encoding="utf-8")]
+
+
+IMPORTS = {"numba": "numba", "jax": "JAX"}
+"""Modules of blocks that run apart, with the other blocks of their section before them."""
+
+
+def part_of(code: str) -> str:
+    """The optional part that a block imports, or an empty string."""
+    names = re.findall(r"^import (\w+)", code, re.MULTILINE)
+    return next((IMPORTS[name] for name in names if name in IMPORTS), "")
+
+
+def sections_with_parts() -> list[object]:
+    found = []
+    for page in pages_with_python():
+        for text in re.split(r"^(?=## )", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            for block in BLOCK.finditer(text):
+                part = part_of(block["code"]) if block["language"] == "python" else ""
+                if part:
+                    name = f"{page.name}-{part}"
+                    found.append(pytest.param(text, part, id=name, marks=needs(part)))
+    return found
+
+
+@pytest.mark.parametrize(("text", "part"), sections_with_parts())
+def test_python_with_optional_parts(
+    text: str, part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A block that needs an optional part, after the blocks of its section that need none."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in BLOCK.finditer(text):
+        if block["language"] == "arael" and block["file"]:
+            (tmp_path / block["file"]).write_text(block["code"], encoding="utf-8")
+        if block["language"] != "python" or part_of(block["code"]) not in ("", part):
+            continue
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(compile(block["code"], part, "exec"), names)
+        assert block["printed"] is None or out.getvalue() == block["printed"]
 
 
 LONG = {"from_rust.md"}
@@ -53,7 +93,7 @@ def test_python_in_documents(
     for block in BLOCK.finditer(text):
         if block["language"] == "arael" and block["file"]:
             (tmp_path / block["file"]).write_text(block["code"], encoding="utf-8")
-        if block["language"] != "python":
+        if block["language"] != "python" or part_of(block["code"]):
             continue
         out = io.StringIO()
         with contextlib.redirect_stdout(out):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -36,6 +36,7 @@ class GradientCheck:
     worst : name of its instance, and its row
     residual : number of its residual, 0 for several residuals with a loss
     derivative, measured : the value of the Jacobian and the central difference
+    parameter : where they disagree, the scalar whose derivative is wrong in that instance
     """
 
     label: str
@@ -46,6 +47,7 @@ class GradientCheck:
     residual: int
     derivative: float
     measured: float
+    parameter: str = ""
 
     @property
     def agrees(self) -> bool:
@@ -105,10 +107,14 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
             for length in LENGTHS
         ]
         for group in checked:
-            one = group.compare(steps, here, both)
+            one, instance = group.compare(steps, here, both)
             known = found.get(group.number)
             if known is None or not one.difference - one.bound <= known.difference - known.bound:
-                found[group.number] = one
+                found[group.number], group.worst = one, instance
+    for group in checked:
+        one = found[group.number]
+        if not one.agrees:
+            found[group.number] = replace(one, parameter=group.wrong_parameter(scales, here))
     return [found[number] for number in sorted(found)]
 
 
@@ -151,15 +157,43 @@ class _Group:
             np.asarray(part, dtype=np.float64) for part in problem.evaluation.group_rows(number)
         )
         self.rows = problem.structure.placements[number].rows
+        self.worst = 0  # instance with the largest difference so far
         self.squared = bool(self.group.loss_text) and self.group.residuals > 1
+
+    def wrong_parameter(self, scales: list[Floats], here: list[Floats]) -> str:
+        """Return the scalar along which the worst instance disagrees most."""
+        problem, group = self.problem, self.group
+        instance = self.worst
+        worst, name = -np.inf, ""
+        for use, tangent in dict.fromkeys((use, tangent) for _, use, tangent in group.jacobian):
+            number, row = group.uses[use].entity, int(self.rows[instance, use])
+            block = problem.structure.system.blocks[number]
+            if row >= len(block.free) or not block.free[row, tangent]:
+                continue
+            steps = [np.zeros_like(scale) for scale in scales]
+            steps[number][row, tangent] = scales[number][row, tangent]
+            both = [
+                (length, _moved(problem, steps, length), _moved(problem, steps, -length))
+                for length in LENGTHS
+            ]
+            one, _ = self.compare(steps, here, both, instance)
+            if one.difference - one.bound > worst:
+                worst = one.difference - one.bound
+                first = int(problem.structure.placements[self.number].gradient_at[instance, use])
+                name = problem.structure.system.name_of(first + tangent)
+        return name
 
     def compare(
         self,
         steps: list[Floats],
         here: list[Floats],
         both: list[tuple[float, list[Floats], list[Floats]]],
-    ) -> GradientCheck:
-        """Return the instance whose difference exceeds its bound most, along one direction."""
+        only: int | None = None,
+    ) -> tuple[GradientCheck, int]:
+        """Return the instance whose difference exceeds its bound most, along one direction.
+
+        With `only`, that instance. Its number is the second result.
+        """
         group, problem = self.group, self.problem
         derivative, terms = np.zeros((2, *self.residuals.shape))
         for k, (residual, use, tangent) in enumerate(group.jacobian):
@@ -178,10 +212,13 @@ class _Group:
             bound = error / size
         difference[~np.isfinite(difference)] = np.inf
         bound[~np.isfinite(bound)] = 0.0
-        worst = int(np.argmax(difference - bound))
+        excess = difference - bound
+        if only is not None:
+            excess[np.arange(len(excess)) != only] = -np.inf
+        worst = int(np.argmax(excess))
         instance, column = (int(k) for k in np.unravel_index(worst, difference.shape))
         name = problem.instance_name(self.number, instance)
-        return GradientCheck(
+        found = GradientCheck(
             label=group.label,
             instances=len(self.rows),
             difference=float(difference[instance, column]),
@@ -191,6 +228,7 @@ class _Group:
             derivative=float(derivative[instance, column]),
             measured=float(measured[instance, column]),
         )
+        return found, instance
 
     def _differences(
         self, here: list[Floats], both: list[tuple[float, list[Floats], list[Floats]]]
@@ -218,7 +256,7 @@ class _Group:
     def _values(self, states: list[Floats]) -> Floats:
         """What is differentiated: (n, residuals), or (n, 1) half their squares."""
         # The active instances are those of the state in between.
-        inputs = self.problem.group_inputs(self.number, states)
+        inputs = self.problem.group_inputs(self.number, states, derivatives=False)
         columns = evaluate(self.tape, inputs, natives=self.problem.natives)
         residuals = np.stack([np.broadcast_to(c, len(self.rows)) for c in columns], axis=1)
         return 0.5 * np.square(residuals).sum(axis=1, keepdims=True) if self.squared else residuals

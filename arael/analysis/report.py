@@ -260,6 +260,8 @@ def report(problem: Problem, scale: str = "known") -> Report:
     factor = math.sqrt(statistics.variance)
     if scatter and math.isnan(factor):
         notes.append("as many parameters as residuals: their scatter is not known")
+    if problem.hooks is not None:
+        notes += problem.hooks.notes
     parameters = []
     for name, value, unit in _scalars(problem):
         sigma = spread.get(name)

@@ -39,7 +39,13 @@ def warn_unused_structs(declarations: Declarations, report: Reporter) -> None:
 def warn_unread_parameters(
     sites: Sites, constraints: Iterable[ConstraintSite], report: Reporter
 ) -> None:
-    """Warn of parameters that no constraint reads: nothing determines them."""
+    """Warn of parameters that no constraint reads: nothing determines them.
+
+    A model without any constraint is made for residuals that are added at run time.
+    """
+    constraints = list(constraints)
+    if not constraints:
+        return
     read: set[tuple[str, str]] = set()
     for site in constraints:
         for node in postorder(site.residual):

@@ -98,6 +98,7 @@ def _gradients(instance: Any) -> list[GradientCheck]:
                 f"residual {check.residual}: the derivative is {check.derivative:.6g}, the "
                 f"residual changes by {check.measured:.6g}, with a relative error below "
                 f"{check.bound:.1e}",
+                *([f"the derivative by `{check.parameter}` differs most"] * bool(check.parameter)),
             ),
             help=("look for a kink or a jump of the formula at these values",),
         )

@@ -19,13 +19,16 @@ At s = 0 the factor is ``sqrt(rho'(0))``, which is 1 for the losses that have a 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import TypeVar
 
 from arael.check.typed import Loss
-from arael.compiler.scalarise import Scalariser
+from arael.compiler.scalarise import Calls, Scalariser
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import jacobian
 from arael.symbolic.series import polynomial
+
+Seed = TypeVar("Seed", bound=Hashable)
 
 # Of a loss of the model's own, below this share of curvature in its slope, rho(s) / s is taken from
 # derivatives: there, rounding of rho(s) would cost more than the term that is left out.
@@ -74,6 +77,37 @@ def robustify(
             g.custom(g.op("mul", weight, r), [(r, across), (length, g.op("mul", more, r))])
             for r in residuals
         ]
+
+
+def robust_rows(
+    graph: Graph,
+    residuals: list[int],
+    seeds: Mapping[int, Mapping[Seed, int]],
+    loss: Loss,
+    functions: Calls,
+    single: bool = False,
+) -> tuple[list[int], list[dict[Seed, int]]]:
+    """Residuals after a loss with a constant scale, and their derivatives.
+
+    Parameters
+    ----------
+    seeds : derivatives of the residuals, as those of `arael.symbolic.jacobian.jacobian`
+    """
+    found = robustify(Scalariser(graph, _NoUses(), functions), residuals, loss, single)
+    return found, jacobian(graph, found, seeds, ["forward"])
+
+
+class _NoUses:
+    """What a loss with a constant scale reads: nothing."""
+
+    def stored(self, slot: int, column: str) -> Sequence[tuple[int, int]]:
+        raise AssertionError(column)
+
+    def cached(self, slot: int, column: str, cache: str) -> Sequence[tuple[int, int]]:
+        raise AssertionError(column)
+
+    def formula(self, slot: int, column: str) -> Sequence[tuple[int, int]] | None:
+        raise AssertionError(column)
 
 
 def _named(scalariser: Scalariser, s: int, loss: Loss) -> tuple[int, int]:

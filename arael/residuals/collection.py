@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from arael.check.report import Reporter
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import Findings
+from arael.residuals.code import CodeResidual, CodeUpdate
+from arael.residuals.code_arguments import Placed
+from arael.residuals.code_group import CodeGroup, group_of, placed_of
 from arael.residuals.compilation import compile_all
 from arael.residuals.copying import State, restore, state_of
 from arael.residuals.derivation import Derived, derive
@@ -105,6 +108,34 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         self._posed = None
         return residual
 
+    @_alone
+    def add_code(self, code: CodeResidual) -> CodeResidual:
+        """Add residuals by own code; see `Model.add_residuals`."""
+        self._check_free(code.label, "label")
+        self._codes[code.label] = group_of(code, self, self.schema.states, self._functions.declared)
+        code._owner = self
+        self._posed = None
+        return code
+
+    @_alone
+    def add_update(self, update: CodeUpdate) -> CodeUpdate:
+        """Call a function before each linearisation; see `Model.before_linearisation`."""
+        self._check_free(update.label, "label")
+        placed = placed_of(update.arguments, self.schema.states, update.label)
+        self._updates[update.label] = update, placed
+        self._posed = None
+        return update
+
+    @property
+    def code(self) -> Mapping[str, CodeResidual]:
+        """Residuals by own code, by name."""
+        return {label: one.code for label, one in self._codes.items()}
+
+    @property
+    def updates(self) -> Mapping[str, CodeUpdate]:
+        """Functions that are called before each linearisation, by name."""
+        return {label: one for label, (one, _) in self._updates.items()}
+
     def state(self) -> State:
         """Everything as plain data, from which `restore` makes the residuals of a copy."""
         return state_of(self)
@@ -127,8 +158,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         self._posed = None
 
     @_alone
-    def remove(self, which: Expression | str) -> None:
-        """Remove a residual or a named expression.
+    def remove(self, which: Expression | CodeResidual | CodeUpdate | str) -> None:
+        """Remove a residual, a named expression, or a function called before linearisations.
 
         Raises
         ------
@@ -138,6 +169,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         if not isinstance(which, Expression | str):
             raise wrong_argument("remove", "which", "a residual, an expression or a label", which)
         label = which if isinstance(which, str) else which.label
+        if self._remove_code(label, which):
+            return
         expression = self._expression(label)
         if isinstance(which, Expression) and which is not expression:
             raise error("E0763", f"this `{label}` is not in the model", "residuals")
@@ -157,9 +190,25 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             del self._named[name]
         self._posed = None
 
+    def _remove_code(self, label: str, which: object) -> bool:
+        """Remove what has a function; False if there is nothing of that name."""
+        known = self._codes[label].code if label in self._codes else self.updates.get(label)
+        if known is None or not (isinstance(which, str) or which is known):
+            return False
+        self._codes.pop(label, None)
+        self._updates.pop(label, None)
+        if isinstance(known, CodeResidual):
+            known._owner = None
+        self._posed = None
+        return True
+
     @_alone
     def clear(self) -> None:
         """Remove everything."""
+        for code in self._codes.values():
+            code.code._owner = None
+        self._codes.clear()
+        self._updates.clear()
         for one in (*self._derived.values(),):
             one.residual._owner = None
         for definition in self._definitions.values():
@@ -306,7 +355,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         AraelError
             E0763: there is no such residual.
         """
-        if not isinstance(label, str) or label not in self._derived:
+        if label in self._codes:
+            return self._before_loss(label)
+        if label not in self._derived:
             raise self._unknown(label)
         residual = self._derived[label].residual
         found = []
@@ -318,6 +369,13 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             posed = self._pose([derived])
             found.append(self._rows_of(posed, len(posed.layout.groups) - 1))
         return found[0], found[1]
+
+    def _before_loss(self, label: str) -> tuple[Array, Array]:
+        """Residuals of own code as the function returns them, twice."""
+        problem = self._model._problem()
+        assert problem.hooks is not None
+        found = problem.hooks.columns_at(self._number(label), problem.states, False)
+        return found, found.copy()
 
     def __getitem__(self, label: str) -> RuntimeResidual:
         if not isinstance(label, str) or label not in self._derived:
@@ -331,7 +389,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return len(self._derived)
 
     def __repr__(self) -> str:
-        lines = [repr(one) for one in (*self._definitions.values(), *self.values())]
+        shown = (*self._definitions.values(), *self.values(), *self.code.values())
+        lines = [repr(one) for one in (*shown, *self.updates.values())]
         return "\n".join(["<runtime residuals>", *(f"  {line}" for line in lines)])
 
     # --- deriving ---------------------------------------------------------------------------------
@@ -404,21 +463,32 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     def posed(self) -> Posed:
         """The model with its residuals, in the form of the solver."""
         if self._posed is None:
-            self._posed = self._pose(list(self._derived.values()))
+            self._posed = self._pose(
+                list(self._derived.values()),
+                list(self._codes.values()),
+                list(self._updates.values()),
+            )
         self._posed.check()
         return self._posed
 
-    def _pose(self, derived: list[Derived]) -> Posed:
+    def _pose(
+        self,
+        derived: list[Derived],
+        codes: Sequence[CodeGroup] = (),
+        updates: Sequence[tuple[CodeUpdate, tuple[Placed, ...]]] = (),
+    ) -> Posed:
         return Posed(
             self._functions.layout,
             self._model._store,
             self._owners(),
             derived,
             self._functions.bindings,
+            codes,
+            updates,
         )
 
     def _number(self, label: str) -> int:
-        return len(self.schema.layout.groups) + list(self._derived).index(label)
+        return len(self.schema.layout.groups) + [*self._derived, *self._codes].index(label)
 
     def _cost_of(self, label: str) -> float:
         return float(self._model._problem().evaluation.group_cost(self._number(label)))

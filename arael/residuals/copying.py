@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import pickle
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.face.parameter import Parameter
 from arael.face.ref import Refs
+from arael.residuals.code import CodeResidual, CodeUpdate
+from arael.residuals.code_arguments import Argument
 from arael.residuals.expression import Definition, Expression, RuntimeResidual
+from arael.residuals.messages import error
 
 Handles = dict[str, tuple[str, NDArray[np.int64]]]
 
@@ -29,6 +36,37 @@ class Copied:
 
 
 @dataclass(frozen=True)
+class CopiedCode:
+    """Residuals by own code, or (size 0) a function called before linearisations.
+
+    `parameters` are table, column and handles, None for the root's.
+    """
+
+    label: str
+    function: Any
+    parameters: tuple[tuple[str, str, NDArray[np.int64] | None], ...]
+    size: int = 0
+    data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    jacobian: Any = None
+    coordinates: str = "tangent"
+    loss: str | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What pickle stores; functions are stored by their names."""
+        for function in (self.function, self.jacobian):
+            try:
+                pickle.dumps(function)
+            except Exception as failure:
+                raise error(
+                    "E0773",
+                    f"cannot pickle the function of `{self.label}`: {failure}",
+                    "pickle",
+                    "define it at the top of a module; Python pickles functions by their names",
+                ) from None
+        return dict(self.__dict__)
+
+
+@dataclass(frozen=True)
 class State:
     """All runtime residuals of a model instance.
 
@@ -36,11 +74,13 @@ class State:
     ----------
     functions : arguments of each call of `Residuals.functions`
     definitions, residuals : in order
+    codes : those by own code, and functions called before linearisations
     """
 
     functions: tuple[tuple[str, dict[str, Any]], ...]
     definitions: tuple[Copied, ...]
     residuals: tuple[Copied, ...]
+    codes: tuple[CopiedCode, ...] = ()
 
 
 def state_of(residuals: Any) -> State:
@@ -49,6 +89,36 @@ def state_of(residuals: Any) -> State:
         residuals._functions.calls,
         tuple(_copied(one) for one in residuals.definitions.values()),
         tuple(_copied(one, residuals.is_compiled(one)) for one in residuals.values()),
+        (
+            *(_copied_code(one) for one in residuals.code.values()),
+            *(_copied_update(one) for one in residuals.updates.values()),
+        ),
+    )
+
+
+def _copied_code(one: CodeResidual) -> CopiedCode:
+    data = {name: values.copy() for name, values in one._data.items()}
+    return CopiedCode(
+        one.label,
+        one.function,
+        _places(one.arguments),
+        one.size,
+        data,
+        one.jacobian,
+        one.coordinates,
+        one.loss,
+    )
+
+
+def _copied_update(one: CodeUpdate) -> CopiedCode:
+    return CopiedCode(one.label, one.function, _places(one.arguments))
+
+
+def _places(
+    arguments: Sequence[Argument],
+) -> tuple[tuple[str, str, NDArray[np.int64] | None], ...]:
+    return tuple(
+        (a.table, a.column, None if a.refs is None else a.refs._handles.copy()) for a in arguments
     )
 
 
@@ -83,3 +153,34 @@ def restore(residuals: Any, state: State) -> None:
     compiled = [one.label for one in state.residuals if one.compiled]
     if compiled:
         residuals.compile(*compiled)
+    for code in state.codes:
+        _restore_code(residuals, code, tables)
+
+
+def _restore_code(residuals: Any, one: CopiedCode, tables: Any) -> None:
+    model = residuals._model
+    parameters = []
+    for path, column, handles in one.parameters:
+        table = tables[path]
+        rows = 0 if handles is None else table.rows_of(handles)
+        parameters.append(Parameter(table, column, partial(_same, rows)))
+    if not one.size:
+        residuals.add_update(CodeUpdate(model, one.function, parameters, one.label))
+        return
+    residuals.add_code(
+        CodeResidual(
+            model,
+            one.function,
+            parameters,
+            one.size,
+            one.data,
+            one.jacobian,
+            one.coordinates,
+            one.loss,
+            one.label,
+        )
+    )
+
+
+def _same(rows: Any) -> Any:
+    return rows

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -10,6 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.residuals.code import CodeUpdate
+from arael.residuals.code_arguments import Placed
+from arael.residuals.code_group import CodeGroup
+from arael.residuals.code_hook import CodeHook, UpdateHook
 from arael.residuals.derivation import Derived, state_of
 from arael.residuals.expression import Expression
 from arael.residuals.parameters import ParameterTable, parameter_table
@@ -33,6 +38,8 @@ class Posed:
     owners : expressions with parameters
     derived : the residuals
     bindings : bindings of native functions declared for the residuals
+    codes : residuals by own code
+    updates : functions called before each linearisation, with their arguments placed
 
     Attributes
     ----------
@@ -41,6 +48,8 @@ class Posed:
     programs : per group, the program of the expression machine, or a separate kernel; None for
         groups in the kernels of the model
     rows_version : counts changes of the number of rows
+    hooks : number of a group of residuals by own code -> makes what evaluates it in a problem
+    updates : what is called before each linearisation
     """
 
     def __init__(
@@ -50,10 +59,13 @@ class Posed:
         owners: Sequence[Expression],
         derived: Sequence[Derived],
         bindings: Mapping[str, Binding],
+        codes: Sequence[CodeGroup] = (),
+        updates: Sequence[tuple[CodeUpdate, Sequence[Placed]]] = (),
     ) -> None:
         self._store = store
         self.bindings = bindings
         self._derived = derived
+        self._codes = codes
         self._checked = -1
         self._optional = [
             one for one in derived if one.found.optionals or one.found.guard_optionals
@@ -81,6 +93,18 @@ class Posed:
             uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
             groups.append(msgspec.structs.replace(group, uses=uses))
             self.programs.append(one.compiled or one.program)
+        self.hooks: dict[int, Callable[[], CodeHook]] = {}
+        for code in codes:
+            tables.append(code.table)
+            self.tables[code.table.path] = code.rows
+            uses = tuple(Use(u.slot, number[code.entities[u.entity]]) for u in code.group.uses)
+            self.hooks[len(groups)] = partial(CodeHook, code.code, code.placed)
+            groups.append(msgspec.structs.replace(code.group, uses=uses))
+            self.programs.append(code.program)
+        self.updates = [
+            UpdateHook(update, [(number[p.entity.table, p.entity.prefix], p) for p in placed])
+            for update, placed in updates
+        ]
         self.layout = msgspec.structs.replace(
             layout, tables=tuple(tables), entities=tuple(entities), groups=tuple(groups)
         )
@@ -101,6 +125,8 @@ class Posed:
         if self._checked != self._store.structure_version:
             for one in self._derived:
                 self._check_rows(one)
+            for code in self._codes:
+                self._check_code(code)
             self._checked = self._store.structure_version
         for one in self._optional:
             self._check_optionals(one)
@@ -114,6 +140,21 @@ class Posed:
                         f"`{one.residual.label}` reads `{path}`, which was removed",
                         one.residual.span,
                         help=("remove the residual, or add it again with an existing row",),
+                    )
+                )
+
+    def _check_code(self, one: CodeGroup) -> None:
+        for place in one.placed:
+            refs = place.argument.refs
+            if refs is not None and (refs.rows < 0).any():
+                at = int(np.argmax(refs.rows < 0))
+                raise AraelError(
+                    Diagnostic(
+                        "E0765",
+                        f"`{one.code.label}` reads `{place.argument.name}` of a row that was "
+                        f"removed, in instance {at}",
+                        origin=one.code.label,
+                        help=("remove the residuals, or add them again with existing rows",),
                     )
                 )
 

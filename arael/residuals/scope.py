@@ -9,6 +9,9 @@ import numpy as np
 
 from arael.diagnostics.suggest import closest
 from arael.face.ref import Refs
+from arael.residuals.code import CodeUpdate
+from arael.residuals.code_arguments import Placed
+from arael.residuals.code_group import CodeGroup
 from arael.residuals.derivation import Derived
 from arael.residuals.dotted import clash, within
 from arael.residuals.expression import Definition, Expression, RuntimeResidual
@@ -28,6 +31,8 @@ class ResidualNames:
         self._named: dict[str, RuntimeResidual] = {}  # owner of each parameter
         self._functions = Further.of(self.schema)
         self._adding: RuntimeResidual | None = None
+        self._codes: dict[str, CodeGroup] = {}
+        self._updates: dict[str, tuple[CodeUpdate, tuple[Placed, ...]]] = {}
 
     def parameter_owner(self, name: str) -> Expression | None:
         """The residual that owns the parameter `name`."""
@@ -62,8 +67,10 @@ class ResidualNames:
             taken = f"it is a parameter of `{owner.label}`"
         elif name in self._definitions:
             taken = "an expression has that name"
-        elif what == "label" and name in self._derived:
+        elif what == "label" and (name in self._derived or name in self._codes):
             taken = "a residual has that label"
+        elif what == "label" and name in self._updates:
+            taken = "a function called before linearisations has that name"
         elif what == "parameter" and within(name, self._definitions):
             taken = f"an expression is named `{within(name, self._definitions)[0]}`"
         if taken:
@@ -86,7 +93,7 @@ class ResidualNames:
 
     def _free_label(self) -> str:
         number = 1
-        while f"residual_{number}" in self._derived:
+        while f"residual_{number}" in (*self._derived, *self._codes):
             number += 1
         return f"residual_{number}"
 
@@ -98,7 +105,7 @@ class ResidualNames:
         raise self._unknown(label)
 
     def _unknown(self, label: str) -> Exception:
-        near = closest(label, [*self._derived, *self._definitions])
+        near = closest(label, [*self._derived, *self._definitions, *self._codes])
         return error(
             "E0763",
             f"there is no runtime residual or expression `{label}`",

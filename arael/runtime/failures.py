@@ -27,3 +27,10 @@ def listed(names: list[str], shown: int = 3) -> str:
     text = ", ".join(f"`{name}`" for name in names[:shown])
     more = len(names) - shown
     return f"{text} and {more} more" if more > 0 else text
+
+
+class FunctionError(SolveError):
+    """A function of the caller failed, or returned what cannot be used.
+
+    The model keeps the best state that was accepted before.
+    """

@@ -13,6 +13,7 @@ from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
 from arael.runtime.bounds import check_start
 from arael.runtime.evaluation.evaluation import Evaluation
+from arael.runtime.evaluation.hooks import Hooks
 from arael.runtime.evaluation.instances import Instances, gather_instances
 from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.natives import NativeTable
@@ -89,6 +90,7 @@ class Problem:
         self.upcoming: Structure | None = None
         self.gathered = 0
         self._watch = Watch(layout)
+        self.hooks = Hooks.of(store, self.structure)
         self.instances: list[Instances] = self._instances(earlier)
         self.diagonal_at = self.structure.plan.diagonal_at
         self.evaluation = Evaluation(
@@ -101,6 +103,7 @@ class Problem:
             kernels,
             self.natives,
             programs,
+            self.hooks,
         )
         self.box = Box(self.evaluation, self.structure, self.diagonal_at)
         self._loaded = [store.tables[e.table].values_version for e in layout.entities]
@@ -126,10 +129,14 @@ class Problem:
             known = {} if earlier is None else self._own_data(earlier)
         return [
             known[number]
-            if number in known and group.moving_guard is None
+            if number in known and group.moving_guard is None and not self._hooked(number)
             else self._gather(number)
             for number, group in enumerate(layout.groups)
         ]
+
+    def _hooked(self, number: int) -> bool:
+        """Whether a function of the caller evaluates a group, so that its data is never shared."""
+        return self.hooks is not None and number in self.hooks.items
 
     def _same_ways(self, number: int, before: Structure) -> bool:
         """Whether a group reads the rows that it read in an earlier structure."""
@@ -212,6 +219,8 @@ class Problem:
 
     def load_values(self) -> None:
         """Start at the current values of the store; data and flags must be those of before."""
+        if self.hooks is not None:
+            self.hooks.restart()
         for number, entity in enumerate(self.layout.entities):
             version = self.store.tables[entity.table].values_version
             # An interrupted solve may have changed the state after its last write-back.
@@ -291,7 +300,9 @@ class Problem:
         row = int(self.structure.active[group][instance])
         return row_name(self.store, path, row) or self.layout.root
 
-    def group_inputs(self, number: int, states: Sequence[Array]) -> list[Array]:
+    def group_inputs(
+        self, number: int, states: Sequence[Array], derivatives: bool = True
+    ) -> list[Array]:
         """Inputs of the tape of a group, each (n,) or a scalar.
 
         Parameters
@@ -299,11 +310,15 @@ class Problem:
         number : of the group
         states : one array (rows, state) per entity, in any precision; instances are active as at
             the accepted state
+        derivatives : False leaves zeros for Jacobian entries that a function of the caller gives
         """
         group, one = self.layout.groups[number], self.instances[number]
         at = self.structure.placements[number].rows
         moving = [states[group.uses[u].entity][at[:, u], offset] for u, offset in group.states]
         data = list(one.data.T)
+        if self.hooks is not None and number in self.hooks.items:
+            found = self.hooks.columns_at(number, states, derivatives)
+            data = [*found.T, *[np.zeros(len(found))] * (len(data) - found.shape[1])]
         if group.moving_guard is not None:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
         return [*moving, *data, *one.uniform]

@@ -3,16 +3,19 @@
     python runtime_fit_demo.py ["a * exp(-b * x) + c"] [--start a=1 b=0.1 c=0] [--plot fit.png]
 
 There is no model file: the equation is parsed, differentiated and evaluated while the program runs.
+The robust fit is done twice: with the residual as text, and by a function for all points at once.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import arael
+from arael import sym
 
 EQUATION = "a * exp(-b * x) + c"
 TRUTH = {"a": 2.5, "b": 0.7, "c": 0.3}
@@ -39,6 +42,25 @@ def fit(equation: str, start: dict[str, float], robust: bool) -> dict[str, float
     curve = arael.runtime_residual(residual, label="curve", parameters=start, data={"x": x, "y": y})
     arael.runtime_model(curve).solve(rel_precision=1e-10, abs_precision=1e-12, max_iters=300)
     return dict(curve.parameters)
+
+
+def fit_by_code(equation: str, start: dict[str, float]) -> dict[str, float]:
+    """The same robust fit by a function: residuals and Jacobians of all points in one call."""
+    x, y, _ = make_data()
+    names = list(start)
+    formula = sym.parse(f"starship((({equation}) - y) / {SIGMA}, starship_gamma(25))")
+    value = sym.compiled(formula, [*names, "x", "y"])
+    slopes = [sym.compiled(formula.diff(name), [*names, "x", "y"]) for name in names]
+
+    def residuals(*values: np.ndarray, x: np.ndarray, y: np.ndarray) -> Any:
+        return value(*values, x, y), [slope(*values, x, y) for slope in slopes]
+
+    lines = [f"param {name}: real = {number!r}" for name, number in start.items()]
+    model = arael.loads("root Curve {\n" + "\n".join(lines) + "\n}", interpret=True)()
+    parameters = [model[name] for name in names]
+    model.add_residuals(residuals, parameters, data={"x": x, "y": y}, name="curve")
+    model.solve(rel_precision=1e-10, abs_precision=1e-12, max_iters=300)
+    return {name: float(parameter) for name, parameter in zip(names, parameters, strict=True)}
 
 
 def plot(equation: str, fits: dict[str, dict[str, float]], path: Path) -> None:
@@ -76,6 +98,7 @@ def main(arguments: list[str] | None = None) -> dict[str, dict[str, float]]:
     fits = {
         "least squares": fit(args.equation, start, robust=False),
         "robust": fit(args.equation, start, robust=True),
+        "robust by code": fit_by_code(args.equation, start),
     }
     for name, parameters in fits.items():
         print(f"{name:14}", *(f"{k} = {v:.4f}" for k, v in parameters.items()))

@@ -69,6 +69,7 @@ def test_a_jump_is_found(arael: Arael, line: Path) -> None:
     assert done.code == 2
     assert "E0630" in done.err
     assert "Line.points[1] at points[1]" in done.err
+    assert "the derivative by `" in done.err
 
 
 def test_gradients_need_data(arael: Arael, line: Path) -> None:

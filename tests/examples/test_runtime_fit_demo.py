@@ -31,6 +31,9 @@ def test_runtime_fit_demo(capsys: pytest.CaptureFixture[str]) -> None:
     np.testing.assert_allclose(list(fits["least squares"].values()), plain.x, rtol=1e-5)
     np.testing.assert_allclose(list(fits["robust"].values()), robust.x, rtol=1e-4)
     np.testing.assert_allclose(list(fits["robust"].values()), [2.5, 0.7, 0.3], rtol=0.03)
+    np.testing.assert_allclose(
+        list(fits["robust by code"].values()), list(fits["robust"].values()), rtol=1e-6
+    )
     assert wrong.sum() == 15
     assert "robust" in capsys.readouterr().out
 

@@ -18,6 +18,7 @@ cdef struct Work:
 cdef class Evaluation(Groups):
     cdef public int threads               # that share an evaluation
     cdef readonly bint guarded            # whether a guard of some instance reads parameters
+    cdef readonly bint updating           # whether a linearisation may change data, and so costs
 
     # Cost at one of the two states; NaN if a native function failed.
     cdef double cost(self, int which) noexcept nogil
@@ -29,6 +30,13 @@ cdef class Evaluation(Groups):
     # Where lanes are chosen, what only others contribute to is undefined, and so is the cost.
     cdef double linearise(
         self, void* gradient, void* values, ComponentLanes chosen) noexcept nogil
+
+    # Functions of the caller are called for the residuals at one of the two states, of one group or
+    # (g < 0) of all; with derivatives too where these are needed.
+    cdef void fill(self, int which, bint derivatives, Py_ssize_t g) noexcept nogil
+    cdef _fill(self, int which, bint derivatives, Py_ssize_t g)
+    cdef _update(self)
+    cdef _add_curvature(self, void* gradient, void* values)
 
     cdef bint _whole(self, Py_ssize_t g) noexcept nogil
     cdef void _run_shares(self, Task task, Work* work) noexcept nogil

@@ -12,6 +12,7 @@ class Evaluation(Groups):
 
     threads: int
     guarded: bool
+    updating: bool
 
     def total_cost(self) -> float: ...
     def linearised(

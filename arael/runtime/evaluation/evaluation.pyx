@@ -53,6 +53,40 @@ cdef class Evaluation(Groups):
             group.moving_guard is not None and self.lanes.whole(0, g).n
             for g, group in enumerate(layout.groups)
         )
+        self.updating = self.hooked and self.hooks.updates
+
+    # --- functions of the caller -------------------------------------------------------------
+
+    cdef void fill(self, int which, bint derivatives, Py_ssize_t g) noexcept nogil:
+        if self.hooked:
+            with gil:
+                self._fill(which, derivatives, g)
+
+    cdef _fill(self, int which, bint derivatives, Py_ssize_t g):
+        if self.raised.any:  # what failed is not called again until the failure was raised
+            return
+        try:
+            self.hooks.fill(which, derivatives, g)
+        except BaseException as error:
+            self.hooks.fail()
+            self.raised.keep(error)
+
+    cdef _update(self):
+        if self.raised.any:
+            return
+        try:
+            self.hooks.update(self.states.current)
+        except BaseException as error:
+            self.hooks.fail()
+            self.raised.keep(error)
+
+    cdef _add_curvature(self, void* gradient, void* values):
+        if self.raised.any:
+            return
+        try:
+            self.hooks.add_curvature(self.totals.views(gradient, values)[1])
+        except BaseException as error:
+            self.raised.keep(error)
 
     # --- all groups --------------------------------------------------------------------------
 
@@ -61,6 +95,7 @@ cdef class Evaluation(Groups):
         cdef double total = 0
         cdef Py_ssize_t g, k
         cdef Work work
+        self.fill(which, False, -1)
         if self.shares > 1:
             work.costs, work.which = costs, which
             self._run_shares(cost_of_share, &work)
@@ -75,6 +110,7 @@ cdef class Evaluation(Groups):
     cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil:
         cdef Py_ssize_t g, share
         cdef Work work
+        self.fill(which, False, -1)
         if self.shares > 1:
             work.which, work.chosen = which, <void*>chosen
             self._run_shares(costs_of_share, &work)
@@ -103,6 +139,10 @@ cdef class Evaluation(Groups):
         cdef double total = 0
         cdef Py_ssize_t g, k, share
         cdef Work work
+        if self.updating:
+            with gil:
+                self._update()
+        self.fill(self.states.current, True, -1)
         self.guard()
         if self.shares == 1:
             self.totals.clear(0, 1, gradient, values)
@@ -125,6 +165,9 @@ cdef class Evaluation(Groups):
             for share in range(self.shares):
                 total += self._checked(
                     self._linearise_chosen(g, share, gradient, values, chosen))
+        if self.hooked:
+            with gil:
+                self._add_curvature(gradient, values)
         self.totals.hold(gradient, values)
         return total
 
@@ -230,6 +273,7 @@ cdef class Evaluation(Groups):
         """Cost of one group at the accepted state."""
         cdef double cost
         with nogil:
+            self.fill(self.states.current, False, g)
             self.guard()
             cost = self.group_cost_at(g, self.states.current)
         self.raise_failure()
@@ -246,6 +290,7 @@ cdef class Evaluation(Groups):
         cdef Py_ssize_t share
         cdef double cost
         with nogil:
+            self.fill(self.states.current, True, g)
             self.guard()
             cost = self.linearise_group(g, &lanes, first, second)
             for share in range(self.shares):
@@ -260,6 +305,7 @@ cdef class Evaluation(Groups):
         cdef void* second
         group = self.groups[g]
         with nogil:
+            self.fill(self.states.current, True, g)
             self.guard()
         residuals = np.zeros((lanes.n, group.residuals), dtype=self.dtype)
         entries = np.zeros((lanes.n, len(group.jacobian)), dtype=self.dtype)

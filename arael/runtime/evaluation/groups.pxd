@@ -21,6 +21,8 @@ cdef class Groups:
     cdef object groups                    # of the layout
     cdef object orders                    # per group, that of its instances in lanes, or None
     cdef Py_ssize_t count                 # of them
+    cdef readonly object hooks            # Hooks: groups evaluated by functions of the caller; None
+    cdef readonly bint hooked             # whether there are any
 
     # Of one group: cost at one of the two states; NaN if a native function failed.
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from arael.runtime.assembly.structure import Structure
 from arael.runtime.assembly.totals import Totals
 from arael.runtime.evaluation.group_kernel import GroupKernel
+from arael.runtime.evaluation.hooks import Hooks
 from arael.runtime.evaluation.instances import Instances
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.evaluation.raised import Raised
@@ -26,6 +27,8 @@ class Groups:
     states: StatePair
     totals: Totals
     raised: Raised
+    hooks: Hooks | None
+    hooked: bool
 
     def __init__(
         self,
@@ -38,6 +41,7 @@ class Groups:
         kernels: Any,
         natives: NativeTable,
         programs: Sequence[Program | GroupKernel | None] | None = None,
+        hooks: Hooks | None = None,
     ) -> None: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...

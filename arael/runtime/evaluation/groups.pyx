@@ -32,11 +32,13 @@ cdef class Groups:
     programs : list of machine.Program, GroupKernel or None, one per group
         What runs on the expression machine, or on kernels of its own. The compiled kernels of the
         model, if any, are of the groups before the first of these, and of the first entities.
+    hooks : Hooks, or None
+        Functions of the caller that evaluate groups, and that are called before a linearisation.
     """
 
     def __init__(
         self, layout, structure, instances, stored, held_values, diagonal_at, kernels, natives,
-        programs=None
+        programs=None, hooks=None
     ):
         system, groups = structure.system, layout.groups
         self.single, self.size = layout.precision == "f32", system.size
@@ -59,6 +61,9 @@ cdef class Groups:
         self.orders = plan.orders
         self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
         self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
+        self.hooks, self.hooked = hooks, hooks is not None
+        if hooks is not None:
+            hooks.attach(self.states, self.lanes.data, self.orders)
 
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil:
         return self._checked(self.compiled.cost(g, self.lanes.whole(which, g), NULL))

@@ -19,6 +19,7 @@ cdef class Minimiser(Attempt):
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
     cdef void _linearise(self) noexcept nogil
+    cdef void _take_updated_costs(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil
     cdef void _ask_factor(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil

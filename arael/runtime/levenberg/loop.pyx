@@ -103,6 +103,7 @@ cdef class Minimiser(Attempt):
             c = &self._components[k]
             c.fresh = True
             c.guarded = s.guarded if guarded is None else guarded[k]
+            c.guarded |= self.evaluation.updating  # data differs between linearisations
             c.growth = 2
             c.predicted_decrease = NAN
             c.damping = s.lambda_floor if s.dogleg else max(s.initial_lambda, s.lambda_floor)
@@ -169,6 +170,8 @@ cdef class Minimiser(Attempt):
         if s.guarded and not s.by_promise:
             # Other instances may act than those the step was judged by.
             self._components[0].cost = self.current_cost = cost
+        if self.evaluation.updating:
+            self._take_updated_costs()
         if s.by_promise or s.dogleg:
             self._take_noise()
         if self._box.count:
@@ -193,6 +196,24 @@ cdef class Minimiser(Attempt):
         # After the last use of the last factor.
         if self._running < self._count:
             self._count_in_vain()
+
+    cdef void _take_updated_costs(self) noexcept nogil:
+        """Costs at the accepted state with the data that the linearisation has changed."""
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        self._take_costs(self.evaluation.states.current)
+        self.current_cost = self._settled
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            if c.status == RUNNING:
+                c.cost = self._sums[k]
+                c.fresh = True
+                if self._now.iteration == 0:
+                    c.start_cost = c.cost
+            self.current_cost += c.cost
+        if self._now.iteration == 0:
+            self.start_cost = self.current_cost
 
     cdef void _begin_components(self) noexcept nogil:
         """What each has of the new linearisation, and whether it ends with it.
