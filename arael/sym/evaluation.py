@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any, NoReturn
 
@@ -22,7 +22,6 @@ from arael.sym.functions import OWN, UserFunction
 from arael.sym.values import Value, as_value, entries, free_vars, type_of
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import Writer
 
 Array = NDArray[Any]
@@ -35,13 +34,9 @@ _NAME_OF: Mapping[Any, str] = {
     **{sp.And: "and", sp.Or: "or", sp.Not: "not"},
 }
 _SWAPPED = {sp.StrictGreaterThan: "lt", sp.GreaterThan: "le"}
-_MORE: Mapping[Any, Callable[[Any], Any]] = {
-    sp.cot: lambda a: 1 / sp.tan(a),
-    sp.sec: lambda a: 1 / sp.cos(a),
-    sp.csc: lambda a: 1 / sp.sin(a),
-    sp.coth: lambda a: 1 / sp.tanh(a),
-    sp.sech: lambda a: 1 / sp.cosh(a),
-    sp.csch: lambda a: 1 / sp.sinh(a),
+_RECIPROCAL_OF = {
+    **{sp.cot: sp.tan, sp.sec: sp.cos, sp.csc: sp.sin},
+    **{sp.coth: sp.tanh, sp.sech: sp.cosh, sp.csch: sp.sinh},
 }
 
 
@@ -76,8 +71,8 @@ class Lowered(Writer):
             return super()._write(term)
         if isinstance(term, sp.Heaviside) and term.args[1] == sp.S.Half:
             return g.op("heaviside", self.node(term.args[0]))
-        if type(term) in _MORE:
-            return self.node(_MORE[type(term)](*term.args))
+        if type(term) in _RECIPROCAL_OF:
+            return self.node(1 / _RECIPROCAL_OF[type(term)](*term.args))
         return self._named(term)
 
     def _named(self, term: Any) -> int:
@@ -89,9 +84,7 @@ class Lowered(Writer):
             return reduce(lambda a, b: self.graph.op(name, a, b), args)
         if OPERATIONS[name].arity != len(args):
             _unknown(term)
-        if OPERATIONS[name].primitive:
-            return self.graph.op(name, *args)
-        return SCALARS[name](self.graph, *args)
+        return self._operation(name, args)
 
     def _condition(self, term: Any) -> int:
         g = self.graph
@@ -138,38 +131,6 @@ def _unknown(term: Any) -> NoReturn:
     )
 
 
-class Program:
-    """Expressions made ready for evaluation, many times or on arrays.
-
-    Attributes
-    ----------
-    names : the variables, in the order in which a call takes them
-    operations : arithmetic operations of one evaluation, after sharing
-    """
-
-    def __init__(self, scalars: Sequence[Any], names: Sequence[str]) -> None:
-        lowered = Lowered(scalars)
-        self.names = tuple(names)
-        self._calls = lowered.calls
-        self._inner = [Program(call.args, self.names) for call in self._calls]
-        self._tape = lowered.graph.tape(lowered.roots, [*self.names, *self._calls])
-
-    @property
-    def operations(self) -> int:
-        """Count the operations of one evaluation."""
-        return self._tape.operations + sum(inner.operations + 1 for inner in self._inner)
-
-    def __call__(self, *inputs: Any) -> list[Array]:
-        """Values of the expressions for these values of `names`."""
-        if len(inputs) != len(self.names):
-            raise TypeError(f"expected {len(self.names)} values ({', '.join(self.names)})")
-        arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
-        for call, inner in zip(self._calls, self._inner, strict=True):
-            arguments = inner(*arrays[: len(self.names)])
-            arrays.append(np.asarray(call.declared.native_value(*arguments)))
-        return run(self._tape, arrays)
-
-
 class Compiled:
     """A value made ready for evaluation: a function of its variables.
 
@@ -181,14 +142,23 @@ class Compiled:
 
     def __init__(self, value: Value, names: Sequence[str]) -> None:
         self.value = value
-        self._type = type_of(value)
-        self._program = Program(entries(value), names)
-        self.names = self._program.names
-        self.operations = self._program.operations
+        self.names = tuple(names)
+        lowered = Lowered(entries(value))
+        self._calls = [(c.declared, Compiled(as_value(c.args), names)) for c in lowered.calls]
+        self._tape = lowered.graph.tape(lowered.roots, [*names, *lowered.calls])
+        inner = sum(arguments.operations + 1 for _, arguments in self._calls)
+        self.operations: int = self._tape.operations + inner
 
     def __call__(self, *inputs: Any) -> Any:
         """Evaluate; arguments are numbers or arrays that broadcast against each other."""
-        return _shaped(self._type, self._program(*inputs))
+        return _shaped(type_of(self.value), self._scalars(inputs))
+
+    def _scalars(self, inputs: Sequence[Any]) -> list[Array]:
+        if len(inputs) != len(self.names):
+            raise TypeError(f"expected {len(self.names)} values ({', '.join(self.names)})")
+        arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
+        found = [np.asarray(f.native_value(*a._scalars(inputs))) for f, a in self._calls]
+        return run(self._tape, [*arrays, *found])
 
 
 def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:

@@ -17,7 +17,7 @@ from arael.check.typed import BOOL, REAL
 from arael.compiler.imports import Imports
 from arael.diagnostics.records import Findings, Source
 from arael.sym.errors import fail
-from arael.sym.evaluation import Program
+from arael.sym.evaluation import Compiled
 from arael.sym.functions import UserFunction, number
 from arael.sym.reading import Reader, call
 from arael.sym.values import Value, composite, type_of
@@ -95,8 +95,7 @@ class Function:
         """Value on numbers or arrays."""
         if self.is_native:
             return self.native_value(*args)
-        formals = sp.symbols(self.parameters)
-        return Program([self.formula(formals)], self.parameters)(*args)[0]
+        return Compiled(self.formula(sp.symbols(self.parameters)), self.parameters)(*args)
 
     def _read(self, node: tree.Expr, args: tuple[Any, ...]) -> Any:
         names = {**self.bag.constants, **dict(zip(self.parameters, args, strict=True))}

@@ -20,7 +20,6 @@ from sympy import Expr, S, Symbol
 
 from arael.operations import OPERATIONS
 from arael.operations import Operation as Record
-from arael.symbolic.scalars.function import REGULARISATION
 
 Maker = Callable[..., Expr]
 Slope = Callable[..., Expr]
@@ -33,8 +32,9 @@ VALUE = Symbol("value", real=True)
 
 _TINY = Symbol("regularisation", positive=True)
 
-CONSTANTS: Mapping[Symbol, float] = {_TINY: REGULARISATION}
-"""Numbers that stay symbols, so that SymPy computes with them exactly."""
+CONSTANTS: Mapping[Symbol, float] = {_TINY: 1e-12}
+"""Numbers that stay symbols, so that SymPy computes with them exactly: what the ``safe_`` functions
+add under roots and to denominators."""
 
 
 class Operation(sp.Function):  # type: ignore[misc]

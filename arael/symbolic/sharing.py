@@ -145,9 +145,11 @@ class Writer:
             return self._product(term)
         if term.is_Pow:
             return self._power(term.base, term.exp)
-        name = OPERATION_OF[term.func]
-        args = map(self.node, term.args)
-        return g.op(name, *args) if name in PRIMITIVES else SCALARS[name](g, *args)
+        return self._operation(OPERATION_OF[term.func], [*map(self.node, term.args)])
+
+    def _operation(self, name: str, args: Sequence[int]) -> int:
+        g = self.graph
+        return g.op(name, *args) if name in PRIMITIVES else SCALARS[name].build(g, *args)
 
     def _sum(self, terms: Sequence[Any]) -> int:
         """Write what is added first, then what is subtracted."""
