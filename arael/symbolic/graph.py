@@ -8,7 +8,7 @@ deterministic elimination of common subexpressions, happens as the graph is buil
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
 from arael.runtime.machine.tape import PRIMITIVES, Tape
 from arael.symbolic.prescribed import Prescribed
@@ -16,6 +16,17 @@ from arael.symbolic.simplify import RULES, fold
 from arael.symbolic.taping import write_tape
 
 NO_PLACE = -1
+
+
+def closure(start: Iterable[int], below: Callable[[int], Iterable[int]]) -> list[int]:
+    """Nodes of `start`, those `below` them, and so on, in order of evaluation."""
+    found = set(start)
+    stack = list(found)
+    while stack:
+        new = [node for node in below(stack.pop()) if node not in found]
+        found.update(new)
+        stack += new
+    return sorted(found)
 
 
 class Graph:
@@ -193,14 +204,7 @@ class Graph:
 
     def live(self, outputs: Iterable[int]) -> list[int]:
         """Nodes that `outputs` are computed from, themselves included, in order of evaluation."""
-        found = set(outputs)
-        stack = list(found)
-        while stack:
-            for operand in self.operands(stack.pop()):
-                if operand not in found:
-                    found.add(operand)
-                    stack.append(operand)
-        return sorted(found)
+        return closure(outputs, self.operands)
 
     def depends(self, on: Iterable[int]) -> set[int]:
         """Nodes of the graph whose value is computed from one of `on`, and those themselves."""
@@ -230,24 +234,26 @@ class Graph:
 
     # Rewriting
 
-    def substitute(self, outputs: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
-        """Build `outputs` again with nodes replaced by others of this graph.
-
-        Replacements are not themselves rewritten. Prescribed derivatives follow their values.
-        """
-        return self.copy(outputs, self, replacement)
-
     def copy(
         self, outputs: Iterable[int], target: Graph, replacement: Mapping[int, int] | None = None
     ) -> list[int]:
         """Build `outputs` again in `target`, where nodes of `replacement` become its nodes.
 
+        Replacements are not themselves rewritten; prescribed derivatives follow their values.
         Inputs keep their keys, and nodes their places when `target` is another graph.
         """
         outputs = list(outputs)
         new: dict[int, int] = dict(replacement or {})
         saved = target.place
-        for node in self._reachable(outputs, new):
+        given = set(new)
+
+        def needed(node: int) -> Iterable[int]:
+            leaf = node in given or self.ops[node] in ("input", "const")
+            return () if leaf else self.args[node]
+
+        for node in closure(outputs, needed):
+            if node in given:
+                continue
             name, args = self.ops[node], self.args[node]
             target.place = self.place_of(node, saved)
             if name == "const":
@@ -262,20 +268,6 @@ class Graph:
                 new[node] = target.op(name, *(new[a] for a in args))
         target.place = saved
         return [new[node] for node in outputs]
-
-    def _reachable(self, outputs: Sequence[int], stop: Mapping[int, int]) -> list[int]:
-        """Nodes reachable from `outputs`, through prescribed derivatives too, short of `stop`."""
-        found = {node for node in outputs if node not in stop}
-        stack = list(found)
-        while stack:
-            node = stack.pop()
-            if self.ops[node] in ("input", "const"):
-                continue
-            for operand in self.args[node]:
-                if operand not in found and operand not in stop:
-                    found.add(operand)
-                    stack.append(operand)
-        return sorted(found)
 
     # Tapes
 
