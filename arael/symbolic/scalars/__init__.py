@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from arael.operations import OPERATIONS, Operation
 from arael.symbolic.graph import Graph
+from arael.symbolic.operators import Scalar
 from arael.symbolic.prescribed import Prescribed
 
 
@@ -56,12 +57,14 @@ def _build(one: Operation) -> Callable[..., int]:
     """
     if one.primitive:
         return lambda g, *args: g.op(one.name, *args)
-    module, _, name = one.build.partition(":")
-    value: Callable[..., int] = getattr(import_module(module), name)
-    if not one.sympy:
-        return value
+    formula: Callable[..., Scalar] = import_module(one.build).FORMULAS[one.name]
     function = Prescribed(one.name, native=False)
-    return lambda g, *args: g.call(function, args, value(g, *args))
+
+    def build(g: Graph, *args: int) -> int:
+        value = formula(*(Scalar(g, a) for a in args)).node
+        return g.call(function, args, value) if one.sympy else value
+
+    return build
 
 
 SCALARS: Mapping[str, ScalarFunction] = MappingProxyType(
