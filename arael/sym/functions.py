@@ -138,24 +138,17 @@ def _class(one: Record, slope: Callable[..., Any]) -> Any:
     )
 
 
-def _as_in_models(made: Any) -> Callable[..., Any]:
-    """Return the derivative of a class of `arael.symbolic.functions`.
-
-    That is over the operations of graphs, in which a condition is a number.
-    """
-
-    def slope(value: Any, argindex: int, *args: Any) -> Any:
-        found = _slope(made, len(args), argindex)
-        return found.xreplace(dict(zip(core.FORMAL, args, strict=False)))
-
-    return slope
-
-
 @cache
 def _slope(made: Any, count: int, argindex: int) -> Any:
-    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`."""
+    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`.
+
+    There it is over the operations of graphs, in which a condition is a number.
+    """
     slope = made(*core.FORMAL[:count]).fdiff(argindex).subs(core.CONSTANTS)
-    return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
+    return slope.replace(
+        lambda e: e.func in core.OPERATION_OF,
+        lambda e: MAKERS[core.OPERATION_OF[e.func]](*e.args),
+    )
 
 
 def _of_record(one: Record) -> Maker:
@@ -167,12 +160,14 @@ def _of_record(one: Record) -> Maker:
     if not one.sympy:
         return lambda *args: written_out(one.name, *args)
     made = core.sympy_function(one)
-    own = isinstance(made, type) and not made.__module__.startswith("sympy.")
-    return cast(Maker, _class(one, _as_in_models(made))) if own else made
+    if not isinstance(made, type) or made.__module__.startswith("sympy."):
+        return made
 
+    def slope(value: Any, argindex: int, *args: Any) -> Any:
+        found = _slope(made, len(args), argindex)
+        return found.xreplace(dict(zip(core.FORMAL, args, strict=False)))
 
-def _translated(term: Any) -> Any:
-    return MAKERS[core.OPERATION_OF[term.func]](*term.args)
+    return cast(Maker, _class(one, slope))
 
 
 class Formulas:
@@ -349,7 +344,7 @@ OWN: Mapping[str, Any] = {
 
 
 def __getattr__(name: str) -> Any:
-    """Return a class that is made from one of `arael.symbolic.functions`; pickling looks for it."""
+    """Return a class that is made from a record; pickling looks for it."""
     if name not in OWN:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return OWN[name]
