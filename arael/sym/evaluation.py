@@ -205,11 +205,9 @@ def _require(names: Sequence[str], given: Mapping[str, Any]) -> None:
     if not missing:
         return
     near = closest(missing[0], [n for n in given if n not in names])
-    hint = (
-        f"did you mean `{missing[0]}` by `{near[0]}`?"
-        if near
-        else (f"give it one: `eval(f, {missing[0]}=1.0)`")
-    )
+    hint = f"give it one: `eval(f, {missing[0]}=1.0)`"
+    if near:
+        hint = f"did you mean `{missing[0]}` by `{near[0]}`?"
     fail(
         "E0650",
         f"variable `{missing[0]}` has no value",
@@ -221,9 +219,7 @@ def _require(names: Sequence[str], given: Mapping[str, Any]) -> None:
 
 def _shaped(type_: ValueType, scalars: list[Array]) -> Any:
     if type_ in (REAL, BOOL):
-        (result,) = scalars
-        if result.ndim:
-            return result != 0 if type_ == BOOL else result
-        return bool(result) if type_ == BOOL else float(result)
+        result = scalars[0] != 0 if type_ == BOOL else scalars[0]
+        return result if np.ndim(result) else result.item()
     stacked = np.stack(np.broadcast_arrays(*scalars), axis=-1)
     return stacked.reshape(*stacked.shape[:-1], *shape_of(type_))
