@@ -15,8 +15,8 @@ from arael.sym.evaluation import Lowered
 from arael.sym.notation import require_printable, shaped
 from arael.sym.rewriting import over_numpy
 from arael.sym.values import Value, as_value, entries, free_vars, type_of
+from arael.symbolic.c import REAL_TYPES, c_prelude
 from arael.symbolic.c import c as c_expression
-from arael.symbolic.c import c_prelude
 
 
 def latex(value: Any) -> str:
@@ -60,8 +60,8 @@ def python(value: Any) -> str:
 def _for_code(value: Value) -> tuple[Any, ...]:
     standard = over_numpy(value)
     require_printable(standard)
-    names = {n: sp.Symbol(code_name(n)) for n in free_vars(standard) if "." in n}
-    return tuple(e.xreplace({sp.Symbol(n): s for n, s in names.items()}) for e in entries(standard))
+    names = {sp.Symbol(n): sp.Symbol(code_name(n)) for n in free_vars(standard)}
+    return tuple(e.xreplace(names) for e in entries(standard))
 
 
 def c(value: Any, real: str = "double") -> str:
@@ -69,7 +69,7 @@ def c(value: Any, real: str = "double") -> str:
 
     It may call functions that `c_prelude` defines, and native functions by their name.
     """
-    if real not in ("double", "float"):
+    if real not in REAL_TYPES:
         raise ValueError(f"C's real numbers are `double` or `float`, not {real!r}")
     value = as_value(value)
     require_printable(value)
@@ -108,10 +108,8 @@ def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     parameters = [f"double {n}" for n in names] + ([] if scalar else ["double *out"])
     lines = [f"{'double' if scalar else 'void'} {name}({', '.join(parameters) or 'void'}) {{"]
     lines += [f"    const double {t.name} = {c(e)};" for t, e in shared.temporaries]
-    if scalar:
-        lines.append(f"    return {c(result)};")
-    else:
-        lines += [f"    out[{i}] = {c(e)};" for i, e in enumerate(entries(result))]
+    for i, e in enumerate(entries(result)):
+        lines.append(f"    {'return' if scalar else f'out[{i}] ='} {c(e)};")
     return c_prelude() + "\n".join([*lines, "}"]) + "\n"
 
 

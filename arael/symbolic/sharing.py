@@ -10,7 +10,7 @@ import sympy as sp
 from sympy import S, Symbol
 
 from arael.runtime.machine.tape import PRIMITIVES
-from arael.symbolic.functions import OPERATION_OF
+from arael.symbolic.functions import MAKERS, OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.terms import Term, Terms
@@ -75,14 +75,9 @@ def _values(terms: Terms, used: Sequence[Term]) -> list[Term]:
     """Sums and products that are computed anyway, so that derivatives share them."""
     g = terms.graph
     symbols = {symbol for term in used for symbol in term.free_symbols}
-    found = []
-    for node in g.live([terms.symbols[s] for s in symbols if s in terms.symbols]):
-        if g.ops[node] in ("add", "sub", "mul"):
-            a, b = map(terms.leaf, g.args[node])
-            found.append(
-                a * b if g.ops[node] == "mul" else a + b if g.ops[node] == "add" else a - b
-            )
-    return found
+    live = g.live([terms.symbols[s] for s in symbols if s in terms.symbols])
+    nodes = (node for node in live if g.ops[node] in ("add", "sub", "mul"))
+    return [MAKERS[g.ops[node]](*map(terms.leaf, g.args[node])) for node in nodes]
 
 
 def real(number: Any) -> float:
@@ -196,9 +191,9 @@ class Writer:
         for factor in factors:
             if factor.is_number:
                 number *= factor
-            else:
-                node = self.node(factor)
-                product = node if product is None else g.op("mul", product, node)
+                continue
+            node = self.node(factor)
+            product = node if product is None else g.op("mul", product, node)
         if product is None:
             return g.const(real(number))
         return product if number is S.One else g.op("mul", g.const(real(number)), product)
