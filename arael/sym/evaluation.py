@@ -164,10 +164,7 @@ class Compiled:
 def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
     """Make a fast function of a value, for evaluation at many points.
 
-    Parameters
-    ----------
-    value : expression, vector, matrix, or list of expressions
-    by : its arguments; by default all variables in alphabetical order
+    Its arguments are the variables `by`, or all in alphabetical order.
 
     Raises
     ------
@@ -176,7 +173,7 @@ def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
         language lacks.
     """
     value = as_value(value)
-    names = free_vars(value) if by is None else [str(v) for v in by]
+    names = free_vars(value) if by is None else [*map(str, by)]
     _require(free_vars(value), dict.fromkeys(names))
     return Compiled(value, names)
 

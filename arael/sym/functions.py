@@ -11,7 +11,6 @@ as in the language, evaluate numerically, and work in `sympy.lambdify`.
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -170,52 +169,12 @@ def _of_record(one: Record) -> Maker:
     return cast(Maker, _class(one, slope))
 
 
-class Formulas:
-    """Takes the part of a `Graph` whose nodes are SymPy expressions.
-
-    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
-    """
-
-    place: int | None = None
-
-    def const(self, value: float) -> Any:
-        """Make a number."""
-        return number(value)
-
-    def value(self, node: Any) -> float | None:
-        """Value of a number; None of anything else."""
-        return float(node) if node.is_Number else None
-
-    def op(self, name: str, *args: Any) -> Any:
-        """Make an operation."""
-        return operation(name, *args)
-
-    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
-        """Make a call of a function with prescribed derivatives."""
-        if isinstance(function, Prescribed):
-            return operation(function.name, *args)
-        return function.sympy_class(*args)
-
-
-class _WrittenOut(Formulas):
-    """Writes functions with prescribed derivatives out as the formula of their value."""
-
-    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
-        return value
-
-
-def written_out(name: str, *args: Any) -> Any:
-    """Return the formula that gives the value of a function of the language."""
-    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
-
-
 def number(value: float) -> Any:
     """Return a number as SymPy's: exact if it is whole or a short binary fraction."""
-    if value != value or value in (math.inf, -math.inf):
-        return sp.nan if value != value else sp.oo if value > 0 else -sp.oo
-    numerator, denominator = value.as_integer_ratio()
-    if denominator <= _LARGEST_DENOMINATOR and -_LARGEST <= value <= _LARGEST:
-        return sp.Rational(numerator, denominator)
+    if -_LARGEST <= value <= _LARGEST:
+        numerator, denominator = value.as_integer_ratio()
+        if denominator <= _LARGEST_DENOMINATOR:
+            return sp.Rational(numerator, denominator)
     return sp.Float(value)
 
 
@@ -241,6 +200,38 @@ def operation(name: str, *args: Any) -> Any:
             if found.is_Rational and _is_long(found, _LONGEST):
                 made = made.xreplace({found: sp.Float(found, 15)})
     return made
+
+
+class Formulas:
+    """Takes the part of a `Graph` whose nodes are SymPy expressions.
+
+    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
+    """
+
+    place: int | None = None
+    const, op = staticmethod(number), staticmethod(operation)
+
+    def value(self, node: Any) -> float | None:
+        """Value of a number; None of anything else."""
+        return float(node) if node.is_Number else None
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        """Make a call of a function with prescribed derivatives."""
+        if isinstance(function, Prescribed):
+            return operation(function.name, *args)
+        return function.sympy_class(*args)
+
+
+class _WrittenOut(Formulas):
+    """Writes functions with prescribed derivatives out as the formula of their value."""
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        return value
+
+
+def written_out(name: str, *args: Any) -> Any:
+    """Return the formula that gives the value of a function of the language."""
+    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
 
 
 _COMPARISONS = ("lt", "le", "eq", "ne")

@@ -109,16 +109,9 @@ class Graph:
     def custom(self, value: int, partials: Iterable[tuple[int, int]]) -> int:
         """Make a node with the value of `value` and a prescribed derivative.
 
-        Parameters
-        ----------
-        value : node that gives the value
-        partials : pairs of an argument and the partial derivative with respect to it, both nodes.
-            Differentiation goes through these and never into `value`.
-
-        Returns
-        -------
-        A node of operation ``custom`` with operands ``value, argument, partial, argument, ...``. It
-        costs nothing: a tape has `value` in its place.
+        `partials` are pairs of an argument and the derivative by it, both nodes; differentiation
+        goes through these and never into `value`. The node has operation ``custom`` and operands
+        ``value, argument, partial, argument, ...``. A tape has `value` in its place.
         """
         flat = tuple(node for pair in partials for node in pair)
         return self.intern("custom", (value, *flat))
@@ -126,15 +119,7 @@ class Graph:
     def call(self, function: Prescribed, args: Sequence[int], value: int | None = None) -> int:
         """Make a node for a call of a function whose derivatives are prescribed.
 
-        Parameters
-        ----------
-        function : what is called
-        args : its arguments
-        value : node of its value; None for one that is known only to native code
-
-        Returns
-        -------
-        A node; where there is a `value`, it costs nothing, and a tape has `value` in its place.
+        A tape has the node `value` in its place; without one it is known only to native code.
         """
         self.functions[function.operation] = function
         operands = args if value is None else (value, *args)
@@ -197,8 +182,7 @@ class Graph:
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Nodes that the value of `node` is computed from: none of inputs and constants."""
-        name = self.ops[node]
-        if name in ("input", "const"):
+        if self.ops[node] in ("input", "const"):
             return ()
         return self.args[node][:1] if self.is_free(node) else self.args[node]
 
@@ -209,10 +193,8 @@ class Graph:
     def depends(self, on: Iterable[int]) -> set[int]:
         """Nodes of the graph whose value is computed from one of `on`, and those themselves."""
         found = set(on)
-        if not found:
-            return found
-        for node in range(min(found) + 1, len(self.ops)):
-            if any(operand in found for operand in self.operands(node)):
+        for node in range(min(found, default=len(self.ops)), len(self.ops)):
+            if not found.isdisjoint(self.operands(node)):
                 found.add(node)
         return found
 
@@ -225,8 +207,7 @@ class Graph:
         outputs = list(outputs)
         size: dict[int, int] = {}
         for node in self.live(outputs):
-            inner = sum(size[operand] for operand in self.operands(node))
-            size[node] = inner + self._is_operation(node)
+            size[node] = self._is_operation(node) + sum(size[a] for a in self.operands(node))
         return sum(size[node] for node in outputs)
 
     def _is_operation(self, node: int) -> bool:
@@ -245,14 +226,14 @@ class Graph:
         outputs = list(outputs)
         new: dict[int, int] = dict(replacement or {})
         saved = target.place
-        given = set(new)
+        leaves = set(new)
 
         def needed(node: int) -> Iterable[int]:
-            leaf = node in given or self.ops[node] in ("input", "const")
+            leaf = node in leaves or self.ops[node] in ("input", "const")
             return () if leaf else self.args[node]
 
         for node in closure(outputs, needed):
-            if node in given:
+            if node in leaves:
                 continue
             name, args = self.ops[node], self.args[node]
             target.place = self.place_of(node, saved)
@@ -272,16 +253,9 @@ class Graph:
     # Tapes
 
     def tape(self, outputs: Iterable[int], inputs: Sequence[Hashable] | None = None) -> Tape:
-        """Make the straight-line program of `outputs`.
+        """Make the straight-line program of `outputs`, which are its results in that order.
 
-        Parameters
-        ----------
-        outputs : nodes, in the order wanted of the results
-        inputs : keys of the program's inputs in order; by default all those of the graph
-
-        Raises
-        ------
-        ValueError
-            If an output needs an input that is not among `inputs`.
+        `inputs` are the keys of its inputs in order, by default all those of the graph; ValueError
+        if an output needs another one.
         """
         return write_tape(self, list(outputs), inputs)

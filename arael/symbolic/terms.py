@@ -147,9 +147,9 @@ class Terms:
 
     def times(self, a: Term, b: Term) -> Term:
         """Product of two terms."""
-        if S.Zero in (a, b):
+        if a is S.Zero or b is S.Zero:
             return S.Zero
-        if S.One in (a, b):
+        if a is S.One or b is S.One:
             return b if a is S.One else a
         return self.atom(a) * self.atom(b)
 
