@@ -54,7 +54,6 @@ class Lowered(Writer):
     def __init__(self, roots: Sequence[Any], *, simplify: bool = True) -> None:
         super().__init__(Graph(simplify=simplify), {}, {})
         self.calls: list[Any] = []
-        self._trail: list[Any] = []
         self.roots = [self.node(root) for root in roots]
 
     def _write(self, term: Any) -> int:

@@ -11,7 +11,6 @@ as in the language, evaluate numerically, and work in `sympy.lambdify`.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, cast
@@ -27,8 +26,7 @@ from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic import functions as core
-from arael.symbolic.graph import Graph
-from arael.symbolic.prescribed import Prescribed
+from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import real
 
@@ -39,17 +37,11 @@ _LARGEST = 1e15
 _LONGEST = 1 << 128
 
 
-class Numeric(sp.Function):  # type: ignore[misc]
+class Numeric(core.Operation):
     """A function that SymPy keeps as it is, with a numeric value."""
 
-    @classmethod
-    def eval(cls, *args: Any) -> None:
-        """Keep the function: operands may be anything."""
-
-    @classmethod
-    @abstractmethod
-    def _imp_(cls, *args: Any) -> Any:
-        """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
+    _imp_: Callable[..., Any]
+    """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
 
     def _numpycode(self, printer: Any) -> str:
         """Call it by name in `lambdify`, though SymPy has a function `sinc` too."""
@@ -270,10 +262,6 @@ def condition(value: Any) -> Any:
     return value if isinstance(value, sp.logic.boolalg.Boolean) else sp.Ne(value, 0)
 
 
-def _select(chosen: Any, a: Any, b: Any) -> Any:
-    return sp.Piecewise((a, condition(chosen)), (b, True))
-
-
 def _of_taken(taken: Any, argindex: int) -> Any:
     """1 for the operand that is taken, the first where they tie; 0 for the other."""
     here, other = (sp.S.One, sp.S.Zero) if argindex == 1 else (sp.S.Zero, sp.S.One)
@@ -314,7 +302,7 @@ _SPECIAL: Mapping[str, Maker] = {
     "and": lambda a, b: sp.And(condition(a), condition(b)),
     "or": lambda a, b: sp.Or(condition(a), condition(b)),
     "not": lambda a: sp.Not(condition(a)),
-    "select": _select,
+    "select": lambda chosen, a, b: sp.Piecewise((a, condition(chosen)), (b, True)),
 }
 
 MAKERS: Mapping[str, Maker] = {

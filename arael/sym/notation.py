@@ -90,10 +90,9 @@ class _Notation(StrPrinter):  # type: ignore[misc]
         return f"{self._print(expr.lhs)} {expr.rel_op} {self._print(expr.rhs)}"
 
     def _print_And(self, expr: Any) -> str:
-        return " and ".join(map(self._condition, expr.args))
+        return f" {type(expr).__name__.lower()} ".join(map(self._condition, expr.args))
 
-    def _print_Or(self, expr: Any) -> str:
-        return " or ".join(map(self._condition, expr.args))
+    _print_Or = _print_And
 
     def _print_Not(self, expr: Any) -> str:
         return f"not {self._condition(expr.args[0])}"

@@ -37,10 +37,10 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
         return "np.nan"
 
     def _print_Max(self, expr: Any) -> str:
-        return str(reduce("np.maximum({}, {})".format, map(self._print, expr.args)))
+        call = f"np.{type(expr).__name__.lower()}imum({{}}, {{}})"
+        return str(reduce(call.format, map(self._print, expr.args)))
 
-    def _print_Min(self, expr: Any) -> str:
-        return str(reduce("np.minimum({}, {})".format, map(self._print, expr.args)))
+    _print_Min = _print_Max
 
 
 def python(value: Any) -> str:

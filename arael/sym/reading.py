@@ -212,9 +212,6 @@ def _require_size(typed: Typed) -> None:
         fail("E0653", "expression is too large", typed.span, what)
 
 
-# --- names ----------------------------------------------------------------------------------------
-
-
 def _number(t: Reader, node: tree.Number) -> Binding:
     if node.unit is None:
         return expressions.HANDLERS[tree.Number](t, node)

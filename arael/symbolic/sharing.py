@@ -61,13 +61,10 @@ class Shared(Generic[Seed]):
 
 def _needed(terms: Terms, wanted: Sequence[Term]) -> dict[Term, tuple[Term, int | None]]:
     """Definitions that `wanted` need, in order of creation, which is an order of evaluation."""
-    stack = [symbol for term in wanted for symbol in term.free_symbols]
-    needed: set[Term] = set()
-    while stack:
-        symbol = stack.pop()
-        if symbol in terms.definitions and symbol not in needed:
-            needed.add(symbol)
-            stack += terms.definitions[symbol][0].free_symbols
+    needed = {symbol for term in wanted for symbol in term.free_symbols}
+    for symbol, (term, _) in reversed(terms.definitions.items()):
+        if symbol in needed:
+            needed |= term.free_symbols
     return {s: d for s, d in terms.definitions.items() if s in needed}
 
 

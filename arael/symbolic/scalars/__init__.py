@@ -10,9 +10,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from arael.operations import OPERATIONS, Operation
-from arael.symbolic.graph import Graph
+from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.operators import Scalar
-from arael.symbolic.prescribed import Prescribed
 
 
 class ScalarFunction(NamedTuple):
