@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from sympy import Quaternion
+
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.sym.algebra import (
     Shared,
@@ -36,7 +38,6 @@ from arael.sym.reading import call, parse
 from arael.sym.rewriting import from_sympy, to_sympy
 from arael.sym.user_functions import Function, FunctionBag, function
 from arael.sym.values import Transform, free_vars, symbol, symbols, vector
-from arael.sym.values import quaternion as _variables
 from arael.symbolic.c import c_prelude
 from arael.symbolic.scalars import SCALARS
 
@@ -50,7 +51,9 @@ __all__ = [
 
 def quaternion(of: Any) -> Any:
     """Return the quaternion of a rotation matrix; of ``"q"`` that of ``q.w q.x q.y q.z``."""
-    return _variables(of) if isinstance(of, str) else call("quaternion", [of])
+    if isinstance(of, str):
+        return Quaternion(*(symbol(f"{of}.{part}") for part in "wxyz"))
+    return call("quaternion", [of])
 
 
 def __getattr__(name: str) -> Any:

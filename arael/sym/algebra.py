@@ -72,10 +72,8 @@ def _derivatives(value: Value, by: Any) -> list[Any]:
 def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
     """Matrix of derivatives: a row per scalar of `values`, a column per variable.
 
-    Parameters
-    ----------
-    values : a vector, or several expressions
-    by : variables; by default all, in alphabetical order
+    `values` are a vector or several expressions; the variables `by` are all, in alphabetical order,
+    if none are given.
 
     Raises
     ------
@@ -104,13 +102,9 @@ def hessian(value: Any, by: Iterable[Any] | None = None) -> Any:
 def subs(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -> Value:
     """Put expressions or numbers in place of variables, all at once.
 
-    SymPy's ``value.subs`` replaces one after the other, and reads strings as Python.
-
-    Parameters
-    ----------
-    value : any
-    values : what replaces which variable, given by name or as a symbol; expressions may be given
-        too, and are found where SymPy has them as a part
+    SymPy's ``value.subs`` replaces one after the other, and reads strings as Python. Variables are
+    given by name or as symbols; what is to be replaced may also be an expression that is a part of
+    `value` as SymPy has it.
     """
     value = as_value(value)
     given: dict[Any, Any] = {**(values or {}), **named}

@@ -31,7 +31,7 @@ _NAME_OF: Mapping[Any, str] = {
     **{made: name for name, made in OWN.items()},
     **{sp.Max: "max", sp.Min: "min", sp.loggamma: "lgamma", sp.sinc: "sinc"},
     **{sp.StrictLessThan: "lt", sp.LessThan: "le", sp.Eq: "eq", sp.Ne: "ne"},
-    **{sp.And: "and", sp.Or: "or", sp.Not: "not"},
+    **{sp.And: "and", sp.Or: "or", sp.Not: "not", sp.ITE: "select"},
 }
 _SWAPPED = {sp.StrictGreaterThan: "lt", sp.GreaterThan: "le"}
 _RECIPROCAL_OF = {
@@ -86,11 +86,8 @@ class Lowered(Writer):
         return self._operation(name, args)
 
     def _condition(self, term: Any) -> int:
-        g = self.graph
         if type(term) in _SWAPPED:
-            return g.op(_SWAPPED[type(term)], *map(self.node, reversed(term.args)))
-        if isinstance(term, sp.ITE):
-            return g.op("select", *map(self.node, term.args))
+            return self._operation(_SWAPPED[type(term)], [*map(self.node, term.args[::-1])])
         if not isinstance(term, sp.Piecewise):
             return self._named(term)
         *arms, (last, rest) = term.args
@@ -98,15 +95,15 @@ class Lowered(Writer):
             _unknown(term)  # without a last arm it has no value somewhere
         node = self.node(last)
         for arm, chosen in reversed(arms):
-            node = g.op("select", self.node(chosen), self.node(arm), node)
+            node = self.graph.op("select", self.node(chosen), self.node(arm), node)
         return node
 
     def _user(self, call: Any) -> int:
         function = call.declared
-        if function.is_native:
-            self.calls.append(call)
-            return self.graph.input(call)
-        return self.node(function.formula(call.args))
+        if not function.is_native:
+            return self.node(function.formula(call.args))
+        self.calls.append(call)
+        return self.graph.input(call)
 
     def _factors(self, factors: Sequence[Any]) -> int:
         """Multiply; a fraction divides at the end, which rounds once."""
@@ -122,12 +119,9 @@ class Lowered(Writer):
 
 
 def _unknown(term: Any) -> NoReturn:
-    fail(
-        "E0654",
-        f"`{str(term)[:60]}` has no counterpart in the language",
-        origin="SymPy",
-        help=("formulas are over the real numbers, with the functions of the language",),
-    )
+    help_ = ("formulas are over the real numbers, with the functions of the language",)
+    message = f"`{str(term)[:60]}` has no counterpart in the language"
+    fail("E0654", message, origin="SymPy", help=help_)
 
 
 class Compiled:

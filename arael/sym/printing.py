@@ -91,14 +91,9 @@ def _c(e: Any, real: str) -> str:
 def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     """Write a C function of doubles that computes a value, shared subexpressions once.
 
-    A scalar is returned; the scalars of anything else are written to ``out``. The text begins with
-    what it needs of ``math.h`` and more.
-
-    Parameters
-    ----------
-    name : of the C function
-    value : what it computes
-    by : its arguments; by default the variables in alphabetical order
+    A scalar is returned; the scalars of anything else are written to ``out``. Its arguments are the
+    variables `by`, or all in alphabetical order. The text begins with what it needs of ``math.h``
+    and more.
     """
     value = as_value(value)
     names = [code_name(str(v)) for v in (free_vars(value) if by is None else by)]

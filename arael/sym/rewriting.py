@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial, reduce
 from typing import Any
 
 import sympy as sp
@@ -110,7 +111,4 @@ def rewritten(value: Any, rule: Callable[[Any], Callable[..., Any] | None]) -> V
 
 
 def _paired(name: str, args: tuple[Any, ...]) -> Any:
-    result, *rest = sorted(args, key=sp.default_sort_key)
-    for other in rest:
-        result = operation(name, result, other)
-    return result
+    return reduce(partial(operation, name), sorted(args, key=sp.default_sort_key))

@@ -145,15 +145,10 @@ class FunctionBag(Mapping[str, Function]):
     def native(
         self, name: str, function: Native, parameters: Iterable[str], derivs: Iterable[str]
     ) -> Function:
-        """Add a function whose value a Python callable gives.
+        """Add a function whose value a Python callable of floats gives.
 
-        Parameters
-        ----------
-        name : in texts
-        function : takes floats, gives a float
-        parameters : names of its arguments
-        derivs : a formula of the parameters for the derivative by each; may call any function of
-            the bag, this one included
+        `derivs` are formulas of the parameters for the derivatives by each; they may call any
+        function of the bag, this one included.
         """
         head = f"extern fn {name}({', '.join(parameters)})"
         (item,) = parse_file(Source("definition", f"{head} derivs [{', '.join(derivs)}]")).items
@@ -188,10 +183,8 @@ class FunctionBag(Mapping[str, Function]):
     ) -> FunctionBag:
         """Read the functions of a model file and of what it imports, or of the text of one.
 
-        Parameters
-        ----------
-        model : path of an ``.arael`` file, or text with a line end or ``=`` in it
-        natives : callables for its ``extern fn``, by name
+        `model` is a path, or text with a line end or ``=`` in it; `natives` are the callables for
+        ``extern fn``, by name.
 
         Raises
         ------

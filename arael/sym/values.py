@@ -87,11 +87,6 @@ def vector(name: str, n: int) -> Any:
     return composite(VectorType(n), [symbol(f"{name}.{part}") for part in parts])
 
 
-def quaternion(name: str) -> Any:
-    """Return the quaternion of the variables ``name.w name.x name.y name.z``."""
-    return sp.Quaternion(*(symbol(f"{name}.{part}") for part in "wxyz"))
-
-
 def free_vars(value: Value) -> tuple[str, ...]:
     """Names of the variables of a value, in alphabetical order."""
     found = (node for node in postorder(entries(value)) if node.is_Symbol)
@@ -151,10 +146,8 @@ def as_value(x: Any) -> Value:
     """Return what a caller gave as a value: numbers, lists and arrays become SymPy's."""
     if isinstance(x, Transform):
         return x
-    if isinstance(x, sp.MatrixBase):
-        return sp.ImmutableMatrix(x)
-    if isinstance(x, sp.Basic):
-        return x
+    if isinstance(x, sp.MatrixBase | sp.Basic):
+        return sp.ImmutableMatrix(x) if isinstance(x, sp.MatrixBase) else x
     if hasattr(x, "ndim") and hasattr(x, "tolist"):
         x = x.tolist()
     if isinstance(x, (list, tuple)):

@@ -15,8 +15,6 @@ from arael.symbolic.graph import Graph
 LARGEST_TREE = 20_000
 """Operations in the written-out expression above which printing is refused."""
 
-Names = Callable[[Hashable], str]
-
 REAL_TYPES = {"double": "", "float": "f"}
 """C type of a real, and what the names of its library functions and its literals end with."""
 
@@ -66,7 +64,7 @@ def c_prelude(real: str = "double") -> str:
     return "\n".join(lines) + "\n"
 
 
-def c(g: Graph, node: int, names: Names = str, real: str = "double") -> str:
+def c(g: Graph, node: int, names: Callable[[Hashable], str] = str, real: str = "double") -> str:
     """Write `node` as one C expression; it may call functions of `c_prelude`.
 
     Raises

@@ -93,8 +93,6 @@ class Graph:
         """Count the nodes."""
         return len(self.ops)
 
-    # Making nodes
-
     def const(self, value: float) -> int:
         """Node of a literal value. Negative zero becomes zero."""
         value = float(value) + 0.0
@@ -193,8 +191,6 @@ class Graph:
     def reserve(self, operations: int) -> None:
         """Learn that about so many operations are going to be made; a bounded graph may refuse."""
 
-    # Looking at nodes
-
     def exists(self, name: str, args: tuple[int, ...]) -> bool:
         """Whether a node of exactly this operation and operands has been made."""
         return (name, args) in self._nodes
@@ -242,8 +238,6 @@ class Graph:
     def _is_operation(self, node: int) -> bool:
         return self.ops[node] not in ("input", "const") and not self.is_free(node)
 
-    # Rewriting
-
     def copy(
         self, outputs: Iterable[int], target: Graph, replacement: Mapping[int, int] | None = None
     ) -> list[int]:
@@ -278,8 +272,6 @@ class Graph:
                 new[node] = target.op(name, *(new[a] for a in args))
         target.place = saved
         return [new[node] for node in outputs]
-
-    # Tapes
 
     def tape(self, outputs: Iterable[int], inputs: Sequence[Hashable] | None = None) -> Tape:
         """Make the straight-line program of `outputs`, which are its results in that order.

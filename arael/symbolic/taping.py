@@ -90,9 +90,7 @@ def _turned(
         if name == "sub":
             found[node] = name, b, a
         elif values.count(None) == 1:
-            changed = [
-                n if value is None else -value for n, value in zip((a, b), values, strict=True)
-            ]
+            changed = [-v if v is not None else n for n, v in zip((a, b), values, strict=True)]
             if name == "add":  # -(x + c) = -c - x
                 name, changed = "sub", sorted(changed, key=lambda x: not isinstance(x, float))
             found[node] = name, changed[0], changed[1]
