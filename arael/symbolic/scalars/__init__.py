@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import NamedTuple
 
 from arael.operations import OPERATIONS, Operation
 from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.operators import Scalar
 
 
-class ScalarFunction(NamedTuple):
+@dataclass(frozen=True)
+class ScalarFunction:
     """A function of scalars, or a constant if it takes none.
 
     Attributes
