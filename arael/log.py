@@ -96,7 +96,7 @@ def _adjust() -> None:
 
 
 def log_to(sink: Sink | TextIO | None = None, level: str = "info") -> LogSink:
-    """Send what arael says to `sink`.
+    """Send the messages of arael to `sink`.
 
     Parameters
     ----------

@@ -89,6 +89,7 @@ MAY_IMPORT = {
     },
     "face": {*DATA, "analysis", "display", "io", "runtime"},
     "sym": {*DATA, "check", "compiler", "operations", "runtime", "symbolic", "syntax"},
+    "calculator": {*DATA, "check", "sym", "syntax"},
     "residuals": {*DATA, "check", "compiled_model", "compiler", "face", "runtime", "syntax"},
 }
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from arael.calculator.calculator import Calculator
 from arael.cli.exits import Exit
 from arael.cli.failures import print_text
 from arael.cli.line_editing import line_editing
 from arael.diagnostics.as_json import as_json
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.sym.calculator import Calculator
 from arael.syntax.limits import MAX_BYTES
-
-if TYPE_CHECKING:
-    from arael.sym.calculator import Calculator
 
 _HELP = """\
   1 + 2 * sin(pi / 6)     numbers, and the functions of models

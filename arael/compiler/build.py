@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from arael.compiler.extension import require_loadable
+from arael.compiler.garbage import rare_collections
 from arael.compiler.no_compiler import (
     NoCompiler,
     failed,
@@ -176,6 +177,7 @@ PyMODINIT_FUNC PyInit_arael_probe(void) { return PyModule_Create(&definition); }
 """
 
 
+@rare_collections()
 def cython_to_c(pyx: Path) -> Path:
     """Run Cython on `pyx`; return the C file beside it."""
     # imported here: start-up time

@@ -10,6 +10,7 @@ from arael.compiler.cache.keys import FORMAT, digest
 from arael.compiler.cache.models import Known, relative_names
 from arael.compiler.cache.warnings import stored
 from arael.compiler.compiler import Program
+from arael.compiler.garbage import rare_collections
 from arael.compiler.imports import Imports
 from arael.diagnostics.records import Diagnostic, Findings, Source
 from arael.diagnostics.render import render
@@ -62,6 +63,7 @@ class Compilation:
         )
 
 
+@rare_collections()
 def compile_text(
     source: Source, root: str | None = None, precision: str | None = None
 ) -> Compilation:

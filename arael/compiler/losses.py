@@ -65,14 +65,14 @@ def robustify(
         # Along the residual: rho' sqrt(s / rho), exactly 0 where the loss is flat.
         along = g.op("div", slope, weight)
         if len(residuals) == 1:
-            weight, along = g.substitute([weight, along], {argument: s})
+            weight, along = g.copy([weight, along], g, {argument: s})
             (r,) = residuals
             return [g.custom(g.op("mul", weight, r), [(r, along)])]
         across = g.op("sqrt", g.op("max", slope, g.op("mul", g.const(_ACROSS), ratio)))
         squared = g.op("max", argument, g.const(_LEAST[single]))
         # Of the change of s = |r|^2, which is 2 r' dr.
         more = g.op("div", g.op("mul", g.const(0.5), g.op("sub", along, across)), squared)
-        weight, across, more = g.substitute([weight, across, more], {argument: s})
+        weight, across, more = g.copy([weight, across, more], g, {argument: s})
         return [
             g.custom(g.op("mul", weight, r), [(r, across), (length, g.op("mul", more, r))])
             for r in residuals

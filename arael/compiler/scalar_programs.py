@@ -8,9 +8,8 @@ from arael.check.typed import MatrixType, TypedFunction, VectorType
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.scalarise import FormulaScalariser
 from arael.runtime.layout import Function
-from arael.symbolic.graph import Graph
+from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.jacobian import jacobian
-from arael.symbolic.prescribed import Prescribed
 
 
 class Functions:

@@ -39,8 +39,7 @@ from arael.compiler.rigid import Transforms
 from arael.diagnostics.records import Span
 from arael.manifolds import inverse, linear, quaternion, rigid, rotation, sphere
 from arael.runtime.layout import Place
-from arael.symbolic.graph import Graph
-from arael.symbolic.prescribed import Prescribed
+from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.scalars import SCALARS
 
 Nodes = list[int]

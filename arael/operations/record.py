@@ -58,7 +58,7 @@ class Operation:
     latex : its name in LaTeX, or a template with ``{0}`` for the operand
     opcode : whether the expression machine has an instruction for it; it calls the others by
         address
-    build : of a composed function: what makes its node, ``module:name``
+    build : of a composed function: the module whose `FORMULAS` have it
     """
 
     name: str

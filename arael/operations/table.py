@@ -59,7 +59,6 @@ def _whole(x: float) -> bool:
 
 
 _OWN = "arael.symbolic.functions"
-_ANGLES = "arael.symbolic.scalars.angles"
 _COMPOSED = "arael.symbolic.scalars.composed"
 
 _NOT_NEGATIVE = Domain("x >= 0", lambda x: x >= 0)
@@ -208,12 +207,12 @@ _RECORDS = [
     # Composed of others.
     Operation(
         "sinc", 1, None, "", "angle", "(cos(x) - sinc(x)) / x", "1 at 0 with derivative 0",
-        "sin(x) / x", build=f"{_COMPOSED}:sinc",
+        "sin(x) / x", build=_COMPOSED,
     ),
     Operation(
         "digamma", 1, None, "", "pure", "by that of its series",
         "-inf at 0; of size 1e15 at -1, -2, ...", "derivative of lgamma(x)", _NO_POLE,
-        build=f"{_COMPOSED}:digamma",
+        build=_COMPOSED,
     ),
     Operation(
         "identity", 1, np.positive, "", "same", "1",
@@ -222,11 +221,11 @@ _RECORDS = [
     ),
     Operation(
         "deg2rad", 1, None, "", "to radians", repr(math.pi / 180), value="pi / 180 x",
-        build=f"{_COMPOSED}:deg2rad",
+        build=_COMPOSED,
     ),
     Operation(
         "rad2deg", 1, None, "", "to degrees", repr(180 / math.pi), value="180 / pi x",
-        build=f"{_COMPOSED}:rad2deg",
+        build=_COMPOSED,
     ),
     # Kinks and jumps: finite in value and derivative everywhere.
     Operation(
@@ -280,67 +279,67 @@ _RECORDS = [
         "1 if y <= x <= z else 0; 1 if x < y else 0; 1 if z < x else 0",
         "at x = y and at x = z the derivative is that of x",
         "min(max(x, y), z): x held in y .. z", takes="three scalars: value, low, high",
-        build=f"{_COMPOSED}:clamp",
+        build=_COMPOSED,
     ),
     # Regularised.
     Operation(
         "safe_sqrt", 1, None, f"{_OWN}:safe_sqrt", "square root",
         "1 / (2 sqrt(x + 1e-12)) if x >= 0 else 0",
         "0 at 0 with derivative 5e5; 0 with derivative 0 for x < 0", "sqrt(max(x, 0))",
-        build=f"{_COMPOSED}:safe_sqrt",
+        build=_COMPOSED,
     ),
     Operation(
         "safe_asin", 1, None, f"{_OWN}:safe_asin", "angle of",
         "1 / sqrt(1 - x^2 + 1e-12) if |x| <= 1 else 0",
         "pi/2 at 1, -pi/2 at -1, derivative 1e6 at both; constant with derivative 0 beyond",
-        "asin(clamp(x, -1, 1))", build=f"{_COMPOSED}:safe_asin",
+        "asin(clamp(x, -1, 1))", build=_COMPOSED,
     ),
     Operation(
         "safe_acos", 1, None, f"{_OWN}:safe_acos", "angle of",
         "-1 / sqrt(1 - x^2 + 1e-12) if |x| <= 1 else 0",
         "0 at 1, pi at -1, derivative -1e6 at both; constant with derivative 0 beyond",
-        "acos(clamp(x, -1, 1))", build=f"{_COMPOSED}:safe_acos",
+        "acos(clamp(x, -1, 1))", build=_COMPOSED,
     ),
     Operation(
         "safe_atan2", 2, None, f"{_OWN}:safe_atan2", "angle of two",
         "y / (x^2 + y^2 + 1e-12); -x / (x^2 + y^2 + 1e-12)",
         "0 at (0, 0) with derivatives 0 and 0; derivatives never above 5e5", "atan2(x, y)",
-        build=f"{_COMPOSED}:safe_atan2",
+        build=_COMPOSED,
     ),
     # Angles.
     Operation(
         "rad_diff", 2, None, "", "radians", "1; -1",
         "pi at a half turn, from either side; derivatives 1 and -1 there too",
-        "x - y, wrapped to (-pi, pi]", build=f"{_ANGLES}:rad_diff",
+        "x - y, wrapped to (-pi, pi]", build=_COMPOSED,
     ),
     Operation(
         "rad_sum", 2, None, "", "radians", "1; 1",
         "pi at a half turn, from either side; derivatives 1 and 1 there too",
-        "x + y, wrapped to (-pi, pi]", build=f"{_ANGLES}:rad_sum",
+        "x + y, wrapped to (-pi, pi]", build=_COMPOSED,
     ),
     Operation(
         "fast_atan", 1, None, f"{_OWN}:fast_atan", "angle of", "1 / (1 + x^2)",
         "jumps by less than 1e-7 at |x| = 1", "atan(x) to within 6e-8, by a polynomial",
-        build=f"{_ANGLES}:fast_atan",
+        build=_COMPOSED,
     ),
     Operation(
         "fast_atan2", 2, None, f"{_OWN}:fast_atan2", "angle of two",
         "y / (x^2 + y^2); -x / (x^2 + y^2)",
         "0 at (0, 0) with derivative NaN; jumps by less than 1e-7 at |x| = |y|",
-        "atan2(x, y) to within 6e-8, by a polynomial", build=f"{_ANGLES}:fast_atan2",
+        "atan2(x, y) to within 6e-8, by a polynomial", build=_COMPOSED,
     ),
     # Bounded residuals.
     Operation(
         "starship", 2, None, f"{_OWN}:starship", "starship",
         "1 / (1 + (x / y)^2); atan(x / y) - (x / y) / (1 + (x / y)^2)",
         "at y = 0: 0 with derivatives 0 and NaN; all NaN at (0, 0)", "y atan(x / y)",
-        takes="a scalar or a vector, and a scalar gamma", build=f"{_COMPOSED}:starship",
+        takes="a scalar or a vector, and a scalar gamma", build=_COMPOSED,
     ),
     Operation(
         "starship_gamma", 1, None, "", "pure", "1 / (pi sqrt(x))",
         "0 at 0 with derivative inf; NaN for x < 0",
         "2 sqrt(x) / pi: the y of starship that bounds the cost of a residual by x",
-        _NOT_NEGATIVE, build=f"{_COMPOSED}:starship_gamma",
+        _NOT_NEGATIVE, build=_COMPOSED,
     ),
     # Comparisons and conditions, as 1 or 0.
     Operation(

@@ -8,15 +8,16 @@
 
 SymPy differentiates, rearranges and prints. This package has what SymPy lacks: the reader of the
 language's notation, its functions with the values and derivatives of models, functions of the user,
-evaluation on arrays, C text, and the calculator of `arael calc`.
+evaluation on arrays, and C text.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from sympy import Quaternion
+
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
-from arael.check.typed import REAL
 from arael.sym.algebra import (
     Shared,
     collect,
@@ -28,7 +29,7 @@ from arael.sym.algebra import (
     jacobian,
     simplify,
     subs,
-)
+)  # fmt: skip
 from arael.sym.evaluation import Compiled, compiled, eval
 from arael.sym.functions import operation
 from arael.sym.notation import text
@@ -36,57 +37,23 @@ from arael.sym.printing import c, c_function, latex, python
 from arael.sym.reading import call, parse
 from arael.sym.rewriting import from_sympy, to_sympy
 from arael.sym.user_functions import Function, FunctionBag, function
-from arael.sym.values import (
-    Transform,
-    as_value,
-    free_vars,
-    symbol,
-    symbols,
-    type_of,
-    vector,
-)
-from arael.sym.values import quaternion as _variables
+from arael.sym.values import Transform, free_vars, symbol, symbols, vector
 from arael.symbolic.c import c_prelude
 from arael.symbolic.scalars import SCALARS
 
 __all__ = [
-    "Compiled",
-    "Function",
-    "FunctionBag",
-    "Shared",
-    "Transform",
-    "c",
-    "c_function",
-    "c_prelude",
-    "collect",
-    "compiled",
-    "cse",
-    "diff",
-    "eval",
-    "expand",
-    "free_vars",
-    "from_sympy",
-    "function",
-    "gradient",
-    "hessian",
-    "jacobian",
-    "latex",
-    "parse",
-    "python",
-    "quaternion",
-    "simplify",
-    "subs",
-    "symbol",
-    "symbols",
-    "text",
-    "to_sympy",
-    "vector",
-]
+    "Compiled", "Function", "FunctionBag", "Shared", "Transform", "c", "c_function", "c_prelude",
+    "collect", "compiled", "cse", "diff", "eval", "expand", "free_vars", "from_sympy", "function",
+    "gradient", "hessian", "jacobian", "latex", "parse", "python", "quaternion", "simplify", "subs",
+    "symbol", "symbols", "text", "to_sympy", "vector",
+]  # fmt: skip
 
 
 def quaternion(of: Any) -> Any:
     """Return the quaternion of a rotation matrix; of ``"q"`` that of ``q.w q.x q.y q.z``."""
-    return _variables(of) if isinstance(of, str) else call("quaternion", [as_value(of)])
+    if isinstance(of, str):
+        return Quaternion(*(symbol(f"{of}.{part}") for part in "wxyz"))
+    return call("quaternion", [of])
 
 
 def __getattr__(name: str) -> Any:
@@ -97,11 +64,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'arael.sym' has no attribute {name!r}")
 
     def apply(*args: Any) -> Any:
-        values = [as_value(a) for a in args]
-        scalars = name in SCALARS and SCALARS[name].arity == len(args)
-        if scalars and all(type_of(v) == REAL for v in values):
-            return operation(name, *values)
-        return call(name, values)
+        return call(name, args)
 
     apply.__name__ = apply.__qualname__ = name
     known = SCALARS.get(name)

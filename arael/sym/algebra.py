@@ -6,22 +6,16 @@ degree are checked before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import sympy as sp
 
 from arael.check.typed import REAL
 from arael.diagnostics.arguments import wrong_argument
+from arael.sym import limits
 from arael.sym.errors import fail
-from arael.sym.limits import (
-    MAX_ALGEBRA,
-    MAX_DEGREE,
-    MAX_DERIVATIVES,
-    MAX_DIFFERENTIATED,
-    MAX_SIMPLIFY,
-    MAX_TERMS,
-)
 from arael.sym.notation import text
 from arael.sym.rewriting import from_sympy, over_the_reals, rewritten
 from arael.sym.values import (
@@ -37,7 +31,7 @@ from arael.sym.values import (
     symbol,
     type_of,
     with_entries,
-)
+)  # fmt: skip
 
 
 def variable(by: Any) -> Any:
@@ -46,12 +40,8 @@ def variable(by: Any) -> Any:
         return symbol(by)
     if isinstance(by, sp.Symbol):
         return by
-    fail(
-        "E0652",
-        f"cannot differentiate by `{by}`",
-        origin="diff",
-        help=("differentiate by a variable, such as `x`",),
-    )
+    help_ = ("differentiate by a variable, such as `x`",)
+    fail("E0652", f"cannot differentiate by `{by}`", origin="diff", help=help_)
 
 
 def diff(value: Any, by: Any, times: int = 1) -> Value:
@@ -65,35 +55,30 @@ def diff(value: Any, by: Any, times: int = 1) -> Value:
         E0652 if `by` is no variable, or `times` is out of range; E0653 if `value` is too large.
     """
     value, by = as_value(value), variable(by)
-    if not isinstance(times, int) or not 0 <= times <= MAX_DERIVATIVES:
-        fail(
-            "E0652",
-            f"the order of a derivative is a whole number, found {times!r:.40}",
-            origin="diff",
-            help=(f"write a number from 0 to {MAX_DERIVATIVES}",),
-        )
+    if not isinstance(times, int) or not 0 <= times <= limits.MAX_DERIVATIVES:
+        message = f"the order of a derivative is a whole number, found {times!r:.40}"
+        help_ = (f"write a number from 0 to {limits.MAX_DERIVATIVES}",)
+        fail("E0652", message, origin="diff", help=help_)
     for _ in range(times):
-        value = with_entries(value, _derivatives(entries(value), by))
+        value = with_entries(value, _derivatives(value, by))
     return value
 
 
-def _derivatives(scalars: Sequence[Any], by: Any) -> list[Any]:
+def _derivatives(value: Value, by: Any) -> list[Any]:
     require_size(
-        scalars,
-        MAX_DIFFERENTIATED,
+        entries(value),
+        limits.MAX_DIFFERENTIATED,
         "what is differentiated",
         "work out numbers with `eval`, differentiate a part, or use SymPy's own `diff`",
     )
-    return [sp.S.Zero if not isinstance(s, sp.Expr) else s.diff(by) for s in scalars]
+    return [e.diff(by) if isinstance(e, sp.Expr) else sp.S.Zero for e in entries(value)]
 
 
 def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
     """Matrix of derivatives: a row per scalar of `values`, a column per variable.
 
-    Parameters
-    ----------
-    values : a vector, or several expressions
-    by : variables; by default all, in alphabetical order
+    `values` are a vector or several expressions; the variables `by` are all, in alphabetical order,
+    if none are given.
 
     Raises
     ------
@@ -104,14 +89,9 @@ def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
     given = free_vars(value) if by is None else listed_variables(by, "jacobian")
     names = [variable(v) for v in given]
     if not names:
-        fail(
-            "E0652",
-            "there is no variable to differentiate by",
-            origin="jacobian",
-            help=("name variables: `jacobian(f, [x, y])`",),
-        )
-    columns = [_derivatives(entries(value), name) for name in names]
-    return sp.ImmutableMatrix(len(columns[0]), len(columns), lambda i, j: columns[j][i])
+        help_ = ("name variables: `jacobian(f, [x, y])`",)
+        fail("E0652", "there is no variable to differentiate by", origin="jacobian", help=help_)
+    return sp.ImmutableMatrix([_derivatives(value, name) for name in names]).T
 
 
 def gradient(value: Any, by: Iterable[Any] | None = None) -> Any:
@@ -138,13 +118,9 @@ def hessian(value: Any, by: Iterable[Any] | None = None) -> Any:
 def subs(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -> Value:
     """Put expressions or numbers in place of variables, all at once.
 
-    SymPy's ``value.subs`` replaces one after the other, and reads strings as Python.
-
-    Parameters
-    ----------
-    value : any
-    values : what replaces which variable, given by name or as a symbol; expressions may be given
-        too, and are found where SymPy has them as a part
+    SymPy's ``value.subs`` replaces one after the other, and reads strings as Python. Variables are
+    given by name or as symbols; what is to be replaced may also be an expression that is a part of
+    `value` as SymPy has it.
     """
     value = as_value(value)
     given = by_variable(values, named, "subs")
@@ -192,15 +168,8 @@ def expand(value: Any) -> Value:
     AraelError
         E0653 if the expression, or what would come out, is too large.
     """
-    value = as_value(value)
-    for entry in entries(value):
-        _check(entry)
-        _check_terms(entry)
-    return _each(value, _expanded)
-
-
-def _expanded(e: Any) -> Any:
-    return sp.expand(e, power_base=False, power_exp=False, log=False, basic=False, trig=False)
+    plain = dict.fromkeys(("power_base", "power_exp", "log", "basic", "trig"), False)
+    return _each(_bounded(value, terms=True), lambda e: sp.expand(e, **plain))
 
 
 def collect(value: Any, *by: Any) -> Value:
@@ -228,10 +197,7 @@ def simplify(value: Any) -> Value:
     AraelError
         E0653 if the expression is too large.
     """
-    value = as_value(value)
-    for entry in entries(value):
-        _check(entry, MAX_SIMPLIFY)
-    return _each(value, _simplified)
+    return _each(_bounded(value, limits.MAX_SIMPLIFY), _simplified)
 
 
 def _simplified(e: Any) -> Any:
@@ -245,50 +211,35 @@ def _each(value: Value, work: Callable[[Any], Any]) -> Value:
     return with_entries(value, [work(e) if isinstance(e, sp.Expr) else e for e in entries(value)])
 
 
-def _exponent(node: Any) -> float | None:
-    return float(node.exp) if node.is_Pow and node.exp.is_Number and node.exp.is_finite else None
-
-
-def _check(e: Any, most: int = MAX_ALGEBRA) -> None:
-    if size([e]) > most:
-        _too_large(f"more than {most} operations")
-    degree: dict[Any, float] = {}
-    for node in postorder([e]):
-        below = [degree[a] for a in node.args]
-        exponent = _exponent(node)
-        if exponent is not None:
-            degree[node] = below[0] * (exponent if exponent > 1 else max(1.0, -exponent))
-        elif node.is_Mul:
-            degree[node] = sum(below)
-        else:
-            degree[node] = max([1.0, *below]) if node.is_Add else float(bool(node.free_symbols))
-        if degree[node] > MAX_DEGREE:
-            _too_large(f"powers beyond {MAX_DEGREE}")
-
-
-def _check_terms(e: Any) -> None:
-    terms: dict[Any, float] = {}
-    for node in postorder([e]):
-        below = [terms[a] for a in node.args]
-        exponent = _exponent(node)
-        count = 1.0
-        if node.is_Add:
-            count = sum(below)
-        elif node.is_Mul:
-            for n in below:
-                count *= n
-        elif exponent is not None and exponent.is_integer() and below[0] > 1:
-            power = min(abs(exponent), 64.0)
-            count = power + 1 if below[0] == 2 else below[0] ** power
-        terms[node] = count
-        if count > MAX_TERMS:
-            _too_large(f"more than {MAX_TERMS} terms, multiplied out")
+def _bounded(value: Any, most: int = limits.MAX_ALGEBRA, *, terms: bool = False) -> Value:
+    """Return a value whose size and degree, and number of terms multiplied out, are bounded."""
+    value = as_value(value)
+    for root in entries(value):
+        if size([root]) > most:
+            _too_large(f"more than {most} operations")
+        degree: dict[Any, float] = {}
+        count: dict[Any, float] = {}
+        for node in postorder([root]):
+            degrees, counts = [degree[a] for a in node.args], [count[a] for a in node.args]
+            degree[node], count[node] = float(bool(node.free_symbols)), 1.0
+            if node.is_Add:
+                degree[node], count[node] = max([1.0, *degrees]), sum(counts)
+            elif node.is_Mul:
+                degree[node], count[node] = sum(degrees), math.prod(counts)
+            elif node.is_Pow and node.exp.is_Number and node.exp.is_finite:
+                power = float(node.exp)
+                degree[node] = degrees[0] * (power if power > 1 else max(1.0, -power))
+                if power.is_integer() and counts[0] > 1:
+                    times = min(abs(power), 64.0)
+                    count[node] = times + 1 if counts[0] == 2 else counts[0] ** times
+            if degree[node] > limits.MAX_DEGREE:
+                _too_large(f"powers beyond {limits.MAX_DEGREE}")
+            if terms and count[node] > limits.MAX_TERMS:
+                _too_large(f"more than {limits.MAX_TERMS} terms, multiplied out")
+    return value
 
 
 def _too_large(what: str) -> None:
-    fail(
-        "E0653",
-        f"the expression is too large for algebra: {what}",
-        origin="expression",
-        help=("work on its parts; `eval` and `cse` have no such bound, `diff` a far larger one",),
-    )
+    help_ = ("work on its parts; `eval` and `cse` have no such bound, `diff` a far larger one",)
+    message = f"the expression is too large for algebra: {what}"
+    fail("E0653", message, origin="expression", help=help_)

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from arael.diagnostics.records import AraelError, Diagnostic, Label, Span
+from arael.diagnostics.records import AraelError, Diagnostic, Span
 
 
 def fail(
-    code: str,
-    message: str,
-    span: Span | None = None,
-    label: str = "",
-    *,
-    labels: tuple[Label, ...] = (),
-    notes: tuple[str, ...] = (),
-    help: tuple[str, ...] = (),
-    origin: str = "",
+    code: str, message: str, span: Span | None = None, label: str = "", **more: Any
 ) -> NoReturn:
-    """Raise `AraelError` with one diagnostic."""
-    raise AraelError(Diagnostic(code, message, span, label, labels, notes, help, origin))
+    """Raise `AraelError` with one diagnostic; `more` are further fields of it."""
+    raise AraelError(Diagnostic(code, message, span, label, **more))

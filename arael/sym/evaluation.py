@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any, NoReturn
 
@@ -31,7 +31,6 @@ from arael.sym.values import (
 )
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import Writer
 
 Array = NDArray[Any]
@@ -41,16 +40,12 @@ _NAME_OF: Mapping[Any, str] = {
     **{made: name for name, made in OWN.items()},
     **{sp.Max: "max", sp.Min: "min", sp.loggamma: "lgamma", sp.sinc: "sinc"},
     **{sp.StrictLessThan: "lt", sp.LessThan: "le", sp.Eq: "eq", sp.Ne: "ne"},
-    **{sp.And: "and", sp.Or: "or", sp.Not: "not"},
+    **{sp.And: "and", sp.Or: "or", sp.Not: "not", sp.ITE: "select"},
 }
 _SWAPPED = {sp.StrictGreaterThan: "lt", sp.GreaterThan: "le"}
-_MORE: Mapping[Any, Callable[[Any], Any]] = {
-    sp.cot: lambda a: 1 / sp.tan(a),
-    sp.sec: lambda a: 1 / sp.cos(a),
-    sp.csc: lambda a: 1 / sp.sin(a),
-    sp.coth: lambda a: 1 / sp.tanh(a),
-    sp.sech: lambda a: 1 / sp.cosh(a),
-    sp.csch: lambda a: 1 / sp.sinh(a),
+_RECIPROCAL_OF = {
+    **{sp.cot: sp.tan, sp.sec: sp.cos, sp.csc: sp.sin},
+    **{sp.coth: sp.tanh, sp.sech: sp.cosh, sp.csch: sp.sinh},
 }
 
 
@@ -68,7 +63,6 @@ class Lowered(Writer):
     def __init__(self, roots: Sequence[Any], *, simplify: bool = True) -> None:
         super().__init__(Graph(simplify=simplify), {}, {})
         self.calls: list[Any] = []
-        self._trail: list[Any] = []
         self.roots = [self.node(root) for root in roots]
 
     def _write(self, term: Any) -> int:
@@ -85,8 +79,8 @@ class Lowered(Writer):
             return super()._write(term)
         if isinstance(term, sp.Heaviside) and term.args[1] == sp.S.Half:
             return g.op("heaviside", self.node(term.args[0]))
-        if type(term) in _MORE:
-            return self.node(_MORE[type(term)](*term.args))
+        if type(term) in _RECIPROCAL_OF:
+            return self.node(1 / _RECIPROCAL_OF[type(term)](*term.args))
         return self._named(term)
 
     def _named(self, term: Any) -> int:
@@ -98,16 +92,11 @@ class Lowered(Writer):
             return reduce(lambda a, b: self.graph.op(name, a, b), args)
         if OPERATIONS[name].arity != len(args):
             _unknown(term)
-        if OPERATIONS[name].primitive:
-            return self.graph.op(name, *args)
-        return SCALARS[name](self.graph, *args)
+        return self._operation(name, args)
 
     def _condition(self, term: Any) -> int:
-        g = self.graph
         if type(term) in _SWAPPED:
-            return g.op(_SWAPPED[type(term)], *map(self.node, reversed(term.args)))
-        if isinstance(term, sp.ITE):
-            return g.op("select", *map(self.node, term.args))
+            return self._operation(_SWAPPED[type(term)], [*map(self.node, term.args[::-1])])
         if not isinstance(term, sp.Piecewise):
             return self._named(term)
         *arms, (last, rest) = term.args
@@ -115,15 +104,15 @@ class Lowered(Writer):
             _unknown(term)  # without a last arm it has no value somewhere
         node = self.node(last)
         for arm, chosen in reversed(arms):
-            node = g.op("select", self.node(chosen), self.node(arm), node)
+            node = self.graph.op("select", self.node(chosen), self.node(arm), node)
         return node
 
     def _user(self, call: Any) -> int:
         function = call.declared
-        if function.is_native:
-            self.calls.append(call)
-            return self.graph.input(call)
-        return self.node(function.formula(call.args))
+        if not function.is_native:
+            return self.node(function.formula(call.args))
+        self.calls.append(call)
+        return self.graph.input(call)
 
     def _factors(self, factors: Sequence[Any]) -> int:
         """Multiply; a fraction divides at the end, which rounds once."""
@@ -139,49 +128,9 @@ class Lowered(Writer):
 
 
 def _unknown(term: Any) -> NoReturn:
-    fail(
-        "E0654",
-        f"`{str(term)[:60]}` has no counterpart in the language",
-        origin="SymPy",
-        help=("formulas are over the real numbers, with the functions of the language",),
-    )
-
-
-class Program:
-    """Expressions made ready for evaluation, many times or on arrays.
-
-    Attributes
-    ----------
-    names : the variables, in the order in which a call takes them
-    operations : arithmetic operations of one evaluation, after sharing
-    """
-
-    def __init__(self, scalars: Sequence[Any], names: Sequence[str]) -> None:
-        lowered = Lowered(scalars)
-        self.names = tuple(names)
-        self._calls = lowered.calls
-        self._inner = [Program(call.args, self.names) for call in self._calls]
-        self._tape = lowered.graph.tape(lowered.roots, [*self.names, *self._calls])
-
-    @property
-    def operations(self) -> int:
-        """Count the operations of one evaluation."""
-        return self._tape.operations + sum(inner.operations + 1 for inner in self._inner)
-
-    def __call__(self, *inputs: Any) -> list[Array]:
-        """Values of the expressions for these values of `names`."""
-        if len(inputs) != len(self.names):
-            fail(
-                "E0303",
-                f"expected {len(self.names)} values ({', '.join(self.names)}), found {len(inputs)}",
-                origin="evaluation",
-            )
-        arrays = [_numbers(n, x) for n, x in zip(self.names, inputs, strict=True)]
-        _require_broadcast(self.names, arrays)
-        for call, inner in zip(self._calls, self._inner, strict=True):
-            arguments = inner(*arrays[: len(self.names)])
-            arrays.append(np.asarray(call.declared.native_value(*arguments)))
-        return run(self._tape, arrays)
+    help_ = ("formulas are over the real numbers, with the functions of the language",)
+    message = f"`{str(term)[:60]}` has no counterpart in the language"
+    fail("E0654", message, origin="SymPy", help=help_)
 
 
 class Compiled:
@@ -195,23 +144,31 @@ class Compiled:
 
     def __init__(self, value: Value, names: Sequence[str]) -> None:
         self.value = value
-        self._type = type_of(value)
-        self._program = Program(entries(value), names)
-        self.names = self._program.names
-        self.operations = self._program.operations
+        self.names = tuple(names)
+        lowered = Lowered(entries(value))
+        self._calls = [(c.declared, Compiled(as_value(c.args), names)) for c in lowered.calls]
+        self._tape = lowered.graph.tape(lowered.roots, [*names, *lowered.calls])
+        inner = sum(arguments.operations + 1 for _, arguments in self._calls)
+        self.operations: int = self._tape.operations + inner
 
     def __call__(self, *inputs: Any) -> Any:
         """Evaluate; arguments are numbers or arrays that broadcast against each other."""
-        return _shaped(self._type, self._program(*inputs))
+        return _shaped(type_of(self.value), self._scalars(inputs))
+
+    def _scalars(self, inputs: Sequence[Any]) -> list[Array]:
+        if len(inputs) != len(self.names):
+            message = f"expected {len(self.names)} values ({', '.join(self.names)})"
+            fail("E0303", f"{message}, found {len(inputs)}", origin="evaluation")
+        arrays = [_numbers(n, x) for n, x in zip(self.names, inputs, strict=True)]
+        _require_broadcast(self.names, arrays)
+        found = [np.asarray(f.native_value(*a._scalars(inputs))) for f, a in self._calls]
+        return run(self._tape, [*arrays, *found])
 
 
 def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
     """Make a fast function of a value, for evaluation at many points.
 
-    Parameters
-    ----------
-    value : expression, vector, matrix, or list of expressions
-    by : its arguments; by default all variables in alphabetical order
+    Its arguments are the variables `by`, or all in alphabetical order.
 
     Raises
     ------
@@ -221,7 +178,7 @@ def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
     """
     value = as_value(value)
     given = free_vars(value) if by is None else listed_variables(by, "compiled")
-    names = [str(v) for v in given]
+    names = [*map(str, given)]
     require_names(free_vars(value), dict.fromkeys(names))
     return Compiled(value, names)
 
@@ -277,11 +234,9 @@ def require_names(names: Sequence[str], given: Mapping[str, Any]) -> None:
     if not missing:
         return
     near = closest(missing[0], [n for n in given if n not in names])
-    hint = (
-        f"did you mean `{missing[0]}` by `{near[0]}`?"
-        if near
-        else (f"give it one: `eval(f, {missing[0]}=1.0)`")
-    )
+    hint = f"give it one: `eval(f, {missing[0]}=1.0)`"
+    if near:
+        hint = f"did you mean `{missing[0]}` by `{near[0]}`?"
     fail(
         "E0650",
         f"variable `{missing[0]}` has no value",
@@ -293,9 +248,7 @@ def require_names(names: Sequence[str], given: Mapping[str, Any]) -> None:
 
 def _shaped(type_: ValueType, scalars: list[Array]) -> Any:
     if type_ in (REAL, BOOL):
-        (result,) = scalars
-        if result.ndim:
-            return result != 0 if type_ == BOOL else result
-        return bool(result) if type_ == BOOL else float(result)
+        result = scalars[0] != 0 if type_ == BOOL else scalars[0]
+        return result if np.ndim(result) else result.item()
     stacked = np.stack(np.broadcast_arrays(*scalars), axis=-1)
     return stacked.reshape(*stacked.shape[:-1], *shape_of(type_))

@@ -11,8 +11,6 @@ as in the language, evaluate numerically, and work in `sympy.lambdify`.
 
 from __future__ import annotations
 
-import math
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, cast
@@ -28,8 +26,7 @@ from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.sym.limits import MAX_SUPERSCRIPT
 from arael.symbolic import functions as core
-from arael.symbolic.graph import Graph
-from arael.symbolic.prescribed import Prescribed
+from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import real
 
@@ -40,17 +37,11 @@ _LARGEST = 1e15
 _LONGEST = 1 << 128
 
 
-class Numeric(sp.Function):  # type: ignore[misc]
+class Numeric(core.Operation):
     """A function that SymPy keeps as it is, with a numeric value."""
 
-    @classmethod
-    def eval(cls, *args: Any) -> None:
-        """Keep the function: operands may be anything."""
-
-    @classmethod
-    @abstractmethod
-    def _imp_(cls, *args: Any) -> Any:
-        """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
+    _imp_: Callable[..., Any]
+    """Value on numbers and arrays; the name is that of SymPy, which looks for it."""
 
     def _numpycode(self, printer: Any) -> str:
         """Call it by name in `lambdify`, though SymPy has a function `sinc` too."""
@@ -138,24 +129,17 @@ def _class(one: Record, slope: Callable[..., Any]) -> Any:
     )
 
 
-def _as_in_models(made: Any) -> Callable[..., Any]:
-    """Return the derivative of a class of `arael.symbolic.functions`.
-
-    That is over the operations of graphs, in which a condition is a number.
-    """
-
-    def slope(value: Any, argindex: int, *args: Any) -> Any:
-        found = _slope(made, len(args), argindex)
-        return found.xreplace(dict(zip(core.FORMAL, args, strict=False)))
-
-    return slope
-
-
 @cache
 def _slope(made: Any, count: int, argindex: int) -> Any:
-    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`."""
+    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`.
+
+    There it is over the operations of graphs, in which a condition is a number.
+    """
     slope = made(*core.FORMAL[:count]).fdiff(argindex).subs(core.CONSTANTS)
-    return slope.replace(lambda e: e.func in core.OPERATION_OF, _translated)
+    return slope.replace(
+        lambda e: e.func in core.OPERATION_OF,
+        lambda e: MAKERS[core.OPERATION_OF[e.func]](*e.args),
+    )
 
 
 def _of_record(one: Record) -> Maker:
@@ -167,60 +151,22 @@ def _of_record(one: Record) -> Maker:
     if not one.sympy:
         return lambda *args: written_out(one.name, *args)
     made = core.sympy_function(one)
-    own = isinstance(made, type) and not made.__module__.startswith("sympy.")
-    return cast(Maker, _class(one, _as_in_models(made))) if own else made
+    if not isinstance(made, type) or made.__module__.startswith("sympy."):
+        return made
 
+    def slope(value: Any, argindex: int, *args: Any) -> Any:
+        found = _slope(made, len(args), argindex)
+        return found.xreplace(dict(zip(core.FORMAL, args, strict=False)))
 
-def _translated(term: Any) -> Any:
-    return MAKERS[core.OPERATION_OF[term.func]](*term.args)
-
-
-class Formulas:
-    """Takes the part of a `Graph` whose nodes are SymPy expressions.
-
-    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
-    """
-
-    place: int | None = None
-
-    def const(self, value: float) -> Any:
-        """Make a number."""
-        return number(value)
-
-    def value(self, node: Any) -> float | None:
-        """Value of a number; None of anything else."""
-        return float(node) if node.is_Number else None
-
-    def op(self, name: str, *args: Any) -> Any:
-        """Make an operation."""
-        return operation(name, *args)
-
-    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
-        """Make a call of a function with prescribed derivatives."""
-        if isinstance(function, Prescribed):
-            return operation(function.name, *args)
-        return function.sympy_class(*args)
-
-
-class _WrittenOut(Formulas):
-    """Writes functions with prescribed derivatives out as the formula of their value."""
-
-    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
-        return value
-
-
-def written_out(name: str, *args: Any) -> Any:
-    """Return the formula that gives the value of a function of the language."""
-    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
+    return cast(Maker, _class(one, slope))
 
 
 def number(value: float) -> Any:
     """Return a number as SymPy's: exact if it is whole or a short binary fraction."""
-    if value != value or value in (math.inf, -math.inf):
-        return sp.nan if value != value else sp.oo if value > 0 else -sp.oo
-    numerator, denominator = value.as_integer_ratio()
-    if denominator <= _LARGEST_DENOMINATOR and -_LARGEST <= value <= _LARGEST:
-        return sp.Rational(numerator, denominator)
+    if -_LARGEST <= value <= _LARGEST:
+        numerator, denominator = value.as_integer_ratio()
+        if denominator <= _LARGEST_DENOMINATOR:
+            return sp.Rational(numerator, denominator)
     return sp.Float(value)
 
 
@@ -246,6 +192,38 @@ def operation(name: str, *args: Any) -> Any:
             if found.is_Rational and _is_long(found, _LONGEST):
                 made = made.xreplace({found: sp.Float(found, 15)})
     return made
+
+
+class Formulas:
+    """Takes the part of a `Graph` whose nodes are SymPy expressions.
+
+    `arael.compiler.scalarise` and `arael.symbolic` make their formulas with it.
+    """
+
+    place: int | None = None
+    const, op = staticmethod(number), staticmethod(operation)
+
+    def value(self, node: Any) -> float | None:
+        """Value of a number; None of anything else."""
+        return float(node) if node.is_Number else None
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        """Make a call of a function with prescribed derivatives."""
+        if isinstance(function, Prescribed):
+            return operation(function.name, *args)
+        return function.sympy_class(*args)
+
+
+class _WrittenOut(Formulas):
+    """Writes functions with prescribed derivatives out as the formula of their value."""
+
+    def call(self, function: Any, args: Sequence[Any], value: Any = None) -> Any:
+        return value
+
+
+def written_out(name: str, *args: Any) -> Any:
+    """Return the formula that gives the value of a function of the language."""
+    return SCALARS[name].build(cast(Graph, _WrittenOut()), *args)
 
 
 _COMPARISONS = ("lt", "le", "eq", "ne")
@@ -282,10 +260,6 @@ def _value(name: str, values: Sequence[float]) -> float:
 def condition(value: Any) -> Any:
     """`value` as a condition: a number holds if it is not zero."""
     return value if isinstance(value, sp.logic.boolalg.Boolean) else sp.Ne(value, 0)
-
-
-def _select(chosen: Any, a: Any, b: Any) -> Any:
-    return sp.Piecewise((a, condition(chosen)), (b, True))
 
 
 def _of_taken(taken: Any, argindex: int) -> Any:
@@ -328,7 +302,7 @@ _SPECIAL: Mapping[str, Maker] = {
     "and": lambda a, b: sp.And(condition(a), condition(b)),
     "or": lambda a, b: sp.Or(condition(a), condition(b)),
     "not": lambda a: sp.Not(condition(a)),
-    "select": _select,
+    "select": lambda chosen, a, b: sp.Piecewise((a, condition(chosen)), (b, True)),
 }
 
 MAKERS: Mapping[str, Maker] = {
@@ -349,7 +323,7 @@ OWN: Mapping[str, Any] = {
 
 
 def __getattr__(name: str) -> Any:
-    """Return a class that is made from one of `arael.symbolic.functions`; pickling looks for it."""
+    """Return a class that is made from a record; pickling looks for it."""
     if name not in OWN:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return OWN[name]

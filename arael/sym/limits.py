@@ -29,6 +29,3 @@ MAX_DERIVATIVES = 16
 
 MAX_DIFFERENTIATED = 5000
 """Operations, written out, of what `diff` takes; SymPy needs about a millisecond for each."""
-
-MAX_DEFINITIONS = 1000
-"""Variables and functions that a calculator holds."""

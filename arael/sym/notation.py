@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 from sympy.core.relational import Relational
-from sympy.printing.precedence import PRECEDENCE, precedence
+from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
 from arael.check.typed import MatrixType, QuaternionType, TransformType, ValueType, VectorType
@@ -27,7 +27,7 @@ def text(value: Any) -> str:
     """
     value = as_value(value)
     require_printable(value)
-    return shaped(type_of(value), [_PRINTER.doprint(e) for e in entries(value)])
+    return shaped(type_of(value), [_scalar(e) for e in entries(value)])
 
 
 def require_printable(value: Value) -> None:
@@ -60,65 +60,18 @@ _NAMES: Mapping[Any, str] = {
 
 
 class _Notation(StrPrinter):  # type: ignore[misc]
-    """Writes a scalar or a condition."""
+    """Writes a scalar or a condition, with the operators of Python."""
 
-    def parenthesize(self, item: Any, level: int, strict: bool = False) -> str:
-        """Write an operand; a conditional and a condition always in parentheses."""
-        if isinstance(item, sp.Piecewise | Relational):
-            return f"({self._print(item)})"
-        return str(super().parenthesize(item, level, strict))
-
-    def _print_Add(self, expr: Any, order: Any = None) -> str:
-        terms = self._as_ordered_terms(expr, order=order)
-        first = next((t for t in terms if not _is_negative(t)), terms[0])
-        terms = [first, *(t for t in terms if t is not first)]
-        found = self._term(first)
-        for term in terms[1:]:
-            minus = _is_negative(term)
-            found += f" - {self._term(-term)}" if minus else f" + {self._term(term)}"
-        return found
-
-    def _term(self, term: Any) -> str:
-        return self.parenthesize(term, PRECEDENCE["Add"], strict=not term.is_Add)
-
-    def _print_Mul(self, expr: Any) -> str:
-        if _is_negative(expr):
-            return f"-{self.parenthesize(-expr, precedence(expr))}"
-        above: list[Any] = []
-        below: list[Any] = []
-        for factor in expr.as_ordered_factors():
-            if factor.is_Rational and factor.q != 1:
-                above += [sp.Integer(factor.p)] * (factor.p != 1)
-                below.append(sp.Integer(factor.q))
-            elif _is_reciprocal(factor):
-                below.append(1 / factor)
-            else:
-                above.append(factor)
-        numerator = self._factors(above) or "1"
-        if not below:
-            return numerator
-        denominator = self._factors(below)
-        return f"{numerator} / {denominator if len(below) == 1 else f'({denominator})'}"
-
-    def _factors(self, factors: list[Any]) -> str:
-        level = PRECEDENCE["Mul"]
-        return " * ".join(self.parenthesize(f, level) for f in factors)
+    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
+        """Begin with a term that is not subtracted, if there is one."""
+        terms = super()._as_ordered_terms(expr, order=order)
+        first = next((t for t in terms if not t.as_coeff_Mul()[0].is_extended_negative), terms[0])
+        return [first, *(t for t in terms if t is not first)]
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
-        base, exponent = expr.args
-        if _is_reciprocal(expr):
-            below = 1 / expr
-            return f"1 / {self.parenthesize(below, PRECEDENCE['Mul'])}"
-        if exponent == sp.S.Half:
-            return f"sqrt({self._print(base)})"
-        level = PRECEDENCE["Pow"]
-        raised = self._print(exponent)
-        if not (exponent.is_Symbol or (exponent.is_Number and raised.replace(".", "").isalnum())):
-            raised = f"({raised})"
-        return f"{self.parenthesize(base, level)}^{raised}"
-
-    def _print_Rational(self, expr: Any) -> str:
-        return str(expr.p) if expr.q == 1 else f"{expr.p} / {expr.q}"
+        if expr.exp.is_Rational and expr.exp.is_negative:
+            return f"1/{self.parenthesize(1 / expr, PRECEDENCE['Mul'])}"
+        return str(super()._print_Pow(expr, rational))
 
     def _print_Float(self, expr: Any) -> str:
         value = float(expr)
@@ -129,20 +82,17 @@ class _Notation(StrPrinter):  # type: ignore[misc]
     def _print_Function(self, expr: Any) -> str:
         name = _NAMES.get(expr.func, expr.func.__name__)
         args = expr.args[:1] if expr.func == sp.Heaviside else expr.args
-        return f"{name}({', '.join(map(self._print, args))})"
+        return f"{name}({', '.join(map(self.whole, args))})"
 
     _print_Abs = _print_Max = _print_Min = _print_Heaviside = _print_ExpBase = _print_Function
 
     def _print_Relational(self, expr: Any) -> str:
-        level = precedence(expr)
-        a, b = (self.parenthesize(x, level) for x in expr.args)
-        return f"{a} {expr.rel_op} {b}"
+        return f"{self._print(expr.lhs)} {expr.rel_op} {self._print(expr.rhs)}"
 
     def _print_And(self, expr: Any) -> str:
-        return " and ".join(self._condition(a) for a in expr.args)
+        return f" {type(expr).__name__.lower()} ".join(map(self._condition, expr.args))
 
-    def _print_Or(self, expr: Any) -> str:
-        return " or ".join(self._condition(a) for a in expr.args)
+    _print_Or = _print_And
 
     def _print_Not(self, expr: Any) -> str:
         return f"not {self._condition(expr.args[0])}"
@@ -155,11 +105,13 @@ class _Notation(StrPrinter):  # type: ignore[misc]
         *arms, (last, rest) = expr.args
         found = self._print(last) if rest == sp.true else "nan"
         for value, chosen in reversed(arms):
-            found = f"if {self._print(chosen)} then {self._arm(value)} else {found}"
-        return found
+            found = f"if {self._print(chosen)} then {self._print(value)} else {found}"
+        return f"({found})"
 
-    def _arm(self, value: Any) -> str:
-        return f"({self._print(value)})" if value.has(sp.Piecewise) else str(self._print(value))
+    def whole(self, expr: Any) -> str:
+        """Write what nothing binds to: a conditional has no parentheses there."""
+        found = str(self._print(expr))
+        return found[1:-1] if isinstance(expr, sp.Piecewise) else found
 
 
 for _name, _text in {
@@ -169,12 +121,6 @@ for _name, _text in {
     setattr(_Notation, f"_print_{_name}", lambda self, expr, text=_text: text)
 
 
-def _is_negative(term: Any) -> bool:
-    return bool(term.as_coeff_Mul()[0].is_extended_negative)
-
-
-def _is_reciprocal(factor: Any) -> bool:
-    return bool(factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative)
-
-
-_PRINTER = _Notation()
+def _scalar(e: Any) -> str:
+    """Write a scalar; names have no ``*`` and ``/``, so these are operators."""
+    return _Notation().whole(e).replace("**", "^").replace("*", " * ").replace("/", " / ")

@@ -24,8 +24,8 @@ from arael.sym.values import (
     symbol,
     type_of,
 )
+from arael.symbolic.c import REAL_TYPES, c_prelude
 from arael.symbolic.c import c as c_expression
-from arael.symbolic.c import c_prelude
 
 
 def latex(value: Any) -> str:
@@ -46,10 +46,10 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
         return "np.nan"
 
     def _print_Max(self, expr: Any) -> str:
-        return str(reduce("np.maximum({}, {})".format, map(self._print, expr.args)))
+        call = f"np.{type(expr).__name__.lower()}imum({{}}, {{}})"
+        return str(reduce(call.format, map(self._print, expr.args)))
 
-    def _print_Min(self, expr: Any) -> str:
-        return str(reduce("np.minimum({}, {})".format, map(self._print, expr.args)))
+    _print_Min = _print_Max
 
 
 def python(value: Any) -> str:
@@ -69,8 +69,8 @@ def python(value: Any) -> str:
 def _for_code(value: Value) -> tuple[Any, ...]:
     standard = over_numpy(value)
     require_printable(standard)
-    names = {n: sp.Symbol(code_name(n)) for n in free_vars(standard) if "." in n}
-    return tuple(e.xreplace({sp.Symbol(n): s for n, s in names.items()}) for e in entries(standard))
+    names = {sp.Symbol(n): sp.Symbol(code_name(n)) for n in free_vars(standard)}
+    return tuple(e.xreplace(names) for e in entries(standard))
 
 
 def c(value: Any, real: str = "double") -> str:
@@ -78,7 +78,7 @@ def c(value: Any, real: str = "double") -> str:
 
     It may call functions that `c_prelude` defines, and native functions by their name.
     """
-    if not isinstance(real, str) or real not in ("double", "float"):
+    if not isinstance(real, str) or real not in REAL_TYPES:
         raise wrong_argument("c", "real", "`double` or `float`", real)
     value = as_value(value)
     require_printable(value)
@@ -100,19 +100,9 @@ def _c(e: Any, real: str) -> str:
 def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     """Write a C function of doubles that computes a value, shared subexpressions once.
 
-    A scalar is returned; the scalars of anything else are written to ``out``. The text begins with
-    what it needs of ``math.h`` and more.
-
-    Parameters
-    ----------
-    name : of the C function
-    value : what it computes
-    by : its arguments; by default the variables in alphabetical order
-
-    Raises
-    ------
-    AraelError
-        E0650 if a variable of `value` is not among `by`; E0651 for a name that C cannot have.
+    A scalar is returned; the scalars of anything else are written to ``out``. Its arguments are the
+    variables `by`, or all in alphabetical order. The text begins with what it needs of ``math.h``
+    and more.
     """
     value = as_value(value)
     symbol(name)  # E0651 if that is no name
@@ -125,10 +115,8 @@ def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     parameters = [f"double {n}" for n in names] + ([] if scalar else ["double *out"])
     lines = [f"{'double' if scalar else 'void'} {name}({', '.join(parameters) or 'void'}) {{"]
     lines += [f"    const double {t.name} = {c(e)};" for t, e in shared.temporaries]
-    if scalar:
-        lines.append(f"    return {c(result)};")
-    else:
-        lines += [f"    out[{i}] = {c(e)};" for i, e in enumerate(entries(result))]
+    for i, e in enumerate(entries(result)):
+        lines.append(f"    {'return' if scalar else f'out[{i}] ='} {c(e)};")
     return c_prelude() + "\n".join([*lines, "}"]) + "\n"
 
 

@@ -23,7 +23,7 @@ from arael.check.typist import Slots, Typist
 from arael.check.walk import operands, postorder
 from arael.compiler.scalarise import NoUses, Scalariser
 from arael.diagnostics.arguments import wrong_argument
-from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source, Span
+from arael.diagnostics.records import Findings, Source, Span
 from arael.sym.errors import fail
 from arael.sym.functions import Formulas, operation
 from arael.sym.limits import MAX_WRITTEN_OUT
@@ -145,9 +145,7 @@ def parse(
         raise wrong_argument("parse", "names", "a mapping from names to values", names)
     source = text if isinstance(text, Source) else Source("formula", text)
     values = {name: as_value(value) for name, value in (names or {}).items()}
-    bag = functions if functions is not None else {}
-    reader = Reader(bag, values, getattr(bag, "constants", {}))
-    return reader.read(parse_expression(source))
+    return _read(source, functions, values)
 
 
 def call(name: str, args: Sequence[Any], bag: Mapping[str, Function] | None = None) -> Value:
@@ -161,9 +159,12 @@ def call(name: str, args: Sequence[Any], bag: Mapping[str, Function] | None = No
     formals = [f"a{i}" for i in range(len(args))]
     source = Source(name, f"{name}({', '.join(formals)})")
     values = dict(zip(formals, map(as_value, args), strict=True))
-    functions = bag if bag is not None else {}
-    constants = getattr(functions, "constants", {})
-    return Reader(functions, values, constants).read(parse_expression(source))
+    return _read(source, bag, values)
+
+
+def _read(source: Source, bag: Mapping[str, Function] | None, values: Mapping[str, Value]) -> Value:
+    reader = Reader({} if bag is None else bag, values, getattr(bag, "constants", {}))
+    return reader.read(parse_expression(source))
 
 
 class _Scalars(Scalariser):
@@ -216,17 +217,8 @@ def _require_size(typed: Typed) -> None:
     for node in postorder([typed]):
         counts[node] = 1 + sum(counts[o] for o in operands(node))
     if counts[typed] > 2 * MAX_WRITTEN_OUT:
-        raise AraelError(
-            Diagnostic(
-                "E0653",
-                "expression is too large",
-                typed.span,
-                f"written out, functions included, more than {MAX_WRITTEN_OUT} operations",
-            )
-        )
-
-
-# --- names ----------------------------------------------------------------------------------------
+        what = f"written out, functions included, more than {MAX_WRITTEN_OUT} operations"
+        fail("E0653", "expression is too large", typed.span, what)
 
 
 def _number(t: Reader, node: tree.Number) -> Binding:
@@ -263,14 +255,13 @@ def _name(t: Reader, node: tree.Name) -> Binding:
 
 def _attribute(t: Reader, node: tree.Attribute) -> Binding:
     """``p.x`` of a value, or the variable ``L0.length``."""
-    parts: list[str] = []
-    inner: tree.Expr = node
+    path = node.name
+    inner: tree.Expr = node.obj
     while isinstance(inner, tree.Attribute):
-        parts.append(inner.name)
-        inner = inner.obj
+        path, inner = f"{inner.name}.{path}", inner.obj
     names = t.constants if t.calls else t.names
     if isinstance(inner, tree.Name):
-        path = ".".join([inner.id, *reversed(parts)])
+        path = f"{inner.id}.{path}"
         if path in names:
             return t.leaf_of(path, node.span)
         if inner.id not in cast(ConstantScope, t.scope).locals and inner.id not in names:
@@ -293,7 +284,14 @@ def _call(t: Reader, node: tree.Call) -> Binding:
     if name in t.bag:
         chain = [caller for caller, _ in t.calls]
         if name in chain:
-            raise recursion([*chain[chain.index(name) :], name], t.bag[name].node)
+            circle = [*chain[chain.index(name) :], name]
+            fail(
+                "E0605",
+                f"function calls itself: {' -> '.join(circle[:6] + ['...'] * (len(circle) > 6))}",
+                t.bag[name].node.name.span,
+                "cannot be written out as a formula",
+                help=("formulas have no loops; give the function as a closed formula",),
+            )
     elif name in t.special and not t.calls:
         return t.leaf(t.special[name](t, node), node.span)
     elif name and name not in FUNCTIONS and name not in IDENTITIES:
@@ -306,20 +304,6 @@ def _call(t: Reader, node: tree.Call) -> Binding:
             "E0205", node.func.span, f"unknown function `{name}`", label="not found", help=near
         )
     return calls.call(t, node)
-
-
-def recursion(chain: Sequence[str], node: tree.Function) -> AraelError:
-    """The error for a function in text that calls itself."""
-    shown = " -> ".join([*chain[:6], *(["..."] if len(chain) > 6 else [])])
-    return AraelError(
-        Diagnostic(
-            "E0605",
-            f"function calls itself: {shown}",
-            node.name.span,
-            "cannot be written out as a formula",
-            help=("formulas have no loops; give the function as a closed formula",),
-        )
-    )
 
 
 _HANDLERS: Mapping[type, Callable[[Any, Any], Binding]] = {

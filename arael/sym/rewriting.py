@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial, reduce
 from typing import Any
 
 import sympy as sp
 
 from arael.operations import OPERATIONS
-from arael.sym import functions as own
 from arael.sym.functions import OWN, UserFunction, operation, remade, written_out
 from arael.sym.values import Value, as_value, entries, postorder, with_entries
 
@@ -47,14 +47,9 @@ _KNOWN: Mapping[str, Callable[..., Any]] = {
     "safe_atan2": lambda y, x: sp.Piecewise((sp.atan2(y, x), x**2 + y**2 > 0), (0, True)),
 }
 _LANGUAGE: Mapping[Any, Callable[..., Any]] = {
-    sp.Abs: own.abs,
-    sp.sign: own.sign,
-    sp.floor: own.floor,
-    sp.ceiling: own.ceil,
+    **{_KNOWN[n]: OWN[n] for n in ("abs", "sign", "floor", "ceil", "lgamma", "digamma")},
     sp.Max: lambda *a: _paired("max", a),
     sp.Min: lambda *a: _paired("min", a),
-    sp.loggamma: own.lgamma,
-    sp.digamma: own.digamma,
 }
 
 
@@ -116,7 +111,4 @@ def rewritten(value: Any, rule: Callable[[Any], Callable[..., Any] | None]) -> V
 
 
 def _paired(name: str, args: tuple[Any, ...]) -> Any:
-    result, *rest = sorted(args, key=sp.default_sort_key)
-    for other in rest:
-        result = operation(name, result, other)
-    return result
+    return reduce(partial(operation, name), sorted(args, key=sp.default_sort_key))

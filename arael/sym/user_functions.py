@@ -18,7 +18,7 @@ from arael.compiler.imports import Imports
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import Findings, Source
 from arael.sym.errors import fail
-from arael.sym.evaluation import Program
+from arael.sym.evaluation import Compiled
 from arael.sym.functions import UserFunction, number
 from arael.sym.reading import Reader, call
 from arael.sym.values import Value, composite, symbol, type_of
@@ -40,7 +40,7 @@ class Function:
     ----------
     name, parameters : as declared
     node : its declaration, as it was read
-    native : the callable of form B, else None
+    native, is_native : the callable of form B, else None; whether there is one
     bag : where the functions that it calls are looked up, when it is called
     """
 
@@ -50,11 +50,7 @@ class Function:
         self.parameters = tuple(p.id for p in node.params)
         self.bag = bag
         self.native = native
-
-    @property
-    def is_native(self) -> bool:
-        """Whether the value comes from a Python callable."""
-        return self.node.body is None
+        self.is_native = node.body is None
 
     def __repr__(self) -> str:
         """Show the declaration."""
@@ -96,8 +92,7 @@ class Function:
         """Value on numbers or arrays."""
         if self.is_native:
             return self.native_value(*args)
-        formals = sp.symbols(self.parameters)
-        return Program([self.formula(formals)], self.parameters)(*args)[0]
+        return Compiled(self.formula(sp.symbols(self.parameters)), self.parameters)(*args)
 
     def _read(self, node: tree.Expr, args: tuple[Any, ...]) -> Any:
         names = {**self.bag.constants, **dict(zip(self.parameters, args, strict=True))}
@@ -115,8 +110,7 @@ class FunctionBag(Mapping[str, Function]):
 
     Attributes
     ----------
-    constants : values of names in the formulas of all functions: the constants of a model. For
-        `parse` they are as good as any `names`.
+    constants : values of names in the formulas of all functions: the constants of a model
     """
 
     def __init__(self, *definitions: str) -> None:
@@ -146,30 +140,20 @@ class FunctionBag(Mapping[str, Function]):
             raise wrong_argument(
                 "define", "text", "the definition of a function", text, "write `f(x) = x^2`"
             )
-        stripped = text.strip()
-        source = Source("definition", stripped if stripped.startswith("fn ") else f"fn {stripped}")
+        source = Source("definition", f"fn {text.strip().removeprefix('fn ')}")
         items = parse_file(source).items
-        if len(items) != 1 or not isinstance(items[0], tree.Function) or items[0].body is None:
-            fail(
-                "E0651",
-                "expected the definition of one function",
-                origin="definition",
-                help=("write it like `f(x) = x^2`",),
-            )
-        return self.add(items[0])
+        if len(items) == 1 and isinstance(items[0], tree.Function) and items[0].body is not None:
+            return self.add(items[0])
+        help_ = ("write it like `f(x) = x^2`",)
+        fail("E0651", "expected the definition of one function", origin="definition", help=help_)
 
     def native(
         self, name: str, function: Native, parameters: Iterable[str], derivs: Iterable[str]
     ) -> Function:
-        """Add a function whose value a Python callable gives.
+        """Add a function whose value a Python callable of floats gives.
 
-        Parameters
-        ----------
-        name : in texts
-        function : takes floats, gives a float
-        parameters : names of its arguments
-        derivs : a formula of the parameters for the derivative by each; may call any function of
-            the bag, this one included
+        `derivs` are formulas of the parameters for the derivatives by each; they may call any
+        function of the bag, this one included.
         """
         symbol(name)  # E0651 if that is no name
         for what, given in (("parameters", parameters), ("derivs", derivs)):
@@ -193,27 +177,19 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             E0651 if parameters and derivatives do not match, or nothing gives its value.
         """
-        names = [p.id for p in node.params]
+        name, names = node.name, [p.id for p in node.params]
         for i, parameter in enumerate(node.params):
             if parameter.id in names[:i]:
                 fail("E0651", f"parameter `{parameter.id}` is declared twice", parameter.span)
         if node.derivs is not None and len(node.derivs) != len(names):
-            fail(
-                "E0651",
-                f"`{node.name.id}` has {len(names)} parameters and {len(node.derivs)} derivatives",
-                node.name.span,
-                help=("give one derivative per parameter, in their order",),
-            )
-        if node.body is None and (native is None or not callable(native)):
-            fail(
-                "E0651",
-                f"nothing gives the value of `{node.name.id}`",
-                node.name.span,
-                help=(f"pass a callable for it: `natives={{{node.name.id!r}: f}}`",),
-            )
-        function = Function(node, self, native if node.body is None else None)
-        self._functions[function.name] = function
-        return function
+            found = f"{len(names)} parameters and {len(node.derivs)} derivatives"
+            help_ = ("give one derivative per parameter, in their order",)
+            fail("E0651", f"`{name.id}` has {found}", name.span, help=help_)
+        if node.body is None and not callable(native):
+            help_ = (f"pass a callable for it: `natives={{{name.id!r}: f}}`",)
+            fail("E0651", f"nothing gives the value of `{name.id}`", name.span, help=help_)
+        self._functions[name.id] = Function(node, self, native if node.body is None else None)
+        return self._functions[name.id]
 
     @classmethod
     def from_model(
@@ -221,10 +197,8 @@ class FunctionBag(Mapping[str, Function]):
     ) -> FunctionBag:
         """Read the functions of a model file and of what it imports, or of the text of one.
 
-        Parameters
-        ----------
-        model : path of an ``.arael`` file, or text with a line end or ``=`` in it
-        natives : callables for its ``extern fn``, by name
+        `model` is a path, or text with a line end or ``=`` in it; `natives` are the callables for
+        ``extern fn``, by name.
 
         Raises
         ------
@@ -255,11 +229,8 @@ class FunctionBag(Mapping[str, Function]):
         for name, item in found.consts.items():
             value = constants.evaluate(item.value)
             if value is not None:
-                scalars = [number(float(x)) for x in value.values]
-                is_bool = value.type == BOOL
-                bag.constants[name] = (
-                    sp.Eq(*scalars, 1) if is_bool else composite(value.type, scalars)
-                )
+                made = composite(value.type, [number(float(x)) for x in value.values])
+                bag.constants[name] = sp.Eq(made, 1) if value.type == BOOL else made
         report.stop()
         for function_ in found.functions.values():
             bag.add(function_, (natives or {}).get(function_.name.id))

@@ -61,12 +61,9 @@ def symbol(name: str) -> Any:
         E0651 if that is no name.
     """
     if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > 200:
-        fail(
-            "E0651",
-            f"{str(name)[:60]!r} cannot be the name of a variable",
-            origin="symbol",
-            help=("a name has letters, digits and `_`, and begins with no digit",),
-        )
+        help_ = ("a name has letters, digits and `_`, and begins with no digit",)
+        message = f"{str(name)[:60]!r} cannot be the name of a variable"
+        fail("E0651", message, origin="symbol", help=help_)
     return sp.Symbol(name)
 
 
@@ -88,19 +85,10 @@ def vector(name: str, n: int) -> Any:
         E0652 if n is not a whole number from 1 to 4096.
     """
     if not isinstance(n, int) or not 1 <= n <= MAX_SCALARS:
-        fail(
-            "E0652",
-            f"expected a length from 1 to {MAX_SCALARS}, found {n!r:.40}",
-            origin="vector",
-            help=('write for example `vector("p", 3)`',),
-        )
+        message = f"expected a length from 1 to {MAX_SCALARS}, found {n!r:.40}"
+        fail("E0652", message, origin="vector", help=('write for example `vector("p", 3)`',))
     parts = "xyz"[:n] if n <= 3 else [f"_{i}" for i in range(n)]
     return composite(VectorType(n), [symbol(f"{name}.{part}") for part in parts])
-
-
-def quaternion(name: str) -> Any:
-    """Return the quaternion of the variables ``name.w name.x name.y name.z``."""
-    return sp.Quaternion(*(symbol(f"{name}.{part}") for part in "wxyz"))
 
 
 def listed_variables(by: Any, function: str) -> list[Any]:
@@ -145,9 +133,6 @@ def free_vars(value: Value) -> tuple[str, ...]:
     return tuple(sorted({node.name for node in found}))
 
 
-# --- types ----------------------------------------------------------------------------------------
-
-
 def type_of(value: Value) -> ValueType:
     """Type of a value, as the language names it."""
     if isinstance(value, Boolean) and not value.is_Symbol:
@@ -177,14 +162,10 @@ def entries(value: Value) -> tuple[Any, ...]:
 def composite(type_: ValueType, scalars: Sequence[Any]) -> Value:
     """Return a value of type `type_`; a scalar as itself."""
     if len(scalars) > MAX_SCALARS:
-        fail(
-            "E0653",
-            f"{len(scalars)} scalars in one value",
-            origin="expression",
-            help=(f"at most {MAX_SCALARS} are allowed",),
-        )
+        help_ = (f"at most {MAX_SCALARS} are allowed",)
+        fail("E0653", f"{len(scalars)} scalars in one value", origin="expression", help=help_)
     if isinstance(type_, VectorType):
-        return sp.ImmutableMatrix(len(scalars), 1, list(scalars))
+        return sp.ImmutableMatrix(scalars)
     if isinstance(type_, MatrixType):
         return sp.ImmutableMatrix(type_.rows, type_.columns, list(scalars))
     if isinstance(type_, QuaternionType):
@@ -221,13 +202,11 @@ def as_value(x: Any) -> Value:
         table = x if x and isinstance(x[0], (list, tuple)) else [[item] for item in x]
         if not table or not table[0] or len({len(row) for row in table}) != 1:
             raise _no_value(x, "a matrix needs rows of one length, one at least")
-        rows, columns = len(table), len(table[0])
         scalars = [as_value(item) for row in table for item in row]
         for scalar in scalars:
             if type_of(scalar) not in (REAL, BOOL):
                 raise _no_value(x, f"entries are scalars, one is {type_of(scalar)}")
-        type_ = VectorType(rows) if columns == 1 else MatrixType(rows, columns)
-        return composite(type_, scalars)
+        return composite(MatrixType(len(table), len(table[0])), scalars)
     if isinstance(x, (str, bytes)):
         raise _no_value(x, "`parse` reads formulas, `symbol` names variables")
     try:
@@ -251,9 +230,6 @@ def _checked(x: Transform) -> Transform:
     ):
         return Transform(translation, x.rotation, scale)
     raise _no_value(x, "a transform has a vector of three, a quaternion, and a scalar or None")
-
-
-# --- walking --------------------------------------------------------------------------------------
 
 
 def postorder(roots: Iterable[Any]) -> Iterator[Any]:

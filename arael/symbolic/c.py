@@ -15,29 +15,20 @@ from arael.symbolic.graph import Graph
 LARGEST_TREE = 20_000
 """Operations in the written-out expression above which printing is refused."""
 
-Names = Callable[[Hashable], str]
-
 REAL_TYPES = {"double": "", "float": "f"}
 """C type of a real, and what the names of its library functions and its literals end with."""
 
 _ATOM = 100
 _NEGATION = 7
 
-
 _PRIMITIVES = {one.name: one for one in OPERATIONS.values() if one.primitive}
-
-# Operands occur more than once in these.
-_INLINE = {one.name for one in _PRIMITIVES.values() if one.c_expression.count("{0}") > 1}
-_LITERALS = {"ONE": "1.0", "ZERO": "0.0", "HALF": "0.5"}
-
-
-def _call(name: str, operands: Sequence[str]) -> tuple[str, int]:
-    return f"{name}({', '.join(operands)})", _ATOM
+_INLINE = {n: one for n, one in _PRIMITIVES.items() if one.c_expression.count("{0}") > 1}
+"""Operations that read an operand more than once: functions of `c_prelude`."""
 
 
 def _expression(one: Operation, operands: Sequence[str], real: str) -> str:
     text = one.c
-    for word, literal in _LITERALS.items():
+    for word, literal in (("ONE", "1.0"), ("ZERO", "0.0"), ("HALF", "0.5")):
         text = text.replace(word, literal + REAL_TYPES[real])
     return text.format(*operands)
 
@@ -45,11 +36,9 @@ def _expression(one: Operation, operands: Sequence[str], real: str) -> str:
 def _operation(name: str, operands: Sequence[tuple[str, int]], real: str) -> tuple[str, int]:
     """Write an operation of texts with their bindings: how strongly each holds together."""
     one = _PRIMITIVES[name]
-    texts = [text for text, _ in operands]
-    if one.library:
-        return _call(one.library + REAL_TYPES[real], texts)
-    if name in _INLINE:
-        return _call(f"arael_{name}", texts)
+    if one.library or name in _INLINE:
+        called = one.library + REAL_TYPES[real] if one.library else f"arael_{name}"
+        return f"{called}({', '.join(text for text, _ in operands)})", _ATOM
     grouped = one.c.startswith("(")
     least = (6,) * one.arity if grouped else one.operands
     texts = [t if has >= need else f"({t})" for (t, has), need in zip(operands, least, strict=True)]
@@ -68,16 +57,14 @@ def c_literal(value: float, real: str = "double") -> str:
 def c_prelude(real: str = "double") -> str:
     """Define the functions that `c` uses beyond those of ``math.h``."""
     lines = ["#include <math.h>"]
-    for one in (one for one in _PRIMITIVES.values() if one.name in _INLINE):
-        operands = ("a", "b")[: one.arity]
-        head, _ = _call(f"arael_{one.name}", [f"{real} {operand}" for operand in operands])
-        lines.append(
-            f"static inline {real} {head} {{ return {_expression(one, operands, real)}; }}"
-        )
+    for name, one in _INLINE.items():
+        head = f"arael_{name}({', '.join(f'{real} {operand}' for operand in 'ab'[: one.arity])})"
+        value = _expression(one, "ab"[: one.arity], real)
+        lines.append(f"static inline {real} {head} {{ return {value}; }}")
     return "\n".join(lines) + "\n"
 
 
-def c(g: Graph, node: int, names: Names = str, real: str = "double") -> str:
+def c(g: Graph, node: int, names: Callable[[Hashable], str] = str, real: str = "double") -> str:
     """Write `node` as one C expression; it may call functions of `c_prelude`.
 
     Raises
@@ -102,8 +89,8 @@ def c(g: Graph, node: int, names: Names = str, real: str = "double") -> str:
         elif g.is_free(current):
             written[current] = written[g.args[current][0]]
         elif name in g.functions:
-            arguments = [written[a][0] for a in g.args[current]]
-            written[current] = _call(g.functions[name].name, arguments)
+            arguments = ", ".join(written[a][0] for a in g.args[current])
+            written[current] = f"{g.functions[name].name}({arguments})", _ATOM
         else:
             written[current] = _operation(name, [written[a] for a in g.args[current]], real)
     return written[node][0]

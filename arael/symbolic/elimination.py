@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Hashable, Iterable, Mapping
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from sympy import S
 
@@ -24,16 +24,6 @@ from arael.symbolic.terms import Term, Terms
 from arael.symbolic.varying import arguments, branches, rank_of_seeds, varying
 
 Seed = TypeVar("Seed", bound=Hashable)
-
-
-class _Vertex(NamedTuple):
-    """A node of the program, a seed, or an output."""
-
-    kind: int
-    number: int
-
-
-_SEED, _NODE, _OUTPUT = range(3)
 
 
 def eliminate(
@@ -46,28 +36,25 @@ def eliminate(
     names = list(rank)
     order = varying(graph, outputs, seeds)
     ready = _below_branches(terms, order, seeds)
-    linear = _Linearised(terms)
+    linear = _Linearised(terms, top=max(order, default=0) + 1)
     for node in order:
-        vertex = _Vertex(_NODE, node)
         terms.at(node)
-        if node in ready:
-            for seed, entry in ready[node].items():
-                linear.add_edge(vertex, _Vertex(_SEED, rank[seed]), entry)
-        elif node in seeds:
-            for seed, tangent in seeds[node].items():
-                linear.add_edge(vertex, _Vertex(_SEED, rank[seed]), terms.leaf(tangent))
-        elif any(_Vertex(_NODE, operand) in linear.below for operand in arguments(graph, node)):
+        if node in ready or node in seeds:
+            tangents = seeds.get(node, {})
+            found = ready.get(node) or {seed: terms.leaf(t) for seed, t in tangents.items()}
+            for seed, entry in found.items():
+                linear.add_edge(node, -1 - rank[seed], entry)
+        elif any(operand in linear.below for operand in arguments(graph, node)):
             for operand, partial in terms.partials(node):
-                linear.add_edge(vertex, _Vertex(_NODE, operand), partial)
+                linear.add_edge(node, operand, partial)
     for k, node in enumerate(outputs):
-        linear.add_edge(_Vertex(_OUTPUT, k), _Vertex(_NODE, node), S.One)
+        linear.add_edge(linear.top + k, node, S.One)
     linear.run()
     result: list[dict[Seed, Term]] = []
     for k, node in enumerate(outputs):
         terms.at(node)
-        edges = linear.below.get(_Vertex(_OUTPUT, k), {})
-        row = {source.number: weight for source, weight in edges.items()}
-        result.append({names[s]: terms.atom(row[s]) for s in sorted(row)})
+        row = linear.below.get(linear.top + k, {})
+        result.append({names[-1 - v]: terms.atom(row[v]) for v in sorted(row, reverse=True)})
     return result
 
 
@@ -83,16 +70,20 @@ def _below_branches(
 
 
 class _Linearised:
-    """The edges of the linearised program that are left."""
+    """The edges of the linearised program that are left.
 
-    def __init__(self, terms: Terms) -> None:
+    A vertex is the number of a node; or `top` and more, an output; or negative, a seed.
+    """
+
+    def __init__(self, terms: Terms, top: int) -> None:
         self.terms = terms
-        self.below: dict[_Vertex, dict[_Vertex, Term]] = {}
-        self.above: dict[_Vertex, dict[_Vertex, None]] = {}
+        self.top = top
+        self.below: dict[int, dict[int, Term]] = {}
+        self.above: dict[int, dict[int, None]] = {}
 
-    def add_edge(self, upper: _Vertex, lower: _Vertex, weight: Term) -> None:
+    def add_edge(self, upper: int, lower: int, weight: Term) -> None:
         """Add `weight` to an edge; zero weights are no edges."""
-        if weight is S.Zero or (lower.kind == _NODE and lower not in self.below):
+        if weight is S.Zero or (lower >= 0 and lower not in self.below):
             return
         edges = self.below.setdefault(upper, {})
         edges[lower] = edges.get(lower, S.Zero) + weight
@@ -104,11 +95,11 @@ class _Linearised:
 
     def run(self) -> None:
         """Eliminate every inner node, of those that cost the same the earliest first."""
-        queue: list[tuple[int, _Vertex]] = []
+        queue: list[tuple[int, int]] = []
 
-        def enqueue(vertices: Iterable[_Vertex]) -> None:
+        def enqueue(vertices: Iterable[int]) -> None:
             for vertex in vertices:
-                if vertex.kind == _NODE and vertex in self.below:
+                if 0 <= vertex < self.top and vertex in self.below:
                     heapq.heappush(queue, (self._cost(vertex), vertex))
 
         enqueue(list(self.below))
@@ -122,14 +113,14 @@ class _Linearised:
             lower, upper = self.below.pop(vertex), self.above.pop(vertex, {})
             for source in lower:
                 self.above[source].pop(vertex, None)
-            self.terms.at(vertex.number)
+            self.terms.at(vertex)
             for user in upper:
                 outer = self.below[user].pop(vertex)
                 for source, inner in lower.items():
                     self.add_edge(user, source, self.terms.times(outer, inner))
             enqueue([*lower, *upper])
 
-    def _cost(self, vertex: _Vertex) -> int:
+    def _cost(self, vertex: int) -> int:
         """Count the products that eliminating a vertex takes; those with 1 and -1 are free."""
         lower = self.below[vertex]
         proper = sum(not _is_unit(weight) for weight in lower.values())

@@ -37,7 +37,7 @@ def forward(
     """
     outputs = list(outputs)
     graph = terms.graph
-    rank: dict[Hashable, int] = dict(rank_of_seeds(seeds).items())
+    rank = rank_of_seeds(seeds)
     found: dict[int, _Tangent] = {}
     for node in varying(graph, outputs, seeds):
         terms.at(node)
@@ -55,8 +55,7 @@ def forward(
     for node in outputs:
         terms.at(node)
         entries = _entries(terms, found.get(node))
-        ordered = sorted(entries.items(), key=lambda item: rank[item[0]])
-        result.append({s: terms.atom(e) for s, e in ordered})  # type: ignore[misc]
+        result.append({s: terms.atom(entries[s]) for s in rank if s in entries})
     return result
 
 

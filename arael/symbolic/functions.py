@@ -20,7 +20,6 @@ from sympy import Expr, S, Symbol
 
 from arael.operations import OPERATIONS
 from arael.operations import Operation as Record
-from arael.symbolic.scalars.function import REGULARISATION
 
 Maker = Callable[..., Expr]
 Slope = Callable[..., Expr]
@@ -33,8 +32,9 @@ VALUE = Symbol("value", real=True)
 
 _TINY = Symbol("regularisation", positive=True)
 
-CONSTANTS: Mapping[Symbol, float] = {_TINY: REGULARISATION}
-"""Numbers that stay symbols, so that SymPy computes with them exactly."""
+CONSTANTS: Mapping[Symbol, float] = {_TINY: 1e-12}
+"""Numbers that stay symbols, so that SymPy computes with them exactly: what the ``safe_`` functions
+add under roots and to denominators."""
 
 
 class Operation(sp.Function):  # type: ignore[misc]
@@ -47,12 +47,10 @@ class Operation(sp.Function):  # type: ignore[misc]
 
 def _class(name: str, *slopes: Slope) -> Any:
     """Make the class of an operation, whose derivatives are functions of value and operands."""
-
-    def fdiff(self: Any, argindex: int = 1) -> Expr:
-        return slopes[argindex - 1](self, *self.args)
-
-    members = {"fdiff": fdiff} if slopes else {}
-    return type(name, (Operation,), {"__module__": __name__, **members})
+    members: dict[str, Any] = {"__module__": __name__}
+    if slopes:
+        members["fdiff"] = lambda self, argindex=1: slopes[argindex - 1](self, *self.args)
+    return type(name, (Operation,), members)
 
 
 # Differentiated as branches, or constant wherever they have a derivative.
@@ -73,10 +71,6 @@ class quotient(Operation):
         return text if exp is None else f"{text}^{{{exp}}}"
 
 
-def _one_if(condition: Expr) -> Expr:
-    return select(condition, S.One, S.Zero)
-
-
 # SymPy's own power divides by ``a`` in its derivative, which is 0/0 at 0. The derivative by the
 # exponent is 0 at base 0: the limit of ``x^y log x``, y > 0.
 power: Any = _class(
@@ -89,8 +83,10 @@ power: Any = _class(
 clamp = _class(
     "clamp",
     lambda value, a, low, high: select(either(lt(high, a), lt(a, low)), S.Zero, S.One),
-    lambda value, a, low, high: _one_if(both(lt(a, low), le(low, high))),
-    lambda value, a, low, high: _one_if(either(lt(high, a), both(lt(high, low), le(a, low)))),
+    lambda value, a, low, high: select(both(lt(a, low), le(low, high)), S.One, S.Zero),
+    lambda value, a, low, high: select(
+        either(lt(high, a), both(lt(high, low), le(a, low))), S.One, S.Zero
+    ),
 )
 
 
@@ -123,15 +119,11 @@ fast_atan2 = _class(
 )
 
 
-def _slope_of_ratio(a: Expr, b: Expr) -> Expr:
-    """Derivative of ``b atan(a / b)`` by a; without ``b / b``, which is 0/0 at ``b = 0``."""
-    return 1 / (1 + quotient(a, b) ** 2)
-
-
+# Without ``b / b``, which is 0/0 at ``b = 0``.
 starship = _class(
     "starship",
-    lambda value, a, b: _slope_of_ratio(a, b),
-    lambda value, a, b: sp.atan(quotient(a, b)) - a / b * _slope_of_ratio(a, b),
+    lambda value, a, b: 1 / (1 + quotient(a, b) ** 2),
+    lambda value, a, b: sp.atan(quotient(a, b)) - a / b * (1 / (1 + quotient(a, b) ** 2)),
 )
 
 log2 = _class("log2", lambda value, a: 1 / (a * sp.log(2)))
@@ -181,13 +173,8 @@ def partials(name: str, count: int) -> tuple[tuple[int, Any], ...]:
     which stands for what the operation has computed already. Operands without influence on the
     derivative are left out.
     """
-    operands = FORMAL[:count]
-    value = MAKERS[name](*operands)
-    found = []
-    for k, operand in enumerate(operands):
-        slope = value.diff(operand)
-        if name != "identity":
-            slope = slope.subs(value, VALUE)
-        if slope != 0:
-            found.append((k, slope))
-    return tuple(found)
+    value = MAKERS[name](*FORMAL[:count])
+    slopes = [value.diff(operand) for operand in FORMAL[:count]]
+    if name != "identity":
+        slopes = [slope.subs(value, VALUE) for slope in slopes]
+    return tuple((k, slope) for k, slope in enumerate(slopes) if slope != 0)

@@ -8,14 +8,54 @@ deterministic elimination of common subexpressions, happens as the graph is buil
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
-from arael.runtime.machine.tape import PRIMITIVES, Tape
-from arael.symbolic.prescribed import Prescribed
+from arael.runtime.machine.tape import NATIVE, PRIMITIVES, Tape
 from arael.symbolic.simplify import RULES, fold
 from arael.symbolic.taping import write_tape
 
 NO_PLACE = -1
+
+
+def closure(start: Iterable[int], below: Callable[[int], Iterable[int]]) -> list[int]:
+    """Nodes of `start`, those `below` them, and so on, in order of evaluation."""
+    found = set(start)
+    stack = list(found)
+    while stack:
+        new = [node for node in below(stack.pop()) if node not in found]
+        found.update(new)
+        stack += new
+    return sorted(found)
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """A function of scalars with partial derivatives of its own.
+
+    The partials are made when a call is differentiated and not before, so functions may name each
+    other and themselves in them: ``exp`` is its own derivative.
+
+    Attributes
+    ----------
+    name : as the model spells it
+    native : whether its value is known to native code only; else calls have a node of their value
+    partials : makes the partial derivatives, one per argument, from a graph and the arguments; None
+        of a function of `arael.symbolic.functions`, which SymPy differentiates
+    """
+
+    name: str
+    native: bool
+    partials: Callable[[Graph, Sequence[int]], Sequence[int]] | None = None
+
+    @property
+    def operation(self) -> str:
+        """Name of the operation in graphs, and of a native one in tapes too."""
+        return f"{NATIVE}{self.name}" if self.native else f"derived:{self.name}"
+
+    def arguments(self, operands: tuple[int, ...]) -> tuple[int, ...]:
+        """Arguments among the operands of a call."""
+        return operands if self.native else operands[1:]
 
 
 class Graph:
@@ -52,8 +92,6 @@ class Graph:
     def __len__(self) -> int:
         """Count the nodes."""
         return len(self.ops)
-
-    # Making nodes
 
     def const(self, value: float) -> int:
         """Node of a literal value. Negative zero becomes zero."""
@@ -98,16 +136,9 @@ class Graph:
     def custom(self, value: int, partials: Iterable[tuple[int, int]]) -> int:
         """Make a node with the value of `value` and a prescribed derivative.
 
-        Parameters
-        ----------
-        value : node that gives the value
-        partials : pairs of an argument and the partial derivative with respect to it, both nodes.
-            Differentiation goes through these and never into `value`.
-
-        Returns
-        -------
-        A node of operation ``custom`` with operands ``value, argument, partial, argument, ...``. It
-        costs nothing: a tape has `value` in its place.
+        `partials` are pairs of an argument and the derivative by it, both nodes; differentiation
+        goes through these and never into `value`. The node has operation ``custom`` and operands
+        ``value, argument, partial, argument, ...``. A tape has `value` in its place.
         """
         flat = tuple(node for pair in partials for node in pair)
         return self.intern("custom", (value, *flat))
@@ -115,15 +146,7 @@ class Graph:
     def call(self, function: Prescribed, args: Sequence[int], value: int | None = None) -> int:
         """Make a node for a call of a function whose derivatives are prescribed.
 
-        Parameters
-        ----------
-        function : what is called
-        args : its arguments
-        value : node of its value; None for one that is known only to native code
-
-        Returns
-        -------
-        A node; where there is a `value`, it costs nothing, and a tape has `value` in its place.
+        A tape has the node `value` in its place; without one it is known only to native code.
         """
         self.functions[function.operation] = function
         operands = args if value is None else (value, *args)
@@ -168,8 +191,6 @@ class Graph:
     def reserve(self, operations: int) -> None:
         """Learn that about so many operations are going to be made; a bounded graph may refuse."""
 
-    # Looking at nodes
-
     def exists(self, name: str, args: tuple[int, ...]) -> bool:
         """Whether a node of exactly this operation and operands has been made."""
         return (name, args) in self._nodes
@@ -186,29 +207,19 @@ class Graph:
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Nodes that the value of `node` is computed from: none of inputs and constants."""
-        name = self.ops[node]
-        if name in ("input", "const"):
+        if self.ops[node] in ("input", "const"):
             return ()
         return self.args[node][:1] if self.is_free(node) else self.args[node]
 
     def live(self, outputs: Iterable[int]) -> list[int]:
         """Nodes that `outputs` are computed from, themselves included, in order of evaluation."""
-        found = set(outputs)
-        stack = list(found)
-        while stack:
-            for operand in self.operands(stack.pop()):
-                if operand not in found:
-                    found.add(operand)
-                    stack.append(operand)
-        return sorted(found)
+        return closure(outputs, self.operands)
 
     def depends(self, on: Iterable[int]) -> set[int]:
         """Nodes of the graph whose value is computed from one of `on`, and those themselves."""
         found = set(on)
-        if not found:
-            return found
-        for node in range(min(found) + 1, len(self.ops)):
-            if any(operand in found for operand in self.operands(node)):
+        for node in range(min(found, default=len(self.ops)), len(self.ops)):
+            if not found.isdisjoint(self.operands(node)):
                 found.add(node)
         return found
 
@@ -221,33 +232,32 @@ class Graph:
         outputs = list(outputs)
         size: dict[int, int] = {}
         for node in self.live(outputs):
-            inner = sum(size[operand] for operand in self.operands(node))
-            size[node] = inner + self._is_operation(node)
+            size[node] = self._is_operation(node) + sum(size[a] for a in self.operands(node))
         return sum(size[node] for node in outputs)
 
     def _is_operation(self, node: int) -> bool:
         return self.ops[node] not in ("input", "const") and not self.is_free(node)
-
-    # Rewriting
-
-    def substitute(self, outputs: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
-        """Build `outputs` again with nodes replaced by others of this graph.
-
-        Replacements are not themselves rewritten. Prescribed derivatives follow their values.
-        """
-        return self.copy(outputs, self, replacement)
 
     def copy(
         self, outputs: Iterable[int], target: Graph, replacement: Mapping[int, int] | None = None
     ) -> list[int]:
         """Build `outputs` again in `target`, where nodes of `replacement` become its nodes.
 
+        Replacements are not themselves rewritten; prescribed derivatives follow their values.
         Inputs keep their keys, and nodes their places when `target` is another graph.
         """
         outputs = list(outputs)
         new: dict[int, int] = dict(replacement or {})
         saved = target.place
-        for node in self._reachable(outputs, new):
+        leaves = set(new)
+
+        def needed(node: int) -> Iterable[int]:
+            leaf = node in leaves or self.ops[node] in ("input", "const")
+            return () if leaf else self.args[node]
+
+        for node in closure(outputs, needed):
+            if node in leaves:
+                continue
             name, args = self.ops[node], self.args[node]
             target.place = self.place_of(node, saved)
             if name == "const":
@@ -263,33 +273,10 @@ class Graph:
         target.place = saved
         return [new[node] for node in outputs]
 
-    def _reachable(self, outputs: Sequence[int], stop: Mapping[int, int]) -> list[int]:
-        """Nodes reachable from `outputs`, through prescribed derivatives too, short of `stop`."""
-        found = {node for node in outputs if node not in stop}
-        stack = list(found)
-        while stack:
-            node = stack.pop()
-            if self.ops[node] in ("input", "const"):
-                continue
-            for operand in self.args[node]:
-                if operand not in found and operand not in stop:
-                    found.add(operand)
-                    stack.append(operand)
-        return sorted(found)
-
-    # Tapes
-
     def tape(self, outputs: Iterable[int], inputs: Sequence[Hashable] | None = None) -> Tape:
-        """Make the straight-line program of `outputs`.
+        """Make the straight-line program of `outputs`, which are its results in that order.
 
-        Parameters
-        ----------
-        outputs : nodes, in the order wanted of the results
-        inputs : keys of the program's inputs in order; by default all those of the graph
-
-        Raises
-        ------
-        ValueError
-            If an output needs an input that is not among `inputs`.
+        `inputs` are the keys of its inputs in order, by default all those of the graph; ValueError
+        if an output needs another one.
         """
         return write_tape(self, list(outputs), inputs)

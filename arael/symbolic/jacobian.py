@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from arael.symbolic.graph import Graph
@@ -78,8 +81,8 @@ def derive(
     known = Terms(graph, graph.live([*outputs, *given]))
     place = graph.place
 
-    best: Shared[Seed] | None = None
-    least = 0
+    best: Shared[Seed]
+    least = math.inf
     for method in methods:
         terms = known.fresh()
         rows = orders[method](terms, outputs, seeds)
@@ -88,11 +91,10 @@ def derive(
         mark = len(graph)
         cost = _cost(graph, outputs, candidate.write())
         graph.rollback(mark)
-        if best is None or cost < least:
+        if cost < least:
             best, least = candidate, cost
         if least > LARGEST_FOR_ELIMINATION or len(seeds) > SEEDS_FOR_ELIMINATION:
             break
-    assert best is not None
     return best
 
 
@@ -109,21 +111,15 @@ def _products(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, Mapping[
         if node in seeds:
             reached[node] = node, sum(bit[seed] for seed in seeds[node])
             continue
-        bases: dict[int, int] = {}
-        for operand in arguments(graph, node):
-            if operand in reached:
-                base, mask = reached[operand]
-                bases[base] = mask
+        bases = dict(reached[a] for a in arguments(graph, node) if a in reached)
         if len(bases) < 2:
             reached.update((node, item) for item in bases.items())
             total += len(bases)
             continue
-        union = 0
         for base, mask in bases.items():
-            union |= mask
             if graph.ops[node] not in ("add", "sub") or base not in graph.args[node]:
                 total += mask.bit_count()
-        reached[node] = node, union
+        reached[node] = node, reduce(or_, bases.values())
     return total + sum(reached[n][1].bit_count() for n in outputs if n in reached)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from arael.symbolic.graph import Graph
+from arael.symbolic.operators import Scalar
 
 # Below this squared angle the series are exact to rounding; above, closed forms lose less than
 # that to cancellation.
@@ -30,51 +31,40 @@ def polynomial(g: Graph, x: int, coefficients: Sequence[float]) -> int:
 
 
 def _joined(
-    g: Graph, t2: int, coefficients: Sequence[float], closed: Callable[[int, int], int]
+    g: Graph, t2: int, coefficients: Sequence[float], closed: Callable[[Scalar, Scalar], Scalar]
 ) -> int:
     """The series where the squared angle `t2` is small, else ``closed(t, t2)``."""
-    small = g.op("lt", t2, g.const(_SMALL_ANGLE_SQUARED))
-    away = g.op("select", small, g.const(1.0), t2)
-    far = closed(g.op("sqrt", away), away)
-    return g.op("select", small, polynomial(g, t2, coefficients), far)
+    small = Scalar(g, t2) < _SMALL_ANGLE_SQUARED
+    away = small.select(1.0, Scalar(g, t2))
+    far = closed(away.sqrt(), away)
+    return g.op("select", small.node, polynomial(g, t2, coefficients), far.node)
 
 
 def cosine(g: Graph, t2: int) -> int:
     """``cos t``."""
-    return _joined(g, t2, _COSINE, lambda t, _: g.op("cos", t))
+    return _joined(g, t2, _COSINE, lambda t, s: t.cos())
 
 
 def sinc(g: Graph, t2: int) -> int:
     """``sin t / t``."""
-    return _joined(g, t2, _SINC, lambda t, _: g.op("div", g.op("sin", t), t))
+    return _joined(g, t2, _SINC, lambda t, s: t.sin() / t)
 
 
 def half_versine(g: Graph, t2: int) -> int:
     """``(1 - cos t) / t^2``."""
-    return _joined(
-        g,
-        t2,
-        _HALF_VERSINE,
-        lambda t, s: g.op("div", g.op("sub", g.const(1.0), g.op("cos", t)), s),
-    )
+    return _joined(g, t2, _HALF_VERSINE, lambda t, s: (1.0 - t.cos()) / s)
 
 
 def sine_rest(g: Graph, t2: int) -> int:
     """``(t - sin t) / t^3``."""
-    return _joined(
-        g,
-        t2,
-        _SINE_REST,
-        lambda t, s: g.op("div", g.op("sub", t, g.op("sin", t)), g.op("mul", t, s)),
-    )
+    return _joined(g, t2, _SINE_REST, lambda t, s: (t - t.sin()) / (t * s))
 
 
 def cotangent_rest(g: Graph, t2: int) -> int:
     """``1/t^2 - cot(t/2) / (2 t)``, for t below 2 pi."""
 
-    def closed(t: int, s: int) -> int:
-        half = g.op("mul", g.const(0.5), t)
-        ratio = g.op("div", g.op("mul", half, g.op("cos", half)), g.op("sin", half))
-        return g.op("div", g.op("sub", g.const(1.0), ratio), s)
+    def closed(t: Scalar, s: Scalar) -> Scalar:
+        half = 0.5 * t
+        return (1.0 - half * half.cos() / half.sin()) / s
 
     return _joined(g, t2, _COTANGENT_REST, closed)

@@ -10,7 +10,7 @@ import sympy as sp
 from sympy import S, Symbol
 
 from arael.runtime.machine.tape import PRIMITIVES
-from arael.symbolic.functions import OPERATION_OF
+from arael.symbolic.functions import MAKERS, OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.terms import Term, Terms
@@ -61,13 +61,10 @@ class Shared(Generic[Seed]):
 
 def _needed(terms: Terms, wanted: Sequence[Term]) -> dict[Term, tuple[Term, int | None]]:
     """Definitions that `wanted` need, in order of creation, which is an order of evaluation."""
-    stack = [symbol for term in wanted for symbol in term.free_symbols]
-    needed: set[Term] = set()
-    while stack:
-        symbol = stack.pop()
-        if symbol in terms.definitions and symbol not in needed:
-            needed.add(symbol)
-            stack += terms.definitions[symbol][0].free_symbols
+    needed = {symbol for term in wanted for symbol in term.free_symbols}
+    for symbol, (term, _) in reversed(terms.definitions.items()):
+        if symbol in needed:
+            needed |= term.free_symbols
     return {s: d for s, d in terms.definitions.items() if s in needed}
 
 
@@ -75,14 +72,9 @@ def _values(terms: Terms, used: Sequence[Term]) -> list[Term]:
     """Sums and products that are computed anyway, so that derivatives share them."""
     g = terms.graph
     symbols = {symbol for term in used for symbol in term.free_symbols}
-    found = []
-    for node in g.live([terms.symbols[s] for s in symbols if s in terms.symbols]):
-        if g.ops[node] in ("add", "sub", "mul"):
-            a, b = map(terms.leaf, g.args[node])
-            found.append(
-                a * b if g.ops[node] == "mul" else a + b if g.ops[node] == "add" else a - b
-            )
-    return found
+    live = g.live([terms.symbols[s] for s in symbols if s in terms.symbols])
+    nodes = (node for node in live if g.ops[node] in ("add", "sub", "mul"))
+    return [MAKERS[g.ops[node]](*map(terms.leaf, g.args[node])) for node in nodes]
 
 
 def real(number: Any) -> float:
@@ -145,9 +137,11 @@ class Writer:
             return self._product(term)
         if term.is_Pow:
             return self._power(term.base, term.exp)
-        name = OPERATION_OF[term.func]
-        args = map(self.node, term.args)
-        return g.op(name, *args) if name in PRIMITIVES else SCALARS[name](g, *args)
+        return self._operation(OPERATION_OF[term.func], [*map(self.node, term.args)])
+
+    def _operation(self, name: str, args: Sequence[int]) -> int:
+        g = self.graph
+        return g.op(name, *args) if name in PRIMITIVES else SCALARS[name].build(g, *args)
 
     def _sum(self, terms: Sequence[Any]) -> int:
         """Write what is added first, then what is subtracted."""
@@ -194,9 +188,9 @@ class Writer:
         for factor in factors:
             if factor.is_number:
                 number *= factor
-            else:
-                node = self.node(factor)
-                product = node if product is None else g.op("mul", product, node)
+                continue
+            node = self.node(factor)
+            product = node if product is None else g.op("mul", product, node)
         if product is None:
             return g.const(real(number))
         return product if number is S.One else g.op("mul", g.const(real(number)), product)

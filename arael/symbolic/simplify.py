@@ -58,10 +58,8 @@ def _ordered(a: int, b: int) -> tuple[int, int]:
 
 
 def _add(g: Graph, a: int, b: int) -> int:
-    if g.value(a) == 0:
-        return b
-    if g.value(b) == 0:
-        return a
+    if 0 in (g.value(a), g.value(b)):
+        return b if g.value(a) == 0 else a
     minus_a, minus_b = _negated(g, a), _negated(g, b)
     if minus_a is not None and minus_b is not None:
         return g.op("neg", g.op("add", minus_a, minus_b))
@@ -94,9 +92,7 @@ def _sub(g: Graph, a: int, b: int) -> int:
 
 
 def _neg(g: Graph, a: int) -> int:
-    if g.ops[a] == "neg":
-        return g.args[a][0]
-    return g.intern("neg", (a,))
+    return g.args[a][0] if g.ops[a] == "neg" else g.intern("neg", (a,))
 
 
 def _signs_out(g: Graph, name: str, a: int, b: int) -> int | None:
@@ -112,20 +108,17 @@ def _mul(g: Graph, a: int, b: int) -> int:
     if g.value(a) is None:
         a, b = b, a
     factor = g.value(a)  # a constant comes first, if there is one
-    if factor == 0:
-        return a
-    if factor == 1:
-        return b
+    if factor in (0, 1):
+        return b if factor else a
     positive = _signs_out(g, "mul", a, b)
     if positive is not None:
         return positive
     if factor is not None and g.ops[b] == "mul":
         for number, rest in (g.args[b], g.args[b][::-1]):
             inner = g.value(number)
-            if inner is not None and (_is_power_of_two(factor) or _is_power_of_two(inner)):
-                merged = factor * inner
-                if math.isfinite(merged) and abs(merged) > 1e-300:
-                    return g.op("mul", g.const(merged), rest)
+            exact = inner is not None and (_is_power_of_two(factor) or _is_power_of_two(inner))
+            if inner is not None and exact and 1e-300 < abs(factor * inner) < math.inf:
+                return g.op("mul", g.const(factor * inner), rest)
     return g.intern("mul", _ordered(a, b))
 
 
@@ -133,9 +126,7 @@ def _div(g: Graph, a: int, b: int) -> int:
     divisor = g.value(b)
     if divisor == 0:
         return g.intern("div", (a, b))
-    if g.value(a) == 0:
-        return a
-    if divisor == 1:
+    if divisor == 1 or g.value(a) == 0:
         return a
     positive = _signs_out(g, "div", a, b)
     if positive is not None:
@@ -147,16 +138,11 @@ def _div(g: Graph, a: int, b: int) -> int:
 
 def _integer_power(g: Graph, base: int, exponent: int) -> int:
     """Product by repeated squaring; `exponent` is at least 1."""
-    result: int | None = None
-    square = base
-    while True:
-        if exponent & 1:
-            result = square if result is None else g.op("mul", result, square)
-        exponent >>= 1
-        if not exponent:
-            assert result is not None
-            return result
-        square = g.op("mul", square, square)
+    if exponent == 1:
+        return base
+    half = _integer_power(g, base, exponent // 2)
+    square = g.op("mul", half, half)
+    return g.op("mul", square, base) if exponent % 2 else square
 
 
 def _pow(g: Graph, base: int, exponent: int) -> int:
@@ -164,16 +150,14 @@ def _pow(g: Graph, base: int, exponent: int) -> int:
     if power is not None:
         if power == 0:
             return g.const(1.0)
-        if power == 0.5:
-            return g.op("sqrt", base)
-        if power == -0.5:
-            return g.op("div", g.const(1.0), g.op("sqrt", base))
-        if abs(power) <= _LARGEST_POWER and power == int(power):
-            product = _integer_power(g, base, abs(int(power)))
-            return product if power > 0 else g.op("div", g.const(1.0), product)
-    if g.value(base) == 1:
-        return base
-    return g.intern("pow", (base, exponent))
+        raised = None
+        if abs(power) == 0.5:
+            raised = g.op("sqrt", base)
+        elif abs(power) <= _LARGEST_POWER and power == int(power):
+            raised = _integer_power(g, base, abs(int(power)))
+        if raised is not None:
+            return raised if power > 0 else g.op("div", g.const(1.0), raised)
+    return base if g.value(base) == 1 else g.intern("pow", (base, exponent))
 
 
 def _identity(g: Graph, a: int) -> int:
@@ -181,24 +165,10 @@ def _identity(g: Graph, a: int) -> int:
 
 
 def _hypot(g: Graph, a: int, b: int) -> int:
-    if g.value(a) == 0:
-        return g.op("abs", b)
-    if g.value(b) == 0:
-        return g.op("abs", a)
-    minus_a, minus_b = _negated(g, a), _negated(g, b)
-    a = a if minus_a is None else minus_a
-    b = b if minus_b is None else minus_b
-    return g.intern("hypot", _ordered(a, b))
-
-
-def _atan2(g: Graph, y: int, x: int) -> int:
-    if g.ops[y] == "neg":
-        return g.op("neg", g.op("atan2", g.args[y][0], x))
-    return g.intern("atan2", (y, x))
-
-
-def _lt(g: Graph, a: int, b: int) -> int:
-    return g.const(0.0) if a == b else g.intern("lt", (a, b))
+    if 0 in (g.value(a), g.value(b)):
+        return g.op("abs", b if g.value(a) == 0 else a)
+    positive = (n if (p := _negated(g, n)) is None else p for n in (a, b))
+    return g.intern("hypot", _ordered(*positive))
 
 
 def _junction(name: str, deciding: bool) -> Rule:
@@ -224,10 +194,8 @@ def _not(g: Graph, a: int) -> int:
 
 def _select(g: Graph, condition: int, taken: int, otherwise: int) -> int:
     decided = g.value(condition)
-    if decided is not None:
-        return taken if decided != 0 else otherwise
-    if taken == otherwise:
-        return taken
+    if decided is not None or taken == otherwise:
+        return otherwise if decided == 0 else taken
     if g.ops[condition] == "not":
         return g.op("select", g.args[condition][0], otherwise, taken)
     if g.ops[taken] == "neg" and g.ops[otherwise] == "neg":
@@ -237,10 +205,10 @@ def _select(g: Graph, condition: int, taken: int, otherwise: int) -> int:
 
 
 def _odd(name: str) -> Rule:
-    def rule(g: Graph, a: int) -> int:
+    def rule(g: Graph, a: int, *others: int) -> int:
         if g.ops[a] == "neg":
-            return g.op("neg", g.op(name, g.args[a][0]))
-        return g.intern(name, (a,))
+            return g.op("neg", g.op(name, g.args[a][0], *others))
+        return g.intern(name, (a, *others))
 
     return rule
 
@@ -254,11 +222,9 @@ def _even(name: str) -> Rule:
     return rule
 
 
-def _extremum(name: str) -> Rule:
-    def rule(g: Graph, a: int, b: int) -> int:
-        return a if a == b else g.intern(name, (a, b))
-
-    return rule
+def _of_equals(name: str, value: Callable[[Graph, int], int]) -> Rule:
+    """A rule that knows the value for equal operands."""
+    return lambda g, a, b: value(g, a) if a == b else g.intern(name, (a, b))
 
 
 def _commutative(name: str) -> Rule:
@@ -274,14 +240,14 @@ RULES: dict[str, Rule] = {
     "pow": _pow,
     "identity": _identity,
     "hypot": _hypot,
-    "atan2": _atan2,
-    "lt": _lt,
+    "atan2": _odd("atan2"),
+    "lt": _of_equals("lt", lambda g, a: g.const(0.0)),
     "and": _junction("and", False),
     "or": _junction("or", True),
     "not": _not,
     "select": _select,
     **{name: _odd(name) for name in _ODD},
     **{name: _even(name) for name in _EVEN},
-    **{name: _extremum(name) for name in ("min", "max")},
+    **{name: _of_equals(name, lambda g, a: a) for name in ("min", "max")},
     **{name: _commutative(name) for name in ("eq", "ne")},
 }

@@ -36,14 +36,14 @@ def write_tape(g: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | No
     """Make the tape that `Graph.tape` documents."""
     numbers = {key: i for i, key in enumerate(g.inputs if inputs is None else inputs)}
     live = g.live(outputs)
-    absorbed = _absorbed_negations(g, live, outputs)
-    dropped = {operand for operand, _ in absorbed.values()}
+    turned = _turned(g, live, outputs)
+    dropped = {g.args[node][0] for node in turned}
     tape = _Writer()
     written: dict[int, int] = {}
     for node in live:
+        name, args, place = g.ops[node], g.args[node], g.places[node]
         if node in dropped:
             continue
-        name, args, place = g.ops[node], g.args[node], g.places[node]
         if name == "input":
             key = g.inputs[args[0]]
             if key not in numbers:
@@ -53,19 +53,11 @@ def write_tape(g: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | No
             written[node] = tape.constant(g.constants[args[0]], place)
         elif g.is_free(node):
             written[node] = written[args[0]]
-        elif node in absorbed:
-            operand, factor = absorbed[node]
-            inner, (a, b), place = g.ops[operand], g.args[operand], g.places[operand]
-            if factor is None:  # -(a - b) = b - a
-                written[node] = tape.append(inner, (written[b], written[a]), place)
-                continue
-            constant = tape.constant(-factor, place)
-            first = g.value(a) is not None
-            if inner == "add":  # -(a + c) = -c - a
-                written[node] = tape.append("sub", (constant, written[b if first else a]), place)
-            else:
-                pair = (constant, written[b]) if first else (written[a], constant)
-                written[node] = tape.append(inner, pair, place)
+        elif node in turned:
+            place, (name, *operands) = g.places[args[0]], turned[node]
+            terms = [tape.constant(a, place) if isinstance(a, float) else written[a]
+                     for a in operands]  # fmt: skip
+            written[node] = tape.append(name, tuple(terms), place)
         else:
             written[node] = tape.append(name, tuple(written[a] for a in args), place)
     return Tape(
@@ -77,28 +69,29 @@ def write_tape(g: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | No
     )
 
 
-def _absorbed_negations(
+def _turned(
     g: Graph, live: Sequence[int], outputs: Sequence[int]
-) -> Mapping[int, tuple[int, float | None]]:
-    """Negations that cost nothing, since their operand serves nothing else.
+) -> Mapping[int, tuple[str, int | float, int | float]]:
+    """Negations that cost nothing, since their operand serves nothing else, and what they are.
 
-    Those of a difference, which is turned round, and those of a sum, product or quotient with a
-    constant, whose sign is changed. By negation: its operand, and the constant or None.
+    A difference is turned round; of a sum, product or quotient with a constant, the constant
+    changes its sign. Operands are nodes and, as floats, constants.
     """
     uses = Counter(outputs)
     for node in live:
         uses.update(g.operands(node))
-    found: dict[int, tuple[int, float | None]] = {}
-    for node in live:
-        if g.ops[node] != "neg":
+    found: dict[int, tuple[str, int | float, int | float]] = {}
+    for node in (n for n in live if g.ops[n] == "neg" and uses[g.args[n][0]] == 1):
+        inner = g.args[node][0]
+        name = g.ops[inner]
+        if name not in ("add", "sub", "mul", "div"):
             continue
-        operand = g.args[node][0]
-        if uses[operand] > 1:
-            continue
-        if g.ops[operand] == "sub":
-            found[node] = operand, None
-        elif g.ops[operand] in ("add", "mul", "div"):
-            factors = [v for v in map(g.value, g.args[operand]) if v is not None]
-            if len(factors) == 1:
-                found[node] = operand, factors[0]
+        (a, b), values = g.args[inner], [g.value(operand) for operand in g.args[inner]]
+        if name == "sub":
+            found[node] = name, b, a
+        elif values.count(None) == 1:
+            changed = [-v if v is not None else n for n, v in zip((a, b), values, strict=True)]
+            if name == "add":  # -(x + c) = -c - x
+                name, changed = "sub", sorted(changed, key=lambda x: not isinstance(x, float))
+            found[node] = name, changed[0], changed[1]
     return found

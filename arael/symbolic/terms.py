@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from sympy import Add, Integer, Rational, S, Symbol
+from sympy import Add, Rational, S, Symbol
 
-from arael.symbolic.functions import CONSTANTS, FORMAL, FUNCTION_OF, VALUE, partials
+from arael.symbolic.functions import CONSTANTS, FORMAL, FUNCTION_OF, MAKERS, VALUE, partials
 from arael.symbolic.graph import Graph
 
 Term = Any
@@ -117,12 +117,9 @@ class Terms:
         found = self._sums.get(node)
         if found is None:
             name, args = self.graph.ops[node], self.graph.args[node]
-            if name == "add":
-                found = self._summand(args[0]) + self._summand(args[1])
-            elif name == "sub":
-                found = self._summand(args[0]) - self._summand(args[1])
-            elif name == "mul":
-                found = self._factor(args[0]) * self._factor(args[1])
+            if name in ("add", "sub", "mul"):
+                part = self._factor if name == "mul" else self._summand
+                found = MAKERS[name](*map(part, args))
             else:
                 found = self.leaf(node)
             self._sums[node] = found
@@ -152,10 +149,8 @@ class Terms:
         """Product of two terms."""
         if a is S.Zero or b is S.Zero:
             return S.Zero
-        if a is S.One:
-            return b
-        if b is S.One:
-            return a
+        if a is S.One or b is S.One:
+            return b if a is S.One else a
         return self.atom(a) * self.atom(b)
 
     def partials(self, node: int) -> list[tuple[int, Term]]:
@@ -179,11 +174,10 @@ class Terms:
         """`term` with terms of this graph for its symbols; sums within it become definitions."""
         found = known.get(term)
         if found is None:
+            found = term
             if term in CONSTANTS:
                 found = self.leaf(self.graph.const(CONSTANTS[term]))
-            elif not term.args:
-                found = term
-            else:
+            elif term.args:
                 found = term.func(*(self.atom(self._filled(a, known)) for a in term.args))
                 found = self._known.get(found, found)
             known[term] = found
@@ -193,9 +187,7 @@ class Terms:
 def primitive(total: Term) -> tuple[Term, Term]:
     """Split a sum into a factor and a sum whose first sign is plus; their product is `total`."""
     sizes = {abs(term.as_coeff_Mul()[0]) for term in total.args}
-    factor = sizes.pop() if len(sizes) == 1 else Integer(1)
+    factor = sizes.pop() if len(sizes) == 1 else S.One
     if total.could_extract_minus_sign():
         factor = -factor
-    if factor == 1:
-        return factor, total
-    return factor, Add(*(term / factor for term in total.args))
+    return factor, total if factor == 1 else Add(*(term / factor for term in total.args))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 from arael.operations import OPERATIONS
-from arael.symbolic.graph import Graph
+from arael.symbolic.graph import Graph, closure
 
 Seed = TypeVar("Seed")
 
@@ -45,17 +45,7 @@ def branches(g: Graph, node: int) -> tuple[int, int, int] | None:
 
 def varying(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, object]) -> list[int]:
     """Nodes that `outputs` may vary through, down to those with seeds, in order of evaluation."""
-    found = set(outputs)
-    stack = list(found)
-    while stack:
-        node = stack.pop()
-        if node in seeds:
-            continue
-        for operand in arguments(graph, node):
-            if operand not in found:
-                found.add(operand)
-                stack.append(operand)
-    return sorted(found)
+    return closure(outputs, lambda node: () if node in seeds else arguments(graph, node))
 
 
 def rank_of_seeds(seeds: Mapping[int, Mapping[Seed, int]]) -> dict[Seed, int]:

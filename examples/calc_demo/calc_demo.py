@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from arael import AraelError
+from arael.calculator.calculator import Calculator
 from arael.diagnostics.render import render
-from arael.sym.calculator import Calculator
 
 
 def transcript(lines: Iterable[str]) -> list[str]:

@@ -9,8 +9,8 @@ import numpy as np
 
 import arael
 from arael import sym
+from arael.calculator.calculator import Calculator
 from arael.diagnostics.records import AraelError
-from arael.sym.calculator import Calculator
 from arael.syntax.fmt import format_source  # noqa: F401 - imported before memory is limited
 from tests.fuzz.corpus import STATEMENTS
 from tests.fuzz.models import numbers

@@ -73,7 +73,7 @@ found["number"] = float(f.subs("x", 3))
 found["python"], found["c"], found["text"] = sym.python(f), sym.c(f), sym.text(f)
 found["to sympy"] = str(sym.to_sympy(f))
 found["slope of two"] = sym.eval(sym.parse("x * fdim(1, x)").diff("x"), x=0.5)
-from arael.sym.calculator import Calculator
+from arael.calculator.calculator import Calculator
 found["calculator"] = [answer.text for answer in Calculator(17).run("exp2(5)")]
 added.parameters["b"] = 2000.0
 try:

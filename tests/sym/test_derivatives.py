@@ -10,8 +10,8 @@ import sympy as sp
 from hypothesis import given, settings
 
 from arael import sym
+from arael.calculator.calculator import Calculator
 from arael.diagnostics.records import AraelError
-from arael.sym.calculator import Calculator
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from tests.sym.formulas import NAMES, all_functions, central, of_symbols, points, trees

@@ -15,8 +15,13 @@ from arael.diagnostics.render import render
 from tests.mdtest import Case, check_case, find_cases
 
 CASES = find_cases(Path(__file__).parent / "cases")
-FOLDER = Path(arael.__file__).parent / "sym"
-RAISED = {c for p in FOLDER.glob("*.py") for c in re.findall(r'"([EW]\d{4})"', p.read_text())}
+PACKAGES = [Path(arael.__file__).parent / name for name in ("sym", "calculator")]
+RAISED = {
+    code
+    for package in PACKAGES
+    for path in package.glob("*.py")
+    for code in re.findall(r'"([EW]\d{4})"', path.read_text())
+}
 OWN = sorted(c for c in RAISED if "E0650" <= c <= "E0659")
 PYTHON = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

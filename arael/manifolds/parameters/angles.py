@@ -15,7 +15,8 @@ from arael.manifolds.parameters.kind import (
     diagonal,
 )
 from arael.symbolic.graph import Graph
-from arael.symbolic.scalars.angles import wrap
+from arael.symbolic.operators import Scalar
+from arael.symbolic.scalars.composed import wrap
 
 
 def _euler_caches(g: Graph, stored: Sequence[int]) -> Caches:
@@ -62,7 +63,7 @@ EULER = ParameterType(
 
 
 def _retract_angle(g: Graph, stored: Sequence[int], delta: Sequence[int]) -> Vector:
-    return [wrap(g, g.op("add", stored[0], delta[0]))]
+    return [wrap(Scalar(g, stored[0]) + Scalar(g, delta[0])).node]
 
 
 def _angle_caches(g: Graph, stored: Sequence[int]) -> Caches:

@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from arael.calculator.forms import FORMS, TEXTS, resolved
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.typed import BOOL
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
 from arael.sym.errors import fail
 from arael.sym.evaluation import eval
-from arael.sym.forms import FORMS, TEXTS, resolved
 from arael.sym.functions import number
-from arael.sym.limits import MAX_DEFINITIONS
 from arael.sym.notation import shaped, text
 from arael.sym.reading import Reader
 from arael.sym.user_functions import FunctionBag
@@ -33,6 +32,9 @@ from arael.syntax.tokens import Token
 
 LAST = "ans"
 """The variable that holds the last result."""
+
+MAX_DEFINITIONS = 1000
+"""Variables and functions that a calculator holds."""
 
 DIGITS = 15
 """Significant digits of numbers, unless others are asked for."""

@@ -1,0 +1,1 @@
+"""The calculator of `arael calc`, on the formulas of `arael.sym`."""
