@@ -9,7 +9,7 @@ import numpy as np
 from arael.runtime.assembly.ordering import in_lanes
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
-from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.programs import columns_of
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
 
 
@@ -19,7 +19,7 @@ class Instances:
     Parameters
     ----------
     rows : (n,) rows of the group's table
-    data : (n, data_count) what does not change within a solve
+    data : (n, data_count) what does not change within a solve, in C or Fortran order
     uniform : (uniform_count,) what is the same for all instances
     """
 
@@ -65,17 +65,20 @@ def gather_instances(
 ) -> Instances:
     """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
     n = len(rows)
-    data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
-    if n:
-        inputs = gather_all(store, group.slots, slot_rows, group.raw)
-        found = evaluate(group.prepare, inputs, np.float64, natives)
+    if not n:
+        return Instances(rows, np.zeros((n, group.data_count), dtype=dtype), uniform)
+    inputs = gather_all(store, group.slots, slot_rows, group.raw)
+    found, _ = columns_of(group.prepare, inputs, np.float64, natives)
+    if found.dtype != dtype:
         with np.errstate(over="ignore", invalid="ignore"):
-            for k in range(group.data_count):
-                data[:, k] = found[k]
-            for k in range(group.uniform_count):
-                uniform[k] = found[group.data_count + k].flat[0]
-    return Instances(rows, data, uniform)
+            found = found.astype(dtype)
+    uniform[:] = found[group.data_count :, 0]
+    # By columns, as they were computed: the lanes take them in that order.
+    data = found[: group.data_count]
+    if found.shape[1] != n:  # all inputs are of the root
+        data = np.repeat(data, n, axis=1)
+    return Instances(rows, data.T, uniform)
 
 
 def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:

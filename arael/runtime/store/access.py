@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arael.runtime.layout import Layout, Raw, Slot, Step
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
-from arael.runtime.store.rearranged import taken
+from arael.runtime.store.rearranged import followed, taken
 
 if TYPE_CHECKING:
     from arael.runtime.evaluation.natives import NativeTable
@@ -138,11 +138,8 @@ class Walker:
 
 
 def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
-    if whole:
-        return np.asarray(targets, dtype=np.int64)
-    if len(targets) == 0:
-        return np.full(len(rows), -1, dtype=np.int64)
-    return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
+    targets = np.ascontiguousarray(targets, dtype=np.int64)
+    return targets if whole else followed(targets, np.ascontiguousarray(rows, dtype=np.int64))
 
 
 def gather_all(
