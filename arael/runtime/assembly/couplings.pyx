@@ -117,6 +117,7 @@ def pattern_arrays(sizes, keys, bint by_rows):
     Returns
     -------
     column_start, rows, value_start : as `BlockPattern` has them
+    value_count : scalars of all blocks
     """
     cdef Py_ssize_t nb = len(sizes), m = len(keys), column, k = 0, count = 0
     cdef const int64_t* size = ints(sizes)
@@ -157,7 +158,8 @@ def pattern_arrays(sizes, keys, bint by_rows):
             for k in range(start[column], start[column + 1]):
                 place[k] = end
                 end += size[column] * size[to[k]]
-    return column_start, rows, value_start
+        begin[nb] = end
+    return column_start, rows, value_start, int(begin[nb])
 
 
 def diagonal_of(pattern):
