@@ -310,6 +310,16 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     doc: str = ""
 
     @cached_property
+    def raw_columns(self) -> tuple[tuple[int, str, list[int], list[int]], ...]:
+        """The columns that `raw` reads: slot, column, numbers of the inputs, their components."""
+        found: dict[tuple[int, str], tuple[list[int], list[int]]] = {}
+        for number, raw in enumerate(self.raw):
+            numbers, components = found.setdefault((raw.slot, raw.column), ([], []))
+            numbers.append(number)
+            components.append(raw.component)
+        return tuple((slot, column, *both) for (slot, column), both in found.items())
+
+    @cached_property
     def calls_natives(self) -> bool:
         """Whether it calls native functions, which may not bear being called concurrently."""
         tapes = [self.tape] if self.moving_guard is None else [self.tape, self.moving_guard]

@@ -68,7 +68,7 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if not n:
         return Instances(rows, np.zeros((n, group.data_count), dtype=dtype), uniform)
-    inputs = gather_all(store, group.slots, slot_rows, group.raw)
+    inputs = gather_all(store, group, slot_rows)
     found, _ = columns_of(group.prepare, inputs, np.float64, natives)
     if found.dtype != dtype:
         with np.errstate(over="ignore", invalid="ignore"):

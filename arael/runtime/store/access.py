@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Layout, Raw, Slot, Step
+from arael.runtime.layout import Group, Layout, Raw, Slot, Step
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.runtime.store.rearranged import followed, taken
@@ -143,28 +142,20 @@ def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
 
 
 def gather_all(
-    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raws: Sequence[Raw]
+    store: StoreLike, group: Group, rows: list[Ints]
 ) -> list[Array]:
     """All raw inputs for all instances as f64; columns of the root come as scalars.
 
     No row is -1. Each column is read once, however many of its components are inputs.
     """
-    columns: dict[tuple[int, str], list[int]] = {}
-    for number, raw in enumerate(raws):
-        key = raw.slot, raw.column
-        if key in columns:
-            columns[key].append(number)
-        else:
-            columns[key] = [number]
-    found: list[Any] = [None] * len(raws)
-    for (slot, column), numbers in columns.items():
-        path = slots[slot].table
+    found: list[Any] = [None] * len(group.raw)
+    for slot, column, numbers, components in group.raw_columns:
+        path = group.slots[slot].table
         flat = _column(store, path, column)
         if path == "":
-            for number in numbers:
-                found[number] = np.asarray(flat[0, raws[number].component], dtype=np.float64)
+            for number, component in zip(numbers, components, strict=True):
+                found[number] = np.asarray(flat[0, component], dtype=np.float64)
             continue
-        components = [raws[number].component for number in numbers]
         values = taken(np.ascontiguousarray(flat), components, rows[slot])
         for number, one in zip(numbers, values, strict=True):
             found[number] = one
