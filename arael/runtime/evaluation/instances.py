@@ -12,6 +12,9 @@ from arael.runtime.layout import Group
 from arael.runtime.machine.programs import columns_of
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
 
+# Rows that are evaluated at once: their columns stay in the second-level cache.
+_AT_ONCE = 4096
+
 
 class Instances:
     """Active instances of one group.
@@ -68,16 +71,19 @@ def gather_instances(
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if not n:
         return Instances(rows, np.zeros((n, group.data_count), dtype=dtype), uniform)
-    inputs = gather_all(store, group, slot_rows)
-    found, _ = columns_of(group.prepare, inputs, np.float64, natives)
-    if found.dtype != dtype:
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = found.astype(dtype)
-    uniform[:] = found[group.data_count :, 0]
-    # By columns, as they were computed: the lanes take them in that order.
-    data = found[: group.data_count]
-    if found.shape[1] != n:  # all inputs are of the root
-        data = np.repeat(data, n, axis=1)
+    # By columns, as they are computed: the lanes take them in that order.
+    data = np.empty((group.data_count, n), dtype=dtype)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for begin in range(0, n, _AT_ONCE):
+            end = min(begin + _AT_ONCE, n)
+            part = slot_rows if n <= _AT_ONCE else [one[begin:end] for one in slot_rows]
+            inputs = gather_all(store, group, part)
+            found, _ = columns_of(group.prepare, inputs, np.float64, natives)
+            if n == found.shape[1] and dtype == np.float64:  # nothing to convert, nor to join
+                data = found[: group.data_count]
+            else:
+                data[:, begin:end] = found[: group.data_count]
+            uniform[:] = found[group.data_count :, 0]
     return Instances(rows, data.T, uniform)
 
 

@@ -112,7 +112,8 @@ cdef class Vectors:
     def sound(self):
         """Whether the diagonal of J'J is positive, and it and the gradient are finite."""
         if self.single:
-            return is_sound(self.n, <const float*>self.gradient, <const float*>self.values, self._at)
+            return is_sound(
+                self.n, <const float*>self.gradient, <const float*>self.values, self._at)
         return is_sound(self.n, <const double*>self.gradient, <const double*>self.values, self._at)
 
     cdef void take_diagonal(self, double floor) noexcept nogil:

@@ -141,9 +141,7 @@ def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
     return targets if whole else followed(targets, np.ascontiguousarray(rows, dtype=np.int64))
 
 
-def gather_all(
-    store: StoreLike, group: Group, rows: list[Ints]
-) -> list[Array]:
+def gather_all(store: StoreLike, group: Group, rows: list[Ints]) -> list[Array]:
     """All raw inputs for all instances as f64; columns of the root come as scalars.
 
     No row is -1. Each column is read once, however many of its components are inputs.

@@ -115,23 +115,28 @@ cdef void spread(
     const scalar* values, const int64_t* order, Py_ssize_t n, Py_ssize_t k, Py_ssize_t lanes,
     bint by_columns, scalar* found,
 ) noexcept nogil:
-    cdef Py_ssize_t blocks = (n + lanes - 1) // lanes, block, w, c, at
+    cdef Py_ssize_t block, w, c, at, one
     cdef const scalar* row
-    for block in range(blocks):
-        if by_columns and order == NULL and (block + 1) * lanes <= n:
-            for c in range(k):
-                memcpy(found + c * lanes, values + c * n + block * lanes, lanes * sizeof(scalar))
-            found += k * lanes
-            continue
-        for w in range(lanes):
-            at = min(block * lanes + w, n - 1)
-            if order != NULL:
-                at = order[at]
-            if by_columns:
+    for block in range((n + lanes - 1) // lanes):
+        at = block * lanes
+        if by_columns and at + lanes > n:
+            for w in range(lanes):
+                one = min(at + w, n - 1)
+                if order != NULL:
+                    one = order[one]
                 for c in range(k):
-                    found[c * lanes + w] = values[c * n + at]
-            else:
-                row = values + at * k
+                    found[c * lanes + w] = values[c * n + one]
+        elif by_columns and order == NULL:
+            for c in range(k):
+                memcpy(found + c * lanes, values + c * n + at, lanes * sizeof(scalar))
+        elif by_columns:
+            for c in range(k):
+                for w in range(lanes):
+                    found[c * lanes + w] = values[c * n + order[at + w]]
+        else:
+            for w in range(lanes):
+                one = min(at + w, n - 1)
+                row = values + k * (one if order == NULL else order[one])
                 for c in range(k):
                     found[c * lanes + w] = row[c]
         found += k * lanes
