@@ -15,7 +15,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
-from arael.runtime.store.flag_rows import all_set, spread_flags
+from arael.runtime.store.rearranged import all_set, spread_flags
 
 Floats = NDArray[np.float64]
 

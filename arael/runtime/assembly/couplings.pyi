@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,3 +20,12 @@ def rows_and_columns(pattern: BlockPattern, scalars: Ints) -> tuple[Ints, Ints]:
 def placed_pairs(
     block: Ints, coupled: Bytes, pattern: BlockPattern, nowhere: int
 ) -> tuple[Ints, Bytes]: ...
+def keys_of(
+    rows: NDArray[np.int32],
+    lead: int,
+    block_at: Ints,
+    others: list[int],
+    nowhere: int,
+) -> Ints: ...
+def order_by(keys: Ints) -> Ints | None: ...
+def shared_rows(rows: NDArray[np.int32], leads: Sequence[int], n: int) -> NDArray[np.uint8]: ...

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.copies import copies_of, no_copies
+from arael.runtime.assembly.couplings import shared_rows
 from arael.runtime.assembly.firsts import plan_firsts
-from arael.runtime.assembly.lane_order import shared_rows
 from arael.runtime.assembly.ordering import in_lanes, order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement

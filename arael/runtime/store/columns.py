@@ -12,8 +12,8 @@ from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store.buffers import Buffers
 from arael.runtime.store.fingerprint import fingerprint
-from arael.runtime.store.flag_rows import rows_where
 from arael.runtime.store.messages import Origin, error, unknown_field
+from arael.runtime.store.rearranged import rows_where
 from arael.runtime.store.schema import Group, Leaf, fields_of
 from arael.runtime.store.values import blank, convert, default_value, dtype_of
 

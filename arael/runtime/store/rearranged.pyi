@@ -11,3 +11,17 @@ def followed(targets: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.
 def spread_rows(
     values: NDArray[Any], lanes: int, order: NDArray[np.int64] | None = None
 ) -> NDArray[Any]: ...
+def rows_of_handles(
+    handles: NDArray[np.int64],
+    positions: NDArray[np.int64],
+    generations: NDArray[np.int64],
+    start: int,
+    shift: int,
+) -> NDArray[np.int64]: ...
+def rows_where(
+    n: int, required: list[NDArray[np.bool_]], refused: list[NDArray[np.bool_]]
+) -> NDArray[np.bool_]: ...
+def spread_flags(
+    flags: NDArray[np.bool_], scalars: NDArray[np.bool_], first: int, count: int
+) -> None: ...
+def all_set(flags: NDArray[np.bool_]) -> bool: ...

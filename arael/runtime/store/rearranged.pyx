@@ -1,5 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Columns of rows by instance, targets of rows, and rows by instance in the order of lanes."""
+"""Single passes over rows: columns by instance, what refs and handles lead to, flags, lanes.
+
+Small problems are prepared in microseconds, and NumPy takes one or more for each operation.
+"""
 
 import numpy as np
 
@@ -187,3 +190,74 @@ def spread_rows(values, Py_ssize_t lanes, order=None):
         else:
             spread(<const uint8_t*>source, place, n, k, lanes, by_columns, <uint8_t*>target)
     return found
+
+
+def rows_of_handles(handles, positions, generations, int64_t start, int shift):
+    """(n,) int64, rows of the slots of `handles`; -1 for null and stale ones.
+
+    Parameters
+    ----------
+    handles : (n,) int64, a generation above a slot of `shift` bits; negative: null
+    positions : (slots,) int64, position of each slot's row, negative if it has none
+    generations : (slots,) int64
+    start : position of the first row
+    """
+    cdef Py_ssize_t n = len(handles), used = len(positions), k
+    cdef const int64_t* handle = <const int64_t*>address(handles, np.int64)
+    cdef const int64_t* position = <const int64_t*>address(positions, np.int64)
+    cdef const int64_t* generation = <const int64_t*>address(generations, np.int64, used)
+    found = np.empty(n, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(found, np.int64)
+    cdef int64_t slot, mask = (<int64_t>1 << shift) - 1
+    with nogil:
+        for k in range(n):
+            to[k] = -1
+            slot = handle[k] & mask
+            if handle[k] >= 0 and slot < used and generation[slot] == handle[k] >> shift:
+                if position[slot] >= 0:
+                    to[k] = position[slot] - start
+    return found
+
+
+def rows_where(Py_ssize_t n, list required, list refused):
+    """(n,) bool, whether all of the flags `required` are set in a row and none of `refused`.
+
+    Parameters
+    ----------
+    required, refused : (n,) bool arrays
+    """
+    cdef Py_ssize_t k
+    cdef const uint8_t* flag
+    found = np.ones(n, dtype=np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(found, np.bool_)
+    for one in required:
+        flag = <const uint8_t*>address(one, np.bool_, n)
+        for k in range(n):
+            to[k] &= flag[k]
+    for one in refused:
+        flag = <const uint8_t*>address(one, np.bool_, n)
+        for k in range(n):
+            to[k] &= not flag[k]
+    return found
+
+
+def spread_flags(flags, scalars, Py_ssize_t first, Py_ssize_t count):
+    """Set `count` columns of `scalars` (n, width) from `first` on to the flags (n,) of the rows."""
+    cdef Py_ssize_t n = len(flags), width = scalars.shape[1], k, c
+    if not 0 <= first <= first + count <= width:
+        raise IndexError(f"columns {first} to {first + count} of {width}")
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(scalars, np.bool_, n * width)
+    for k in range(n):
+        for c in range(first, first + count):
+            to[k * width + c] = flag[k]
+
+
+def all_set(flags):
+    """Whether all of some flags are set; of none they are not."""
+    cdef Py_ssize_t n = flags.size, k
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    for k in range(n):
+        if not flag[k]:
+            return False
+    return n > 0
