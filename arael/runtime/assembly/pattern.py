@@ -107,7 +107,9 @@ class BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
         start, rows, places, count = pattern_arrays(sizes, np.sort(keys), by_rows)
-        found = cls(sizes, start, rows, places, *([] if name_of is None else [name_of]))
+        found = cls(sizes, start, rows, places)
+        if name_of is not None:
+            found = cls(sizes, start, rows, places, name_of)
         found.__dict__["value_count"] = count  # as the cached property keeps it
         return found
 
