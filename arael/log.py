@@ -30,6 +30,9 @@ LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40}
 """Levels by name, with the numbers of `logging`."""
 
 
+_loggers: dict[str, logging.Logger] = {}
+
+
 def logger(name: str, level: int) -> logging.Logger | None:
     """The logger ``arael.<name>`` if it has a handler for `level`, else None.
 
@@ -39,7 +42,10 @@ def logger(name: str, level: int) -> logging.Logger | None:
     loaded = sys.modules.get("logging")
     if loaded is None:
         return None
-    found: logging.Logger = loaded.getLogger(f"arael.{name}")
+    found = _loggers.get(name)
+    if found is None:
+        # Kept: to look one up takes a lock, and a small solve takes microseconds.
+        found = _loggers[name] = loaded.getLogger(f"arael.{name}")
     # A library does not use the handler of last resort, which prints warnings on stderr.
     return found if found.isEnabledFor(level) and found.hasHandlers() else None
 

@@ -81,7 +81,7 @@ def measure(quick: bool) -> dict[str, tuple[float, float]]:
     found["first solve of the process, 2 unknowns"] = _median([_solve(_curve(curve, 20))])
     found["first solve, 2 unknowns, 20 residuals"] = _first(lambda: _curve(curve, 20), runs)
     for points in (5, 25):
-        for name, kind in {"kernels": chain, "interpreter": slow}.items():
+        for name, kind in {"kernels": chain, "expression machine": slow}.items():
             what = f"first solve, {2 * points} unknowns, {name}"
             found[what] = _first(lambda k=kind, n=points: _chain(k, n), runs)
     found |= _again(_curve(curve, 100), 10 * runs)

@@ -107,9 +107,10 @@ def progress_for(wanted: bool | None) -> Progress | None:
         return None
     if _is_notebook():
         return Progress(InNotebook())
+    if not (wanted or hasattr(sys, "ps1") or "IPython" in sys.modules):
+        return None
     terminal = sys.stderr is not None and sys.stderr.isatty()
-    interactive = hasattr(sys, "ps1") or "IPython" in sys.modules
-    return Progress(on_terminal) if terminal and (wanted or interactive) else None
+    return Progress(on_terminal) if terminal else None
 
 
 def _is_notebook() -> bool:

@@ -355,9 +355,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         AraelError
             E0763: there is no such residual.
         """
-        if label in self._codes:
+        if isinstance(label, str) and label in self._codes:
             return self._before_loss(label)
-        if label not in self._derived:
+        if not isinstance(label, str) or label not in self._derived:
             raise self._unknown(label)
         residual = self._derived[label].residual
         found = []

@@ -42,13 +42,13 @@ def ends_of(table: TableLike, column: Column) -> tuple[Floats | None, Floats | N
 
 
 def bounds_of_scalars(
-    store: StoreLike, entity: Entity, rows: NDArray[np.int64], moves: Bools
+    store: StoreLike, entity: Entity, rows: NDArray[np.int64] | slice, count: int, moves: Bools
 ) -> tuple[Floats, Floats]:
-    """Bounds (len(rows) * tangent,) of the scalars of an entity's rows, infinite where held.
+    """Bounds (count * tangent,) of the scalars of an entity's rows, infinite where held.
 
     Parameters
     ----------
-    rows : those in the system
+    rows, count : those in the system, and how many they are
     moves : (rows of the table, tangent) which scalars move
     """
     table = store.tables[entity.table]
@@ -56,7 +56,7 @@ def bounds_of_scalars(
     own = store.layout.table(entity.table)
     ends = [ends_of(table, own.column(use.column)) for use in entity.params]
     for end, open_end in enumerate((-np.inf, np.inf)):
-        bounds = np.full((len(rows), entity.tangent), open_end)
+        bounds = np.full((count, entity.tangent), open_end)
         some = False
         for use, both in zip(entity.params, ends, strict=True):
             one = both[end]

@@ -21,6 +21,7 @@ state
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal
 
@@ -200,7 +201,7 @@ class Formula(msgspec.Struct, frozen=True):
     first: int
 
 
-class Entity(msgspec.Struct, frozen=True):
+class Entity(msgspec.Struct, frozen=True, dict=True):
     """A struct with parameters at one place, those of its components included.
 
     `refresh` computes the state of a row from its stored scalars and a step: inputs are the stored
@@ -222,14 +223,25 @@ class Entity(msgspec.Struct, frozen=True):
     formulas: tuple[Formula, ...] = ()
     values: Tape | None = None
 
-    @property
+    @cached_property
+    def curved(self) -> bool:
+        """Whether some parameter is no vector: its step is not added to its stored scalars."""
+        return not all(use.kind in ("real", "vec") for use in self.params)
+
+    @cached_property
     def plain(self) -> bool:
         """Whether a row contains only reals to which a step is added."""
-        return (
-            not self.updated
-            and self.stored == self.tangent == self.state
-            and all(use.kind in ("real", "vec") for use in self.params)
-        )
+        return not self.updated and self.stored == self.tangent == self.state and not self.curved
+
+    @cached_property
+    def places(self) -> NDArray[np.int32]:
+        """(params, 4) first stored scalar, their number, first tangent scalar, their number."""
+        found = np.array(
+            [(u.stored_start, u.stored, u.tangent_start, u.tangent) for u in self.params],
+            dtype=np.int32,
+        ).reshape(-1, 4)
+        found.setflags(write=False)
+        return found
 
 
 class Slot(msgspec.Struct, frozen=True):
@@ -337,6 +349,31 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     operations_after: int = 0
     workspace: int = 0  # columns of lanes that a kernel in parts keeps; 0: it is in one piece
     doc: str = ""
+
+    @cached_property
+    def raw_columns(self) -> Columns:
+        """The columns that `raw` reads."""
+        return columns_of(self.raw)
+
+    @cached_property
+    def calls_natives(self) -> bool:
+        """Whether it calls native functions, which may not bear being called concurrently."""
+        tapes = [self.tape] if self.moving_guard is None else [self.tape, self.moving_guard]
+        return any(tape.natives for tape in tapes)
+
+
+Columns = tuple[tuple[int, str, list[int], list[int]], ...]
+"""Columns that inputs read: slot, column, numbers of the inputs, their components."""
+
+
+def columns_of(raws: Sequence[Raw]) -> Columns:
+    """The columns that `raws` read, each once."""
+    found: dict[tuple[int, str], tuple[list[int], list[int]]] = {}
+    for number, raw in enumerate(raws):
+        numbers, components = found.setdefault((raw.slot, raw.column), ([], []))
+        numbers.append(number)
+        components.append(raw.component)
+    return tuple((slot, column, *both) for (slot, column), both in found.items())
 
 
 def pair_of(a: int, b: int) -> int:

@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from arael.diagnostics.suggest import closest
 from arael.runtime.bounds import Bounded, bounded_of, bounds_of_scalars
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
+from arael.runtime.store.rearranged import all_set, spread_flags
 
 Floats = NDArray[np.float64]
 
@@ -37,11 +39,13 @@ class EntityBlocks:
     @cached_property
     def every(self) -> bool:
         """Whether all scalars of all rows move."""
-        return self.free.size > 0 and bool(self.free.all())
+        return all_set(self.free)
 
     @cached_property
     def solved(self) -> Bools:
         """(rows,) whether some scalar of the row moves."""
+        if self.every:
+            return np.ones(len(self.free), dtype=bool)
         return np.asarray(self.free.any(axis=1))
 
 
@@ -162,8 +166,8 @@ def free_scalars(store: StoreLike, entity: Entity, frozen: frozenset[str]) -> Bo
     for use in entity.params:
         if not use.tangent or is_frozen(entity.table, use.column, frozen):
             continue
-        mask = np.array(table.free(use.column), dtype=bool)
-        free[:, use.tangent_start : use.tangent_start + use.tangent] = mask[:, None]
+        mask = np.ascontiguousarray(table.free(use.column), dtype=bool)
+        spread_flags(mask, free, use.tangent_start, use.tangent)
         param = store.layout.table(entity.table).column(use.column).param
         if param is None:
             continue
@@ -187,7 +191,8 @@ def _hold_components(
 ) -> None:
     """Clear the scalars of a parameter that are held one by one."""
     own = free[:, use.tangent_start : use.tangent_start + use.tangent]
-    own[:, list(param.held)] = False
+    if param.held:
+        own[:, list(param.held)] = False
     flags = table.component_flags(use.column)
     if flags is not None:
         own &= flags
@@ -218,37 +223,46 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     block, scalar = 0, 0
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
-        rows = np.flatnonzero(moves.any(axis=1))
-        every = bool(moves.size) and bool(moves.all())
-        if every:
-            number = np.arange(block, block + len(rows), dtype=np.int64)
+        rows: Ints | slice = slice(None)
+        if all_set(moves):
+            count = len(moves)
+            number = np.arange(block, block + count, dtype=np.int64)
             first = np.arange(
-                scalar, scalar + entity.tangent * len(rows), entity.tangent, dtype=np.int64
+                scalar, scalar + entity.tangent * count, entity.tangent, dtype=np.int64
             )
         else:
+            rows = np.flatnonzero(moves.any(axis=1))
+            count = len(rows)
             number = np.full(len(moves), -1, dtype=np.int64)
             first = np.full(len(moves), -1, dtype=np.int64)
-            number[rows] = block + np.arange(len(rows))
-            first[rows] = scalar + entity.tangent * np.arange(len(rows))
+            number[rows] = block + np.arange(count)
+            first[rows] = scalar + entity.tangent * np.arange(count)
             held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
         blocks.append(EntityBlocks(first, number, moves))
-        sizes.append(np.full(len(rows), entity.tangent, dtype=np.int64))
+        sizes.append(np.full(count, entity.tangent, dtype=np.int64))
         for ends, found in zip(
-            (low, high), bounds_of_scalars(store, entity, rows, moves), strict=True
+            (low, high), bounds_of_scalars(store, entity, rows, count, moves), strict=True
         ):
             ends.append(found)
-        block += len(rows)
-        scalar += entity.tangent * len(rows)
+        block += count
+        scalar += entity.tangent * count
     return System(
         layout,
         store,
         tuple(blocks),
-        np.concatenate([np.zeros(0, np.int64), *sizes]),
-        np.concatenate([np.zeros(0, np.int64), *held]),
-        np.concatenate([np.zeros(0), *low]),
-        np.concatenate([np.zeros(0), *high]),
+        _joined(sizes, np.int64),
+        _joined(held, np.int64),
+        _joined(low, np.float64),
+        _joined(high, np.float64),
         tuple(starts),
     )
+
+
+def _joined(parts: list[NDArray[Any]], dtype: Any) -> NDArray[Any]:
+    """All parts one after another."""
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype)
 
 
 def hold(system: System, free: list[Bools]) -> System:
@@ -268,7 +282,9 @@ def hold(system: System, free: list[Bools]) -> System:
         held.append(start + np.flatnonzero(~inside.ravel()))
         rows = np.flatnonzero(known.first >= 0)
         for ends, found in zip(
-            (low, high), bounds_of_scalars(system.store, entity, rows, moves), strict=True
+            (low, high),
+            bounds_of_scalars(system.store, entity, rows, len(rows), moves),
+            strict=True,
         ):
             ends.append(found)
     return System(
@@ -289,7 +305,7 @@ def with_bounds(system: System) -> System:
     high: list[Floats] = [np.zeros(0)]
     for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
         rows = np.flatnonzero(blocks.first >= 0)
-        lower, upper = bounds_of_scalars(system.store, entity, rows, blocks.free)
+        lower, upper = bounds_of_scalars(system.store, entity, rows, len(rows), blocks.free)
         low.append(lower)
         high.append(upper)
     return replace(system, low=np.concatenate(low), high=np.concatenate(high))

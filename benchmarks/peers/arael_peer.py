@@ -67,24 +67,26 @@ class Arael:
     def solve(self, way: str, path: Path, limit: int) -> str:
         """As the command does: start values, preparation, analysis and steps all count.
 
-        The result's seconds are those of the clock; they are scaled to the processor's.
+        An observer notes the processor's time after each attempt, as callbacks of the peers do. The
+        result's own seconds are those of the clock, which on a busy machine run while others work.
         """
-        began, wall = time.process_time(), time.perf_counter()
         words = ""
         if way == "default" and can_initialise(self.instance):
             words = f", start {arael.initialise(self.instance).chosen}"
-        started = time.perf_counter() - wall
+        started = time.process_time()
+        ended: list[float] = []
         result = self.instance.solve(
-            passes=self.kind.last_pass, max_iters=limit, num_threads=self.threads
+            passes=self.kind.last_pass,
+            max_iters=limit,
+            num_threads=self.threads,
+            observer=lambda record: ended.append(time.process_time()),
         )
-        scale = (time.process_time() - began) / (time.perf_counter() - wall)
-        at = started + result.timing["prepare"] + result.timing["analyse"]
-        path.mark(result.start_cost, 0)
-        path.times[-1] = scale * at
-        spent = at + np.cumsum(result.history["seconds"])
-        for k, row in enumerate(result.history):
-            path.mark(row["trial_cost"] if row["accepted"] else row["cost"], k + 1)
-            path.times[-1] = scale * spent[k]
+        history = result.history
+        first = ended[0] - float(history["seconds"][0]) if ended else started
+        costs = np.where(history["accepted"], history["trial_cost"], history["cost"])
+        path.costs = [result.start_cost, *costs.tolist()]
+        path.counts = list(range(len(path.costs)))
+        path.times = [at - path.began for at in (max(started, first), *ended)]
         return f"{result.status}{words}, {result.plan['solver']}"
 
     def answer(self) -> dict[str, np.ndarray]:

@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import arael
+from arael.runtime.levenberg.record import RECORD
 from arael.scenes import benchmark_config, make_scene
 from benchmarks import demo_seeds, problems
 from benchmarks.bundles import write_bal, write_bundle
@@ -19,6 +24,8 @@ from benchmarks.optimum import graphs
 from benchmarks.optimum.cases import Problem, write_solved
 from benchmarks.optimum.chapter import chapter, summary
 from benchmarks.optimum.solving import KEEP, Ending, Solved, solve_problem
+from benchmarks.peers import arael_peer
+from benchmarks.peers.endings import Path as Steps
 from benchmarks.systems import Plan
 
 PLAN = Plan(peers=(), python=sys.executable, quick=True)
@@ -226,3 +233,28 @@ def test_the_demo_is_run_over_seeds() -> None:
     assert attempts < before
     assert pose < 0.02
     assert landmark < 0.03
+
+
+def test_the_times_of_attempts_are_those_of_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Waits:
+        """An instance whose solve works, shows an attempt, and then waits for others."""
+
+        def solve(self, observer: Callable[[Any], object], **settings: object) -> Any:
+            began = time.process_time()
+            while time.process_time() - began < 0.02:
+                pass
+            history = np.zeros(1, dtype=RECORD)
+            history["cost"], history["trial_cost"], history["accepted"] = 3.0, 2.0, True
+            observer(history[0])
+            time.sleep(0.2)
+            plan = {"solver": "dense"}
+            return SimpleNamespace(history=history, start_cost=3.0, status="converged", plan=plan)
+
+    monkeypatch.setattr(arael_peer, "can_initialise", lambda instance: False)
+    kind = SimpleNamespace(state=lambda instance: {}, last_pass=None)
+    system, path = arael_peer.Arael(Waits(), kind, 1), Steps()
+    assert system.solve("default", path, 10) == "converged, dense"
+    spent = time.process_time() - path.began
+    assert (path.costs, path.counts) == ([3.0, 2.0], [0, 1])
+    # Scaled from the clock's time it would be an eleventh of that.
+    assert 0.5 * spent < path.times[1] <= spent

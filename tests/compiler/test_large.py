@@ -13,7 +13,7 @@ from arael.compiler.parts import base, cut
 from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
-from arael.runtime.assembly.ordering import runs
+from arael.runtime.assembly.couplings import shared_rows
 from arael.runtime.machine.tape import PRIMITIVES, Tape
 from arael.runtime.parallel.frames import frame_of
 from arael.runtime.problem import Problem
@@ -98,7 +98,7 @@ def test_kernels_in_parts_against_interpreter_and_differences(
     lanes = 8 if precision == "f64" else 16
     node = np.sort(placed[:, layout.groups[near].lead[0]])
     blocks = node[: len(node) // lanes * lanes].reshape(-1, 1, lanes)
-    shared = runs(blocks, len(node))
+    shared = shared_rows(np.ascontiguousarray(blocks), [0], len(node))
     assert 0 < shared.sum() < len(shared), "blocks of lanes that share the node, and others"
     check_against_oracle(model, 1e-12 if precision == "f64" else 5e-6)
     if precision == "f64":

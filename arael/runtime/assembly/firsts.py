@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Entity, Group, pair_of
+from arael.runtime.assembly.first_writers import find_firsts
+from arael.runtime.layout import Entity, Group
 
 Ints = NDArray[np.int64]
 
@@ -23,12 +24,6 @@ _NEAR = 64
 
 # Scalars of a cache line.
 _LINE = 16
-
-# Numbers with which each place is compared, rather than all being sorted.
-_SEVERAL = 8
-
-# Of `turn`: onto a diagonal block, of which there is more than the pair's own.
-_DIAGONAL = 2
 
 
 @dataclass(frozen=True)
@@ -71,98 +66,26 @@ def plan_firsts(
     room : scalars of the values
     parts : in how many the emptying is shared
     """
-    first = [np.zeros(p[0].shape[:2], dtype=np.uint8) for p in placed]
-    writes: list[tuple[int, int, int]] = []  # group, pair, area of its block
-    ats, seqs, keys = [], [], []
-    step = 0
-    for g in order:
-        block_at, turn = placed[g]
-        blocks, _, lanes = block_at.shape
-        real = np.arange(blocks * lanes).reshape(blocks, lanes) < counts[g]
-        tangent = [entities[use.entity].tangent for use in groups[g].uses]
-        for a in range(len(tangent)):
-            for b in range(a):
-                pair = pair_of(a, b)
-                at = block_at[:, pair]
-                counted = real & _somewhere(at, nowhere)
-                if not counted.any():
-                    continue
-                ats.append(at[counted])
-                at_block = np.broadcast_to(np.arange(blocks)[:, None], at.shape)[counted]
-                seqs.append(step + at_block)
-                keys.append(np.full(len(at_block), len(writes), dtype=np.int32))
-                writes.append((g, pair, tangent[a] * tangent[b]))
-                if may[g]:
-                    first[g][:, pair] = (~counted | (turn[:, pair] != _DIAGONAL)).all(axis=1)
-        step += blocks
-    if not writes:
-        return Firsts(first, *_cut(np.array([[0, room]], dtype=np.int64), parts))
-    at, seq, key = np.concatenate(ats), np.concatenate(seqs), np.concatenate(keys)
-    # Blocks do not overlap: divided by the least of their areas, their offsets still differ.
-    least = min(area for _, _, area in writes)
-    alone = _alone_and_first(at // least, seq, room // least + 1)
-    starts, areas = [], []
-    steps = np.zeros(len(groups), dtype=np.int64)
-    steps[list(order)] = np.cumsum([0, *(len(first[g]) for g in order)])[:-1]
-    ends = np.searchsorted(key, np.arange(len(writes) + 1))
-    for k, (g, pair, area) in enumerate(writes):
-        mine = slice(ends[k], ends[k + 1])
-        at_block = seq[mine] - steps[g]
-        first[g][at_block[~alone[mine]], pair] = 0
-        stored = at[mine][first[g][at_block, pair] == 1]
-        starts.append(stored)
-        areas.append(np.full(len(stored), area, dtype=np.int64))
-    cleared = _between(np.concatenate(starts), np.concatenate(areas), room)
-    return Firsts(first, *_cut(cleared, parts))
-
-
-def _somewhere(at: Ints, nowhere: Ints) -> NDArray[np.bool_]:
-    """Whether each place is none of `nowhere`."""
-    if len(nowhere) > _SEVERAL:
-        return ~np.isin(at, nowhere)
-    found = at != nowhere[0]
-    for one in nowhere[1:]:
-        found &= at != one
-    return np.asarray(found)
-
-
-def _alone_and_first(at: Ints, seq: Ints, room: int) -> NDArray[np.bool_]:
-    """Whether each write is the first to its place, and the only one of its block of lanes.
-
-    Parameters
-    ----------
-    at : (n,) places, below `room`
-    seq : (n,) block of lanes that writes there
-    """
-    if (seq[1:] < seq[:-1]).any():
-        order = np.argsort(seq, kind="stable")
-        found = np.empty(len(at), dtype=bool)
-        found[order] = _alone_and_first(at[order], seq[order], room)
-        return found
-    number = np.arange(len(at))
-    # Only places that are written to are read, so that the rest needs no value.
-    first = np.empty(room, dtype=np.int64)
-    first[at[::-1]] = number[::-1]  # of several assignments the last one stays
-    first = first[at]
-    alone: NDArray[np.bool_] = first == number
-    alone[first[~alone & (seq == seq[first])]] = False
-    return alone
-
-
-def _between(starts: Ints, areas: Ints, room: int) -> Ints:
-    """(m, 2) what lies between stored blocks, short ones of these included."""
-    order = np.argsort(starts, kind="stable")
-    begins = np.append(starts[order], room)
-    ends = np.concatenate(([0], (starts + areas)[order]))
-    # A run of stored blocks is left out if it is long; otherwise it is emptied like the rest.
-    gap = begins > ends
-    gap[0] = gap[-1] = True
-    low, high = ends[gap], begins[gap]
-    joined = low[1:] - high[:-1] < _NEAR
-    found: Ints = np.stack(
-        (low[np.concatenate(([True], ~joined))], high[np.concatenate((~joined, [True]))]), axis=1
+    found, between = find_firsts(
+        [p[0] for p in placed],
+        [p[1] for p in placed],
+        counts,
+        [_areas(group, entities) for group in groups],
+        order,
+        may,
+        nowhere,
+        room,
+        _NEAR,
     )
-    return found[found[:, 0] < found[:, 1]]
+    return Firsts(found, *_cut(between, parts))
+
+
+def _areas(group: Group, entities: Sequence[Entity]) -> list[int]:
+    """Scalars of the block of each pair of uses; 0 of a use with itself."""
+    tangent = [entities[use.entity].tangent for use in group.uses]
+    return [
+        tangent[a] * tangent[b] if a > b else 0 for a in range(len(tangent)) for b in range(a + 1)
+    ]
 
 
 def _cut(ranges: Ints, parts: int) -> tuple[Ints, Ints]:

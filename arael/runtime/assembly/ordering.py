@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from arael.runtime.assembly.couplings import keys_of, order_by
 from arael.runtime.layout import Group, pair_of
 from arael.runtime.store.access import Array, Ints
-from arael.runtime.store.rearranged import aligned_empty, spread_rows
+from arael.runtime.store.rearranged import spread_rows
 
 # Instances too few to fill two blocks of lanes need no order.
 _FEW = 16
@@ -30,54 +29,13 @@ def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int) -> Ints | 
     """
     if not group.lead or len(rows) < _FEW:
         return None
-    lead = rows[:, group.lead[0]].astype(np.int64)
-    keys = 2 * lead + _met(group, block_at, nowhere)
-    if not (keys[1:] < keys[:-1]).any():
-        return None
-    # Counting sort for short keys.
-    return np.argsort(keys.astype(np.uint16) if keys.max() < 2**16 else keys, kind="stable")
-
-
-def _met(group: Group, block_at: Ints, nowhere: int) -> Array:
-    """(n,) bool, whether an earlier instance has the same block with the lead."""
     lead = group.lead[0]
-    others = [pair_of(u, lead) for u in range(len(group.uses))]
-    met = np.zeros(len(block_at), dtype=bool)
-    for pair in others[:lead] + others[lead + 1 :]:
-        at = block_at[:, pair]
-        if (at == nowhere).all():
-            continue
-        order = np.argsort(at, kind="stable")
-        met[order[1:]] = np.diff(at[order]) == 0
-        met &= at != nowhere
-        break
-    return met
-
-
-def runs(rows: Array, n: int) -> Array:
-    """(blocks,) uint8, whether all lanes of a block are instances of the same rows.
-
-    Parameters
-    ----------
-    rows : (blocks, uses, lanes) rows of the uses that lead, none if there are no such uses
-    n : instances; a block that is padded does not count
-    """
-    blocks, uses, lanes = rows.shape
-    if uses == 0:
-        return np.zeros(blocks, dtype=np.uint8)
-    same: Array = (rows == rows[:, :, :1]).all(axis=(1, 2)).astype(np.uint8)
-    same[n // lanes :] = 0
-    return same
+    others = [pair_of(u, lead) for u in range(len(group.uses)) if u != lead]
+    return order_by(keys_of(rows, lead, block_at, others, nowhere))
 
 
 def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:
     """(n, k) in lane order [blocks][k][lanes], the last block padded by the last instance."""
-    n, k = values.shape
-    blocks = -(-n // lanes)
-    shape = blocks, k, lanes
     # Aligned to cache lines, so that no register of lanes is read from two of them; a single block,
     # of which there may be hundreds, does without.
-    found = aligned_empty(shape, values.dtype) if blocks > 1 else np.empty(shape, values.dtype)
-    if n:
-        spread_rows(np.ascontiguousarray(values), lanes, order, found)
-    return found
+    return spread_rows(values, lanes, order)

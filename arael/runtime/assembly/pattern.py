@@ -106,8 +106,12 @@ class BlockPattern:
     ) -> BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
-        arrays = pattern_arrays(sizes, np.sort(keys), by_rows)
-        return cls(sizes, *arrays) if name_of is None else cls(sizes, *arrays, name_of)
+        start, rows, places, count = pattern_arrays(sizes, np.sort(keys), by_rows)
+        found = cls(sizes, start, rows, places)
+        if name_of is not None:
+            found = cls(sizes, start, rows, places, name_of)
+        found.__dict__["value_count"] = count  # as the cached property keeps it
+        return found
 
     def find(self, rows: Ints, columns: Ints) -> Ints:
         """Offset in the values of each block ``(max, min)`` of the given pairs; all must exist."""

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.copies import copies_of, no_copies
+from arael.runtime.assembly.couplings import shared_rows
 from arael.runtime.assembly.firsts import plan_firsts
-from arael.runtime.assembly.ordering import in_lanes, order_of, runs
+from arael.runtime.assembly.ordering import in_lanes, order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.layout import Entity, Group
@@ -195,7 +196,7 @@ def plan_shares(
         for arrays, width, order in zip(found.placed, widths, still, strict=True)
     ]
     runs_of = [
-        runs(lanes.row[:, list(group.lead)], len(p.rows))
+        shared_rows(lanes.row, group.lead, len(p.rows))
         for lanes, group, p in zip(placed, groups, placements, strict=True)
     ]
     if count == 1 and found.value_room <= _CACHED:

@@ -11,7 +11,6 @@ from arael.runtime.machine.program cimport Program
 from arael.runtime.parallel.frames import frame_of
 from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.machine.program import WIDTH
-from arael.runtime.machine.tape import NATIVE
 
 cdef extern from "stack.h":
     bint stack_suffices(size_t need) noexcept nogil
@@ -96,7 +95,7 @@ cdef class CompiledGroups:
                 one.kernel, one.width = &table.groups[<Py_ssize_t>g], table.lanes
             else:
                 raise ValueError(f"`{layout.groups[g].label}` has neither kernel nor program")
-            one.free = not calls_natives(layout.groups[g])
+            one.free = not layout.groups[g].calls_natives
         self.widths = [self._groups[g].width for g in range(len(programs))]
         self.free = [self.sharable(g) for g in range(len(programs))]
         self.stores = [self._groups[g].kernel != NULL for g in range(len(programs))]
@@ -185,9 +184,3 @@ def require_own(layout, kernels, Py_ssize_t groups):
             f"these kernels do not belong to this model: (abi, single, groups, entities) "
             f"expected {expected}, found {found}"
         )
-
-
-def calls_natives(group):
-    """Whether a group calls native functions, which may not bear being called side by side."""
-    tapes = [group.tape] if group.moving_guard is None else [group.tape, group.moving_guard]
-    return any(op.startswith(NATIVE) for tape in tapes for op in tape.ops)

@@ -9,8 +9,11 @@ import numpy as np
 from arael.runtime.assembly.ordering import in_lanes
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
-from arael.runtime.machine.programs import evaluate
+from arael.runtime.machine.programs import columns_of
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
+
+# Rows that are evaluated at once: their columns stay in the second-level cache.
+_AT_ONCE = 4096
 
 
 class Instances:
@@ -19,7 +22,7 @@ class Instances:
     Parameters
     ----------
     rows : (n,) rows of the group's table
-    data : (n, data_count) what does not change within a solve
+    data : (n, data_count) what does not change within a solve, in C or Fortran order
     uniform : (uniform_count,) what is the same for all instances
     """
 
@@ -65,17 +68,23 @@ def gather_instances(
 ) -> Instances:
     """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
     n = len(rows)
-    data = np.zeros((n, group.data_count), dtype=dtype)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
-    if n:
-        inputs = gather_all(store, group.slots, slot_rows, group.raw)
-        found = evaluate(group.prepare, inputs, np.float64, natives)
-        with np.errstate(over="ignore", invalid="ignore"):
-            for k in range(group.data_count):
-                data[:, k] = found[k]
-            for k in range(group.uniform_count):
-                uniform[k] = found[group.data_count + k].flat[0]
-    return Instances(rows, data, uniform)
+    if not n:
+        return Instances(rows, np.zeros((n, group.data_count), dtype=dtype), uniform)
+    # By columns, as they are computed: the lanes take them in that order.
+    data = np.empty((group.data_count, n), dtype=dtype)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for begin in range(0, n, _AT_ONCE):
+            end = min(begin + _AT_ONCE, n)
+            part = slot_rows if n <= _AT_ONCE else [one[begin:end] for one in slot_rows]
+            inputs = gather_all(store, group.slots, part, group.raw_columns)
+            found, _ = columns_of(group.prepare, inputs, np.float64, natives)
+            if n == found.shape[1] and dtype == np.float64:  # nothing to convert, nor to join
+                data = found[: group.data_count]
+            else:
+                data[:, begin:end] = found[: group.data_count]
+            uniform[:] = found[group.data_count :, 0]
+    return Instances(rows, data.T, uniform)
 
 
 def _from_lanes(lanes: Array, n: int, order: Array | None) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Group
+from arael.runtime.layout import Group, columns_of
 from arael.runtime.store.access import Ints, StoreLike, gather_all, outputs
 from arael.runtime.system import row_name
 
@@ -30,7 +30,7 @@ def check_sigmas(
     """
     if group.sigma is None or not len(active):
         return
-    inputs = gather_all(store, group.slots, rows, group.sigma_raw)
+    inputs = gather_all(store, group.slots, rows, columns_of(group.sigma_raw))
     for found in outputs(group.sigma, inputs, len(active), natives):
         bad = ~(found > 0)
         if not bad.any():

@@ -166,18 +166,19 @@ cdef class StatePair:
                 one.state[<int>which] = writable(state, dtype)
             blocks = system.blocks[e]
             # Rows in which nothing moves take no step, though a session may keep their blocks.
-            first = np.where(blocks.solved, blocks.first, -1).astype(np.int32)
+            first = blocks.first.astype(np.int32)
+            some = blocks.every
+            if not some:
+                first[~blocks.solved] = -1
+                some = blocks.solved.any()
             self._first.append(first)
             one.delta_at = <const int32_t*>address(first, np.int32, rows)
-            one.rows, one.moving = rows, rows if blocks.solved.any() else 0
+            one.rows, one.moving = rows, rows if some else 0
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
-            uses = np.array(
-                [(u.stored_start, u.stored, u.tangent_start, u.tangent) for u in entity.params],
-                dtype=np.int32,
-            ).reshape(-1, 4)
+            uses = entity.places
             self._keep.append(uses)
-            one.uses, one.use_count = <const int32_t*>address(uses, "int32"), len(uses)
-            one.curved = not all(u.kind in ("real", "vec") for u in entity.params)
+            one.uses, one.use_count = <const int32_t*>address(uses, np.int32), len(uses)
+            one.curved = entity.curved
             if table != NULL and e < table.entity_count:
                 one.frame = refresh_frame_of(entity)
                 one.refresh = table.refresh[<Py_ssize_t>e]
@@ -188,7 +189,7 @@ cdef class StatePair:
         held = np.zeros(max(self._size, 1), dtype=np.uint8)
         held[system.held] = 1
         self._keep.append(held)
-        self._held = <const uint8_t*>address(held, "uint8")
+        self._held = <const uint8_t*>address(held, np.uint8)
         self.restrict()
         for e in range(self._count):
             self._settle(e)

@@ -60,6 +60,8 @@ def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
     for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True):
         found = state[: len(blocks.first), : entity.stored]
         parts.append((found if blocks.every else found[blocks.solved]).ravel())
+    if len(parts) == 1:
+        return np.array(parts[0], dtype=np.float64)
     return np.concatenate(parts, dtype=np.float64) if parts else np.zeros(0)
 
 

@@ -9,13 +9,28 @@ Newton methods for optimization problems with simple constraints", SIAM J. Contr
 import numpy as np
 
 from cython cimport floating
-from libc.math cimport fabs
+from libc.math cimport fabs, isfinite
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.evaluation.evaluation cimport Evaluation
 
 from arael.runtime.assembly.positions import row_and_column_positions
+
+
+# Of a system without bounds.
+NOTHING = [np.zeros(int(k == 4), dtype=np.int64) for k in range(6)], [np.zeros(0) for _ in range(2)]
+
+
+cdef bint unbounded(low, high) except -1:
+    """Whether all bounds (n,) are infinite."""
+    cdef Py_ssize_t n = len(low), k
+    cdef const double* least = <const double*>address(low, np.float64)
+    cdef const double* most = <const double*>address(high, np.float64, n)
+    for k in range(n):
+        if isfinite(least[k]) or isfinite(most[k]):
+            return False
+    return True
 
 
 cdef block_table(pattern):
@@ -48,18 +63,18 @@ cdef class Box:
 
     def __init__(self, Evaluation evaluation, structure, diagonal_at):
         system, pattern = structure.system, structure.pattern
-        scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
-        if len(scalars):
-            entity, at = stored_places(system, scalars)
-        else:
-            entity = at = scalars
-        start, positions = row_and_column_positions(pattern, scalars)
         blocks = block_table(pattern)
-        ints = [
-            np.ascontiguousarray(a, dtype=np.int64)
-            for a in (scalars, entity, at, diagonal_at[scalars], start, positions)
-        ]
-        ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
+        if unbounded(system.low, system.high):
+            ints, ends = NOTHING
+        else:
+            scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
+            entity, at = stored_places(system, scalars)
+            start, positions = row_and_column_positions(pattern, scalars)
+            ints = [
+                np.ascontiguousarray(a, dtype=np.int64)
+                for a in (scalars, entity, at, diagonal_at[scalars], start, positions)
+            ]
+            ends = [np.ascontiguousarray(a[scalars]) for a in (system.low, system.high)]
         self._all = (ints, ends, blocks)
         self._evaluation = evaluation
         self.restrict()

@@ -55,6 +55,6 @@ cdef Settings settings_of(
     }[config.damping]
     s.by_promise = config.ending == "promise"
     s.watched = watched
-    s.epsilon = np.finfo(dtype).eps
+    s.epsilon = 2.0**-23 if dtype == np.float32 else 2.0**-52
     s.guarded = guarded
     return s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -41,6 +42,8 @@ class Watcher:
 
     def started(self, minimiser: Any) -> None:
         """Check the first linearisation; raises SolveError."""
+        if math.isfinite(minimiser.start_cost) and minimiser.vectors.sound():
+            return
         diagonal = minimiser.vectors.value_array[self._problem.diagonal_at]
         if self._lenient:
             diagonal = np.where(diagonal == 0, 1, diagonal)

@@ -29,6 +29,7 @@ class Vectors:
         component: NDArray[np.int32] | None = None,
         components: int = 1,
     ) -> None: ...
+    def sound(self) -> bool: ...
 
 def runs_of(
     n: int, component: NDArray[np.int32] | None = None

@@ -8,7 +8,7 @@ scalars of one component, whose sums are added in the order of the scalars.
 
 import numpy as np
 
-from libc.math cimport fabs
+from libc.math cimport fabs, isfinite
 from libc.stdint cimport int64_t, uint8_t
 from libc.string cimport memcpy, memmove, memset
 
@@ -23,6 +23,19 @@ cdef Py_ssize_t SUMS = sizeof(Sums) // sizeof(double)
 
 # Part of its entry in the factorised matrix below which a diagonal counts as faded.
 cdef double HALF = 0.5
+
+
+cdef bint is_sound(
+    Py_ssize_t n, const real* gradient, const real* values, const int64_t* at
+) noexcept nogil:
+    """Whether values at `at` are positive, and they and the gradient are finite."""
+    cdef Py_ssize_t i
+    cdef real value
+    cdef bint sound = True
+    for i in range(n):
+        value = values[at[i]]
+        sound &= value > 0 and isfinite(<double>value) and isfinite(<double>gradient[i])
+    return sound
 
 
 cdef class Vectors:
@@ -95,6 +108,13 @@ cdef class Vectors:
         self.descent = writable(self.descent_array, dtype, n)
         self._diagonal = writable(self.diagonal_array, dtype, n)
         self._own = writable(own, dtype, n)
+
+    def sound(self):
+        """Whether the diagonal of J'J is positive, and it and the gradient are finite."""
+        if self.single:
+            return is_sound(
+                self.n, <const float*>self.gradient, <const float*>self.values, self._at)
+        return is_sound(self.n, <const double*>self.gradient, <const double*>self.values, self._at)
 
     cdef void take_diagonal(self, double floor) noexcept nogil:
         cdef Py_ssize_t c, k

@@ -63,6 +63,17 @@ def evaluate(
     Exception
         What a native function in Python raises.
     """
+    found, shape = columns_of(tape, inputs, dtype, natives)
+    return list(found if len(shape) == 1 else found.reshape(len(found), *shape))
+
+
+def columns_of(
+    tape: Tape,
+    inputs: Sequence[Any],
+    dtype: np.dtype[Any] | type = np.float64,
+    natives: NativeTable | None = None,
+) -> tuple[Array, tuple[int, ...]]:
+    """Outputs of a tape as one array (outputs, scalars), and their shape; see `evaluate`."""
     dtype = np.dtype(dtype)
     names = () if natives is None else tuple(natives.names)
     arrays = [np.asarray(one, dtype=dtype) for one in inputs]
@@ -74,7 +85,7 @@ def evaluate(
     found = _program(tape, len(arrays), names).columns(arrays, n, dtype, natives)
     if natives is not None:
         natives.raise_failure()
-    return list(found if len(shape) == 1 else found.reshape(len(found), *shape))
+    return found, shape
 
 
 def _program(tape: Tape, inputs: int, natives: tuple[str, ...]) -> TapeProgram:

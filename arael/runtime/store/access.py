@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Layout, Raw, Slot, Step, Total
+from arael.runtime.layout import Columns, Layout, Raw, Slot, Step, Total, columns_of
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
-from arael.runtime.store.rearranged import taken
+from arael.runtime.store.rearranged import followed, taken
 
 if TYPE_CHECKING:
     from arael.runtime.evaluation.natives import NativeTable
@@ -148,36 +147,25 @@ class Walker:
 
 
 def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:
-    if whole:
-        return np.asarray(targets, dtype=np.int64)
-    if len(targets) == 0:
-        return np.full(len(rows), -1, dtype=np.int64)
-    return np.where(rows >= 0, targets[np.maximum(rows, 0)], -1).astype(np.int64)
+    targets = np.ascontiguousarray(targets, dtype=np.int64)
+    return targets if whole else followed(targets, np.ascontiguousarray(rows, dtype=np.int64))
 
 
 def gather_all(
-    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], raws: Sequence[Raw]
+    store: StoreLike, slots: tuple[Slot, ...], rows: list[Ints], columns: Columns
 ) -> list[Array]:
     """All raw inputs for all instances as f64; columns of the root come as scalars.
 
     No row is -1. Each column is read once, however many of its components are inputs.
     """
-    columns: dict[tuple[int, str], list[int]] = {}
-    for number, raw in enumerate(raws):
-        key = raw.slot, raw.column
-        if key in columns:
-            columns[key].append(number)
-        else:
-            columns[key] = [number]
-    found: list[Any] = [None] * len(raws)
-    for (slot, column), numbers in columns.items():
+    found: list[Any] = [None] * sum(len(numbers) for _, _, numbers, _ in columns)
+    for slot, column, numbers, components in columns:
         path = slots[slot].table
         flat = _column(store, path, column)
         if path == "":
-            for number in numbers:
-                found[number] = np.asarray(flat[0, raws[number].component], dtype=np.float64)
+            for number, component in zip(numbers, components, strict=True):
+                found[number] = np.asarray(flat[0, component], dtype=np.float64)
             continue
-        components = [raws[number].component for number in numbers]
         values = taken(np.ascontiguousarray(flat), components, rows[slot])
         for number, one in zip(numbers, values, strict=True):
             found[number] = one
@@ -202,7 +190,8 @@ def _total(store: StoreLike, total: Total) -> Array:
     rows = np.arange(table.size, dtype=np.int64)
     walker = Walker(store, total.collection, rows, True)
     ways = [walker.rows(slot) for slot in total.slots]
-    terms = outputs(total.tape, gather_all(store, total.slots, ways, total.raw), table.size)
+    inputs = gather_all(store, total.slots, ways, columns_of(total.raw))
+    terms = outputs(total.tape, inputs, table.size)
     parents = np.asarray(table.parent_rows(), dtype=np.int64)
     return np.stack([np.bincount(parents, term, owners) for term in terms], axis=-1)
 

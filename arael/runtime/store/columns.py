@@ -14,6 +14,7 @@ from arael.runtime.store import bounds
 from arael.runtime.store.buffers import Buffers
 from arael.runtime.store.fingerprint import fingerprint
 from arael.runtime.store.messages import Origin, error, unknown_field
+from arael.runtime.store.rearranged import rows_where
 from arael.runtime.store.schema import Group, Leaf, fields_of
 from arael.runtime.store.values import blank, convert, default_value, dtype_of
 
@@ -113,10 +114,11 @@ class Columns:
 
     def present(self, path: str) -> Bools:
         """Whether `path` and its enclosing optionals are present in each row (size,)."""
-        found = np.ones(self.size, np.bool_)
-        for optional in self._ancestors.get(path, ()):
-            found &= self.buffers.view(f"{optional}?")
-        return found
+        return rows_where(self.size, self._optionals_of(path), [])
+
+    def _optionals_of(self, path: str) -> list[Bools]:
+        """Presence (size,) of each optional that encloses `path`, or is there itself."""
+        return [self.buffers.view(f"{one}?") for one in self._ancestors.get(path, ())]
 
     def fixed(self, path: str) -> Bools:
         """Live view (size,): parameters fixed by the data."""
@@ -212,7 +214,8 @@ class Columns:
 
     def free(self, path: str) -> Bools:
         """Free parameters (size,): present, not fixed, and to be optimised."""
-        return self.present(path) & self.optimize(path) & ~self.fixed(path)
+        required = [*self._optionals_of(path), self.optimize(path)]
+        return rows_where(self.size, required, [self.fixed(path)])
 
     def free_as_a_whole(self, path: str) -> Bools:
         """Free parameters (size,) of which no component is held by data or flags."""

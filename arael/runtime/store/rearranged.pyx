@@ -1,9 +1,13 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Columns of rows by instance, and rows by instance in the order of lanes."""
+"""Single passes over rows: columns by instance, what refs and handles lead to, flags, lanes.
+
+Small problems are prepared in microseconds, and NumPy takes one or more for each operation.
+"""
 
 import numpy as np
 
 from libc.stdint cimport int32_t, int64_t, uint8_t, uintptr_t
+from libc.string cimport memcpy
 
 from arael.runtime.address cimport address, writable
 
@@ -82,51 +86,178 @@ def taken(values, list components, rows):
     return found
 
 
-cdef void spread(
-    const scalar* values, const int64_t* order, Py_ssize_t n, Py_ssize_t k, Py_ssize_t lanes,
-    scalar* found,
+cdef void followed_rows(
+    const int64_t* targets, const int64_t* rows, Py_ssize_t n, int64_t* found
 ) noexcept nogil:
-    cdef Py_ssize_t blocks = (n + lanes - 1) // lanes, block, w, c, at
-    cdef const scalar* row
-    for block in range(blocks):
-        for w in range(lanes):
-            at = min(block * lanes + w, n - 1)
-            if order != NULL:
-                at = order[at]
-            row = values + at * k
-            for c in range(k):
-                found[c * lanes + w] = row[c]
-        found += k * lanes
+    cdef Py_ssize_t k
+    for k in range(n):
+        found[k] = targets[rows[k]] if rows[k] >= 0 else -1
 
 
-def spread_rows(values, Py_ssize_t lanes, order, found):
-    """Fill `found` (blocks, k, lanes) with rows (n, k) of `values`, n > 0.
+def followed(targets, rows):
+    """(n,) int64, the target of each row, -1 where the row is negative.
 
     Parameters
     ----------
-    values : (n, k), C order, of 1, 4 or 8 bytes
+    targets : (size,) int64
+    rows : (n,) int64, below `size`
+    """
+    cdef Py_ssize_t n = len(rows), size = len(targets), k
+    cdef const int64_t* target = <const int64_t*>address(targets, np.int64)
+    cdef const int64_t* row = <const int64_t*>address(rows, np.int64)
+    found = np.empty(n, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(found, np.int64)
+    for k in range(n):
+        if row[k] >= size:
+            raise IndexError(f"row {row[k]} of {size}")
+    followed_rows(target, row, n, to)
+    return found
+
+
+cdef void spread(
+    const scalar* values, const int64_t* order, Py_ssize_t n, Py_ssize_t k, Py_ssize_t lanes,
+    bint by_columns, scalar* found,
+) noexcept nogil:
+    cdef Py_ssize_t block, w, c, at, one
+    cdef const scalar* row
+    for block in range((n + lanes - 1) // lanes):
+        at = block * lanes
+        if by_columns and at + lanes > n:
+            for w in range(lanes):
+                one = min(at + w, n - 1)
+                if order != NULL:
+                    one = order[one]
+                for c in range(k):
+                    found[c * lanes + w] = values[c * n + one]
+        elif by_columns and order == NULL:
+            for c in range(k):
+                memcpy(found + c * lanes, values + c * n + at, lanes * sizeof(scalar))
+        elif by_columns:
+            for c in range(k):
+                for w in range(lanes):
+                    found[c * lanes + w] = values[c * n + order[at + w]]
+        else:
+            for w in range(lanes):
+                one = min(at + w, n - 1)
+                row = values + k * (one if order == NULL else order[one])
+                for c in range(k):
+                    found[c * lanes + w] = row[c]
+        found += k * lanes
+
+
+def spread_rows(values, Py_ssize_t lanes, order=None):
+    """Rows (n, k) of `values` in the order of lanes.
+
+    Parameters
+    ----------
+    values : (n, k), C or Fortran order, of 1, 4 or 8 bytes
     lanes : rows of a block
     order : (n,) int64 rows in the order of the lanes; None: as they come
-    found : (blocks, k, lanes) of the type of `values`
-        The last block is padded by the last instance.
+
+    Returns
+    -------
+    (blocks, k, lanes) of the type of `values`; the last block is padded by the last instance.
+    Begins on a cache line if there is more than one block.
     """
-    cdef Py_ssize_t n = values.shape[0], k = values.shape[1], room
-    cdef const int64_t* at = NULL
-    room = (n + lanes - 1) // lanes * lanes * k
-    if order is not None:
-        order = np.ascontiguousarray(order, dtype=np.int64)
-        if order.min() < 0 or order.max() >= n:
-            raise IndexError("the order names instances that are not there")
-        at = <const int64_t*>address(order, np.int64, n)
-    cdef const void* source = address(values, values.dtype)
-    cdef void* target = writable(found, values.dtype, room)
-    cdef int size = values.dtype.itemsize
-    with nogil:
-        if size == 8:
-            spread(<const int64_t*>source, at, n, k, lanes, <int64_t*>target)
-        elif size == 4:
-            spread(<const int32_t*>source, at, n, k, lanes, <int32_t*>target)
-        elif size == 1:
-            spread(<const uint8_t*>source, at, n, k, lanes, <uint8_t*>target)
+    cdef Py_ssize_t n = values.shape[0], k = values.shape[1], blocks, at
+    cdef const int64_t* place = NULL
+    cdef bint by_columns = values.strides[0] == values.itemsize and k != 1
+    cdef int size = values.itemsize
     if size not in (1, 4, 8):
         raise TypeError(f"expected scalars of 1, 4 or 8 bytes, found {values.dtype}")
+    blocks = (n + lanes - 1) // lanes
+    shape = blocks, k, lanes
+    dtype = values.dtype
+    found = aligned_empty(shape, dtype) if blocks > 1 else np.empty(shape, dtype)
+    if not n or not k:
+        return found
+    if order is not None:
+        order = np.ascontiguousarray(order, dtype=np.int64)
+        place = <const int64_t*>address(order, np.int64, n)
+        for at in range(n):
+            if not 0 <= place[at] < n:
+                raise IndexError("the order names instances that are not there")
+    if by_columns:
+        values = values.T
+    values = np.ascontiguousarray(values)
+    cdef const void* source = address(values, dtype)
+    cdef void* target = writable(found, dtype)
+    with nogil:
+        if size == 8:
+            spread(<const int64_t*>source, place, n, k, lanes, by_columns, <int64_t*>target)
+        elif size == 4:
+            spread(<const int32_t*>source, place, n, k, lanes, by_columns, <int32_t*>target)
+        else:
+            spread(<const uint8_t*>source, place, n, k, lanes, by_columns, <uint8_t*>target)
+    return found
+
+
+def rows_of_handles(handles, positions, generations, int64_t start, int shift):
+    """(n,) int64, rows of the slots of `handles`; -1 for null and stale ones.
+
+    Parameters
+    ----------
+    handles : (n,) int64, a generation above a slot of `shift` bits; negative: null
+    positions : (slots,) int64, position of each slot's row, negative if it has none
+    generations : (slots,) int64
+    start : position of the first row
+    """
+    cdef Py_ssize_t n = len(handles), used = len(positions), k
+    cdef const int64_t* handle = <const int64_t*>address(handles, np.int64)
+    cdef const int64_t* position = <const int64_t*>address(positions, np.int64)
+    cdef const int64_t* generation = <const int64_t*>address(generations, np.int64, used)
+    found = np.empty(n, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(found, np.int64)
+    cdef int64_t slot, mask = (<int64_t>1 << shift) - 1
+    with nogil:
+        for k in range(n):
+            to[k] = -1
+            slot = handle[k] & mask
+            if handle[k] >= 0 and slot < used and generation[slot] == handle[k] >> shift:
+                if position[slot] >= 0:
+                    to[k] = position[slot] - start
+    return found
+
+
+def rows_where(Py_ssize_t n, list required, list refused):
+    """(n,) bool, whether all of the flags `required` are set in a row and none of `refused`.
+
+    Parameters
+    ----------
+    required, refused : (n,) bool arrays
+    """
+    cdef Py_ssize_t k
+    cdef const uint8_t* flag
+    found = np.ones(n, dtype=np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(found, np.bool_)
+    for one in required:
+        flag = <const uint8_t*>address(one, np.bool_, n)
+        for k in range(n):
+            to[k] &= flag[k]
+    for one in refused:
+        flag = <const uint8_t*>address(one, np.bool_, n)
+        for k in range(n):
+            to[k] &= not flag[k]
+    return found
+
+
+def spread_flags(flags, scalars, Py_ssize_t first, Py_ssize_t count):
+    """Set `count` columns of `scalars` (n, width) from `first` on to the flags (n,) of the rows."""
+    cdef Py_ssize_t n = len(flags), width = scalars.shape[1], k, c
+    if not 0 <= first <= first + count <= width:
+        raise IndexError(f"columns {first} to {first + count} of {width}")
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(scalars, np.bool_, n * width)
+    for k in range(n):
+        for c in range(first, first + count):
+            to[k * width + c] = flag[k]
+
+
+def all_set(flags):
+    """Whether all of some flags are set; of none they are not."""
+    cdef Py_ssize_t n = flags.size, k
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    for k in range(n):
+        if not flag[k]:
+            return False
+    return n > 0

@@ -12,6 +12,7 @@ from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Column, Step, Target
 from arael.runtime.store import keys
 from arael.runtime.store.messages import Origin, describe, error
+from arael.runtime.store.rearranged import followed
 from arael.runtime.store.slots import NULL, Ints
 
 if TYPE_CHECKING:
@@ -55,17 +56,18 @@ def target_of(table: Table, path: str) -> Target:
     return target
 
 
-def rows_of_ref(table: Table, path: str, rows: Ints) -> Ints:
-    """Dense rows of the target table for some rows of a ref column; -1 where absent.
+def rows_of_ref(table: Table, path: str, rows: Ints | None = None) -> Ints:
+    """Dense rows of the target table for some rows of a ref column, or all; -1 where absent.
 
     Raises AraelError: E0709 for a stale handle, E0702 for a ref that was never set.
     """
     column = table.data[path]
     target = table.store.tables[target_of(table, path).table]
-    handles = table.column(path)[rows]
+    handles = table.column(path) if rows is None else table.column(path)[rows]
     found = target.rows_of(handles)
-    bad = found < 0
-    if bad.any():
+    if len(found) and found.min() < 0:
+        rows = np.arange(table.size) if rows is None else rows
+        bad = found < 0
         absent = ~table.present(path)[rows]
         bad &= ~absent
         found[absent] = NULL
@@ -242,16 +244,17 @@ def _holders(target: Table, dense: Ints) -> Ints:
     return found
 
 
-def check_owner(table: Table, path: str) -> None:
-    """Raise E0708 if a chained ref points to a row of another owner than its base."""
+def check_owner(table: Table, path: str, dense: Ints) -> None:
+    """Raise E0708 if a chained ref points to a row of another owner than its base.
+
+    `dense` are the rows that it points to, as `rows_of_ref` gives them.
+    """
     column = table.data[path]
     target = table.store.tables[target_of(table, path).table]
     if not target.layout.parent or not table.size:
         return
-    every = np.arange(table.size)
-    dense = rows_of_ref(table, path, every)
-    _, owners = walk(table, target_of(table, path).base, every)
-    wrong = (dense >= 0) & (_holders(target, dense) != owners)
+    _, owners = walk(table, target_of(table, path).base, np.arange(table.size))
+    wrong = (dense >= 0) & (followed(target.parent_rows(), dense) != owners)
     if wrong.any():
         row = int(np.argmax(wrong))
         origin = table.name_of(row, path)

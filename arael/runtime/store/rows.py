@@ -57,8 +57,7 @@ class RowIndex(Columns):
 
     def rows_of(self, handles: NDArray[Any]) -> Ints:
         """Dense rows of handles; -1 for null and stale ones."""
-        positions = self._slots.positions(np.asarray(handles, np.int64))
-        return np.where(positions < 0, -1, positions - self.buffers.start)
+        return self._slots.rows(handles, self.buffers.start)
 
     def is_valid(self, handle: int) -> bool:
         """Whether the row of a handle exists."""

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.store.rearranged import rows_of_handles
+
 Ints = NDArray[np.int64]
 
 NULL = -1
@@ -92,10 +94,11 @@ class Slots:
 
     def positions(self, handles: NDArray[Any]) -> Ints:
         """Positions of the rows of `handles`; `GONE` for null and stale ones."""
-        if not self._used:
-            return np.full(handles.shape, GONE, np.int64)
-        slots = handles & SLOT_MASK
-        known = (handles >= 0) & (slots < self._used)
-        slots = np.where(known, slots, 0)
-        known &= self._generations[slots] == handles >> GENERATION_SHIFT
-        return np.where(known, self._positions[slots], GONE)
+        return self.rows(handles, 0)
+
+    def rows(self, handles: NDArray[Any], start: int) -> Ints:
+        """Positions counted from `start`; -1 for null and stale handles."""
+        flat = np.ascontiguousarray(handles, dtype=np.int64)
+        tables = self._positions[: self._used], self._generations[: self._used]
+        found = rows_of_handles(flat.ravel(), *tables, start, GENERATION_SHIFT)
+        return found.reshape(flat.shape)

@@ -297,8 +297,9 @@ class Table(RowIndex):
         """
 
         def build() -> Ints:
-            references.check_owner(self, path)
-            return references.rows_of_ref(self, path, np.arange(self.size))
+            found = references.rows_of_ref(self, path)
+            references.check_owner(self, path, found)
+            return found
 
         return self._cached(f"target {path}", build, self.store)
 

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+import arael
+from arael.runtime.evaluation import instances
 from arael.runtime.evaluation.instances import Instances
+from arael.solving import problem_of
 
 
 @pytest.mark.parametrize("n", [0, 1, 8, 21])
@@ -32,3 +35,33 @@ def test_another_order_is_laid_out_anew() -> None:
     back = np.arange(12)[::-1]
     np.testing.assert_array_equal(instances.in_lanes(4, back).ravel(), data[::-1, 0])
     np.testing.assert_array_equal(instances.in_lanes(4, None), first)
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_data_gathered_in_parts_is_that_gathered_at_once(
+    precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = arael.loads(
+        """
+        struct Sample {
+            x: real
+            y: real
+            constraint fit { (y - root.a * exp(-root.b * x) + 2 * root.k) / root.k }
+        }
+        root Curve {
+            param a: real = 1
+            param b: real = 1
+            k: real = 3
+            samples: list of Sample
+        }
+        """,
+        interpret=True,
+        precision=precision,  # type: ignore[arg-type]
+    )()
+    model.samples.extend(x=np.linspace(0, 2, 23), y=np.linspace(1, 5, 23) ** 2)
+    whole = problem_of(model).instances[0]
+    monkeypatch.setattr(instances, "_AT_ONCE", 7)
+    parts = problem_of(model).instances[0]
+    assert whole.data.shape[0] == 23 and whole.data.dtype == parts.data.dtype
+    np.testing.assert_array_equal(parts.data, whole.data)
+    np.testing.assert_array_equal(parts.uniform, whole.uniform)

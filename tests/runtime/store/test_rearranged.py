@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import aligned_empty, spread_rows, taken
+from arael.runtime.store.rearranged import aligned_empty, followed, spread_rows, taken
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.bool_])
@@ -39,8 +39,9 @@ def test_rows_are_spread_over_lanes_and_the_last_one_pads(dtype: type, n: int) -
     values = rng.integers(0, 100, (n, 3)).astype(dtype)
     order = rng.permutation(n)
     for chosen in (None, order):
-        found = np.zeros((-(-n // 8), 3, 8), dtype=dtype)
-        spread_rows(values, 8, chosen, found)
+        found = spread_rows(values, 8, chosen)
+        assert found.shape == (-(-n // 8), 3, 8) and found.dtype == dtype
+        np.testing.assert_array_equal(spread_rows(np.asfortranarray(values), 8, chosen), found)
         at = np.minimum(np.arange(8 * len(found)), n - 1)
         expected = (values if chosen is None else values[order])[at]
         np.testing.assert_array_equal(found.transpose(0, 2, 1).reshape(-1, 3), expected)
@@ -55,4 +56,13 @@ def test_arrays_begin_on_a_cache_line() -> None:
 
 def test_an_order_of_other_instances_is_refused() -> None:
     with pytest.raises(IndexError, match="not there"):
-        spread_rows(np.zeros((2, 1)), 8, np.array([0, 2]), np.zeros((1, 1, 8)))
+        spread_rows(np.zeros((2, 1)), 8, np.array([0, 2]))
+
+
+def test_rows_are_followed_and_what_is_absent_stays_absent() -> None:
+    targets = np.array([5, 6, -1])
+    np.testing.assert_array_equal(followed(targets, np.array([2, -1, 0, 1])), [-1, -1, 5, 6])
+    assert followed(targets, np.zeros(0, np.int64)).shape == (0,)
+    np.testing.assert_array_equal(followed(targets[:0], np.array([-1, -1])), [-1, -1])
+    with pytest.raises(IndexError, match="row 3 of 3"):
+        followed(targets, np.array([3]))

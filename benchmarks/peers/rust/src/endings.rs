@@ -17,7 +17,7 @@ use crate::columns::{Answer, Columns, fail};
 const BUDGET: f64 = 0.6;
 const LONG: f64 = 2.0;
 
-/// A cost an attempt, with seconds since the run began by the clock.
+/// A cost an attempt, with seconds of the processor since the run began.
 #[derive(Default)]
 struct Path {
     costs: Vec<f64>,
@@ -51,7 +51,7 @@ pub fn run(words: &[String]) {
             move |it: &LmIter<f64>| {
                 let mut path = watched.borrow_mut();
                 path.costs.push(if it.accepted { it.new_cost } else { it.cost });
-                path.times.push(wall.elapsed().as_secs_f64());
+                path.times.push(cpu_seconds() - cpu);
                 ControlFlow::Continue(())
             },
         );
@@ -63,9 +63,8 @@ pub fn run(words: &[String]) {
         spent += taken;
         let path = path.borrow();
         if k > 0 || taken > LONG {
-            // Attempts are timed by the clock; they are scaled to the processor's time.
             let mut times = vec![0.0];
-            times.extend(path.times.iter().map(|t| t * taken / passed));
+            times.extend(path.times.iter());
             timed.push(format!(
                 "{{\"cpu\": {taken:e}, \"wall\": {passed:e}, \"times\": {}}}",
                 list(&times)
