@@ -6,11 +6,17 @@ from libc.math cimport isfinite
 from arael.runtime.levenberg.clock cimport seconds
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.damping cimport next_damping
+from arael.runtime.levenberg.ends cimport tolerance_of
 from arael.runtime.levenberg.partitioned cimport Partitioned
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, RUNNING, TIME_LIMIT,
+    ABORTED, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, NIELSEN, RUNNING, TIME_LIMIT,
 )
-from arael.runtime.levenberg.supervised cimport COST, FACTOR, FIRST_FACTOR, REFRESH, SOLVE
+from arael.runtime.levenberg.supervised cimport (
+    COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE,
+)
+
+# Part of the cost that is promised far from the end.
+cdef double FAR = 0.001
 
 
 cdef class Attempt(Partitioned):
@@ -98,6 +104,8 @@ cdef class Attempt(Partitioned):
             self.evaluation.states.accept()
         else:
             self._take_costs(1 - self.evaluation.states.current)
+            if self.inner is not None and isfinite(self._sums[0]):
+                self._iterate_inside()
         sound = not (self.evaluation.raised.any or self.solver.raised.any)
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
@@ -107,6 +115,36 @@ cdef class Attempt(Partitioned):
                 c.accepted = sound and c.trial_cost < c.cost
                 self._now.accepted |= c.accepted
         self._lap(COST)
+
+    cdef void _iterate_inside(self) noexcept nogil:
+        """Solve what is eliminated again, and take the cost of the trial state that this leads to."""
+        self._lap(COST)
+        self.inner.improve(
+            self.evaluation, self.vectors,
+            tolerance_of(&self._components[0], &self._settings, self._sums[0]))
+        self._lap(LINEARISE)
+        self._take_costs(1 - self.evaluation.states.current)
+
+    cdef void _separate(self) noexcept nogil:
+        """Go on with damped steps and inner iterations, if entities are eliminated.
+
+        Asked once a solve, where the dogleg has failed far from the end: this is Python.
+        """
+        cdef Component* c = &self._components[0]
+        if not c.promise > FAR * c.cost:
+            return
+        with gil:
+            try:
+                self.inner, self._separable = self._separable(), None
+            except KeyboardInterrupt:
+                self._status = ABORTED
+            except BaseException as error:
+                self._failure, self._status = error, ABORTED
+        if self.inner is None:
+            return
+        self._settings.dogleg, self._settings.damping = False, NIELSEN
+        c.known = c.secant = c.paired = c.whole = False
+        c.damping = self.damping = max(self._settings.initial_lambda, self._settings.lambda_floor)
 
     cdef void _next_damping(self, Component* c) noexcept nogil:
         """Move damping or region of a component that was tried."""
