@@ -86,7 +86,13 @@ def minimise(
     if partition is not None and config.rel_precision is None:
         config = config.for_components(int(np.bincount(partition.of_scalar).max()))
     minimiser = Minimiser(
-        problem.evaluation, solver, problem.box, config, watcher, watcher.watches, partition,
+        problem.evaluation,
+        solver,
+        problem.box,
+        config,
+        watcher,
+        watcher.watches,
+        partition,
         separable_for(problem, config, solver, partition),
     )
 

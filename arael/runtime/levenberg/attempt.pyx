@@ -15,8 +15,12 @@ from arael.runtime.levenberg.supervised cimport (
     COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE,
 )
 
-# Part of the cost that is promised far from the end.
-cdef double FAR = 0.001
+# The dogleg gives way to inner iterations after a step that raises the cost so many times, and
+# after so many attempts.
+cdef double BAD = 1e4
+cdef Py_ssize_t SLOW = 15
+# Part of the cost that is promised where inner iterations begin, at most.
+cdef double NEAR = 0.01
 
 
 cdef class Attempt(Partitioned):
@@ -104,7 +108,7 @@ cdef class Attempt(Partitioned):
             self.evaluation.states.accept()
         else:
             self._take_costs(1 - self.evaluation.states.current)
-            if self.inner is not None and isfinite(self._sums[0]):
+            if self.inner is not None:
                 self._iterate_inside()
         sound = not (self.evaluation.raised.any or self.solver.raised.any)
         for j in range(self.vectors.active_count):
@@ -117,21 +121,27 @@ cdef class Attempt(Partitioned):
         self._lap(COST)
 
     cdef void _iterate_inside(self) noexcept nogil:
-        """Solve what is eliminated again, and take the cost of the trial state that this leads to."""
+        """Solve what is eliminated again, and take the cost of the trial state that this leads to.
+
+        While much is still to be gained, the rest is far from where it ends, and entities would
+        adapt to that.
+        """
+        cdef const Component* c = &self._components[0]
+        if not (isfinite(self._sums[0]) and c.promise <= NEAR * c.cost):
+            return
         self._lap(COST)
         self.inner.improve(
-            self.evaluation, self.vectors,
-            tolerance_of(&self._components[0], &self._settings, self._sums[0]))
+            self.evaluation, self.vectors, tolerance_of(c, &self._settings, self._sums[0]))
         self._lap(LINEARISE)
         self._take_costs(1 - self.evaluation.states.current)
 
     cdef void _separate(self) noexcept nogil:
         """Go on with damped steps and inner iterations, if entities are eliminated.
 
-        Asked once a solve, where the dogleg has failed far from the end: this is Python.
+        That is once a solve, where the dogleg fails badly or is slow: this is Python.
         """
         cdef Component* c = &self._components[0]
-        if not c.promise > FAR * c.cost:
+        if c.attempts < SLOW and (c.accepted or c.trial_cost <= BAD * c.cost):
             return
         with gil:
             try:

@@ -143,10 +143,10 @@ cdef class Minimiser(Attempt):
             self._linearise()
             while self._status == RUNNING:
                 self._attempt()
-                if self._now.accepted:
-                    break
                 if self._separable is not None and self._status == RUNNING:
                     self._separate()
+                if self._now.accepted:
+                    break
         self._finish()
 
     cdef void _start_components(self) noexcept nogil:

@@ -45,7 +45,9 @@ def inner_steps(problem: Problem, solver: LinearSolver, floor: float) -> InnerSt
     for group in range(len(problem.layout.groups)):
         read = number[blocks_of(structure, group)]
         one = read.min(axis=1, initial=count)
-        if (read[(read != count)] != np.broadcast_to(one[:, None], read.shape)[read != count]).any():
+        if (
+            read[(read != count)] != np.broadcast_to(one[:, None], read.shape)[read != count]
+        ).any():
             return None
         found.append(np.ascontiguousarray(one, dtype=np.int32))
     return InnerSteps(problem.evaluation, entities, Eliminated(count, tuple(found)), floor)
