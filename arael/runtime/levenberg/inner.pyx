@@ -151,7 +151,7 @@ cdef class InnerSteps:
         """
         cdef long long d = e.size, i, j, m
         cdef const real* block = values + e.source
-        cdef double* l = self._work
+        cdef double* factor = self._work
         cdef double* x = self._work + d * d
         cdef double s, promise = 0
         for i in range(d):
@@ -162,25 +162,25 @@ cdef class InnerSteps:
                 if i == j:
                     s += self._floor * s
                 for m in range(j):
-                    s -= l[i * d + m] * l[j * d + m]
+                    s -= factor[i * d + m] * factor[j * d + m]
                 if i != j:
-                    l[i * d + j] = s / l[j * d + j]
+                    factor[i * d + j] = s / factor[j * d + j]
                 elif s > 0 and isfinite(s):
-                    l[i * d + i] = sqrt(s)
+                    factor[i * d + i] = sqrt(s)
                 else:
                     return 0
         for i in range(d):
             s = -gradient[e.scalar + i]
             for m in range(i):
-                s -= l[i * d + m] * x[m]
-            x[i] = s / l[i * d + i]
+                s -= factor[i * d + m] * x[m]
+            x[i] = s / factor[i * d + i]
             promise += x[i] * x[i]  # |L^-1 g|^2 = g' H^-1 g
         if not isfinite(promise):
             return 0
         for i in range(d - 1, -1, -1):
             s = x[i]
             for m in range(i + 1, d):
-                s -= l[m * d + i] * x[m]
-            x[i] = s / l[i * d + i]
+                s -= factor[m * d + i] * x[m]
+            x[i] = s / factor[i * d + i]
             own[e.scalar + i] = <real>x[i]
         return promise
