@@ -7,23 +7,23 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from arael.config import LmConfig
 from arael.runtime.assembly.components import Partition, partition_of
 from arael.runtime.failures import SolveError
-from arael.runtime.levenberg.inner import InnerSteps
 from arael.runtime.levenberg.loop import Minimiser
 from arael.runtime.levenberg.outcomes import Components, components_of
-from arael.runtime.levenberg.separable import inner_steps
 from arael.runtime.levenberg.trace import Watcher
 from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.schur import SchurSolver
 from arael.runtime.parallel.pool import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.store.access import Array
+
+if TYPE_CHECKING:
+    from arael.runtime.levenberg.inner import InnerSteps
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,10 @@ def separable_for(
     """What makes inner iterations, where the automatic strategy may take them."""
     automatic = config.strategy == "auto" and config.chosen_strategy() == "dogleg"
     usual = config.ending == "promise" and config.min_diagonal == 0
-    if partition is not None or not (automatic and usual and isinstance(solver, SchurSolver)):
+    if partition is not None or not (automatic and usual and solver.plan.get("solver") == "schur"):
         return None
+    from arael.runtime.levenberg.separable import inner_steps
+
     return partial(inner_steps, problem, solver, config.floor(bool(solver.single)))
 
 

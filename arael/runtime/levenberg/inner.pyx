@@ -24,8 +24,6 @@ from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.vectors cimport Vectors, real
 from arael.runtime.linear.eliminate cimport Entity
 
-from arael.runtime.linear.eliminate import ENTITY
-
 # Ratio of successive lengths, and the part of the best decrease that a length must bring.
 cdef double SHORTER = 0.25
 cdef double MOST = 0.9
@@ -48,6 +46,9 @@ cdef class InnerSteps:
     """
 
     def __init__(self, Evaluation evaluation, entities, partition, double floor):
+        # Not at the top: most programs never get here, and need not load it.
+        from arael.runtime.linear.eliminate import ENTITY
+
         self.count, self._floor = partition.count, floor
         self._lanes = ComponentLanes(evaluation, partition)
         self._entities = <const Entity*>address(entities, ENTITY, self.count + 1)
