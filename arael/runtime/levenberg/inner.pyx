@@ -46,7 +46,7 @@ cdef class InnerSteps:
     """
 
     def __init__(self, Evaluation evaluation, entities, partition, double floor):
-        # Not at the top: most programs never get here, and need not load it.
+        # imported here: start-up time
         from arael.runtime.linear.eliminate import ENTITY
 
         self.count, self._floor = partition.count, floor
