@@ -99,7 +99,8 @@ class LmConfig:
         Gauss-Newton steps, halved until the cost decreases. ``"damped"``: Levenberg-Marquardt.
         ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
         `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
-        steps of the linear solver ``schur_pcg``; else ``dogleg``.
+        steps of the linear solver ``schur_pcg``; else ``dogleg``, which gives way to damped steps
+        with inner iterations where it fails and the linear solver ``schur`` eliminates entities.
     ending :
         ``"promise"``: a solve has converged when the predicted decrease is below the precisions or
         the rounding noise of the cost. ``"small_steps"``, the rule of the reference framework: when

@@ -22,6 +22,7 @@ from benchmarks.problems import pose_graph_model
 from benchmarks.systems import Plan
 
 STRATEGIES: dict[str, dict[str, Any]] = {
+    "auto": {},
     "dogleg": {"strategy": "dogleg"},
     "subspace": {"strategy": "subspace"},
     "gauss_newton": {"strategy": "gauss_newton"},

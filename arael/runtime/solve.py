@@ -6,7 +6,8 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from arael.runtime.linear.base import LinearSolver
 from arael.runtime.parallel.pool import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.store.access import Array
+
+if TYPE_CHECKING:
+    from arael.runtime.levenberg.inner import InnerSteps
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,14 @@ def minimise(
     if partition is not None and config.rel_precision is None:
         config = config.for_components(int(np.bincount(partition.of_scalar).max()))
     minimiser = Minimiser(
-        problem.evaluation, solver, problem.box, config, watcher, watcher.watches, partition
+        problem.evaluation,
+        solver,
+        problem.box,
+        config,
+        watcher,
+        watcher.watches,
+        partition,
+        separable_for(problem, config, solver, partition),
     )
 
     def outcome(status: str) -> Outcome:
@@ -128,6 +139,20 @@ def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:
     if approximate and config.strategy == "auto" and config.chosen_strategy() == "dogleg":
         return replace(config, strategy="damped", damping="ladder")
     return config
+
+
+def separable_for(
+    problem: Problem, config: LmConfig, solver: LinearSolver, partition: Partition | None
+) -> Callable[[], InnerSteps | None] | None:
+    """What makes inner iterations, where the automatic strategy may take them."""
+    automatic = config.strategy == "auto" and config.chosen_strategy() == "dogleg"
+    usual = config.ending == "promise" and config.min_diagonal == 0
+    if partition is not None or not (automatic and usual and solver.plan.get("solver") == "schur"):
+        return None
+    # imported here: start-up time
+    from arael.runtime.levenberg.separable import inner_steps
+
+    return partial(inner_steps, problem, solver, config.floor(bool(solver.single)))
 
 
 def partition_for(problem: Problem, config: LmConfig, solver: LinearSolver) -> Partition | None:

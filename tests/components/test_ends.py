@@ -53,7 +53,8 @@ def test_what_remains_ends_as_alone(
 ) -> None:
     # Rings may run off to an infinite radius, where rounding decides about the place.
     chosen = [one for one in problems(0, 5) if one[0] != "rings"]
-    compare(load(precision, interpret), chosen, solver=solver)
+    # One component alone may take inner iterations where it is solved by `schur`.
+    compare(load(precision, interpret), chosen, solver=solver, strategy="dogleg")
     assert len(narrowed) > 5
     # Ever less; solves of one component alone do not narrow.
     assert (np.diff(narrowed) < 0).all() and narrowed[-1] <= 3

@@ -97,7 +97,7 @@ def _idle(structure: Structure) -> NDArray[np.uint8]:
     return found
 
 
-def _blocks(structure: Structure, group: int) -> Ints:
+def blocks_of(structure: Structure, group: int) -> Ints:
     """(instances, uses) block of each use, -1 where it is not solved for."""
     offsets = structure.pattern.offsets
     at = structure.placements[group].gradient_at
@@ -117,7 +117,7 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
         coupled = structure.coupled[number]
         if coupled.all() or not len(structure.placements[number].rows):
             continue
-        blocks = _blocks(structure, number)
+        blocks = blocks_of(structure, number)
         for a, b in sorted(uncoupled_pairs(group)):
             both = (blocks[:, a] >= 0) & (blocks[:, b] >= 0)
             ones.append(blocks[both, a])
@@ -128,7 +128,7 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
 def _of_instances(
     structure: Structure, group: int, labels: Labels, count: int, idle: NDArray[np.uint8]
 ) -> Labels:
-    blocks = _blocks(structure, group)
+    blocks = blocks_of(structure, group)
     if blocks.shape[1] == 0:
         return np.full(len(blocks), count, dtype=np.int32)
     if structure.idle:

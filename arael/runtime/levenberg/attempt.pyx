@@ -6,11 +6,21 @@ from libc.math cimport isfinite
 from arael.runtime.levenberg.clock cimport seconds
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.damping cimport next_damping
+from arael.runtime.levenberg.ends cimport tolerance_of
 from arael.runtime.levenberg.partitioned cimport Partitioned
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, RUNNING, TIME_LIMIT,
+    ABORTED, DRIVER_TERMINATED, GAIN, MAX_ITERATIONS, NIELSEN, RUNNING, TIME_LIMIT,
 )
-from arael.runtime.levenberg.supervised cimport COST, FACTOR, FIRST_FACTOR, REFRESH, SOLVE
+from arael.runtime.levenberg.supervised cimport (
+    COST, FACTOR, FIRST_FACTOR, LINEARISE, REFRESH, SOLVE,
+)
+
+# The dogleg gives way to inner iterations after a step that raises the cost so many times, and
+# after so many attempts.
+cdef double BAD = 1e4
+cdef Py_ssize_t SLOW = 15
+# Part of the cost that is promised where inner iterations begin, at most.
+cdef double NEAR = 0.01
 
 
 cdef class Attempt(Partitioned):
@@ -98,6 +108,8 @@ cdef class Attempt(Partitioned):
             self.evaluation.states.accept()
         else:
             self._take_costs(1 - self.evaluation.states.current)
+            if self.inner is not None:
+                self._iterate_inside()
         sound = not (self.evaluation.raised.any or self.solver.raised.any)
         for j in range(self.vectors.active_count):
             k = self.vectors.active[j]
@@ -107,6 +119,42 @@ cdef class Attempt(Partitioned):
                 c.accepted = sound and c.trial_cost < c.cost
                 self._now.accepted |= c.accepted
         self._lap(COST)
+
+    cdef void _iterate_inside(self) noexcept nogil:
+        """Solve what is eliminated again, and take the cost of the trial state that this leads to.
+
+        While much is still to be gained, the rest is far from where it ends, and entities would
+        adapt to that.
+        """
+        cdef const Component* c = &self._components[0]
+        if not (isfinite(self._sums[0]) and c.promise <= NEAR * c.cost):
+            return
+        self._lap(COST)
+        self.inner.improve(
+            self.evaluation, self.vectors, tolerance_of(c, &self._settings, self._sums[0]))
+        self._lap(LINEARISE)
+        self._take_costs(1 - self.evaluation.states.current)
+
+    cdef void _separate(self) noexcept nogil:
+        """Go on with damped steps and inner iterations, if entities are eliminated.
+
+        That is once a solve, where the dogleg fails badly or is slow: this is Python.
+        """
+        cdef Component* c = &self._components[0]
+        if c.attempts < SLOW and (c.accepted or c.trial_cost <= BAD * c.cost):
+            return
+        with gil:
+            try:
+                self.inner, self._separable = self._separable(), None
+            except KeyboardInterrupt:
+                self._status = ABORTED
+            except BaseException as error:
+                self._failure, self._status = error, ABORTED
+        if self.inner is None:
+            return
+        self._settings.dogleg, self._settings.damping = False, NIELSEN
+        c.known = c.secant = c.paired = c.whole = False
+        c.damping = self.damping = max(self._settings.initial_lambda, self._settings.lambda_floor)
 
     cdef void _next_damping(self, Component* c) noexcept nogil:
         """Move damping or region of a component that was tried."""

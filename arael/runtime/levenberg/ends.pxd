@@ -17,3 +17,5 @@ cdef bint may_have_ended(const Component* c, const Settings* s) noexcept nogil
 cdef int by_last_factor(
     Component* c, const Settings* s, double promise, double curvature, double faded) noexcept nogil
 cdef int after_attempt(Component* c, const Settings* s) noexcept nogil
+# Decreases up to here are not noticeable.
+cdef double tolerance_of(const Component* c, const Settings* s, double cost) noexcept nogil

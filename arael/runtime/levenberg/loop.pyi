@@ -1,5 +1,6 @@
 """The loop of a solve: a trust region with the dogleg, or Levenberg-Marquardt."""
 
+from collections.abc import Callable
 from typing import Any
 
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from arael.runtime.evaluation.component_lanes import ComponentLanes
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.levenberg.box import Box
 from arael.runtime.levenberg.dogleg import Dogleg
+from arael.runtime.levenberg.inner import InnerSteps
 from arael.runtime.levenberg.settings import STATUSES as STATUSES
 from arael.runtime.levenberg.vectors import Vectors
 from arael.runtime.linear.base import LinearSolver
@@ -30,6 +32,7 @@ class Minimiser:
     vectors: Vectors
     lanes: ComponentLanes | None
     dogleg: Dogleg
+    inner: InnerSteps | None
     predicted_decrease: float
     gradient_norm: float
     noise_floor: float
@@ -43,6 +46,7 @@ class Minimiser:
         watcher: Any,
         watched: bool,
         partition: Partition | None = None,
+        separable: Callable[[], InnerSteps | None] | None = None,
     ) -> None: ...
     def run(self) -> str: ...
     @property

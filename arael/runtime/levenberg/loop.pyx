@@ -53,10 +53,13 @@ cdef class Minimiser(Attempt):
     partition : Partition, or None
         The components that are solved apart; None: all is one. Custom damping and ends by small
         steps need one.
+    separable : function without parameters, or None
+        Makes the inner iterations (`InnerSteps`) with which damped steps take the dogleg's place
+        where that fails far from the end; or returns None.
     """
 
     def __init__(self, Evaluation evaluation, LinearSolver solver, Box box, config, watcher,
-                 bint watched, partition=None):
+                 bint watched, partition=None, separable=None):
         if bool(solver.single) != bool(evaluation.single):
             raise ValueError("the linear solver and the problem differ in precision")
         self.evaluation, self.solver, self._box = evaluation, solver, box
@@ -64,6 +67,7 @@ cdef class Minimiser(Attempt):
         self._settings = settings_of(
             config, evaluation.dtype, evaluation.guarded, watched, evaluation.size)
         self._exact = solver.plan.get("solver") != "schur_pcg"
+        self._separable = separable
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
         if partition is not None:
@@ -140,6 +144,8 @@ cdef class Minimiser(Attempt):
             self._linearise()
             while self._status == RUNNING:
                 self._attempt()
+                if self._separable is not None and self._status == RUNNING:
+                    self._separate()
                 if self._now.accepted:
                     break
         self._finish()

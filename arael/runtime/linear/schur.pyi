@@ -4,6 +4,8 @@ from arael.runtime.linear.reduction import Products, Reduction
 
 class SchurSolver(LinearSolver):
     inner: LinearSolver
+    @property
+    def reduction(self) -> Reduction: ...
     def __init__(
         self,
         pattern: BlockPattern,

@@ -51,6 +51,11 @@ cdef class SchurSolver(LinearSolver):
             "nnz_l": inner.plan["nnz_l"] + reduction.factor_size + reduction.stored_size,
         }
 
+    @property
+    def reduction(self):
+        """What is eliminated, and how."""
+        return self._elimination.reduction
+
     def use_threads(self, int threads):
         """Set the number of threads of the elimination and the inner solver."""
         self.threads = self._elimination.threads = threads

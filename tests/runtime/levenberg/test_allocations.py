@@ -70,7 +70,7 @@ for precision in "f64", "f32":
         solver = problem.make_solver(name)
         for threads in 1, 2:
             calls = []
-            for count in 5, 5, 45:
+            for count in 20, 20, 60:  # inner iterations allocate when they begin
                 problem.put(start)
                 problem.refresh()
                 config = LmConfig.of(
