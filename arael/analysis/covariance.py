@@ -20,6 +20,8 @@ from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.geometry import ellipsoid
 from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.problem import Problem
@@ -33,11 +35,16 @@ Where = Any
 
 SCALES = ("known", "residual")
 
+MOST_SHOWN = 50
+"""Most scalars whose standard errors a notebook shows."""
+MOST_CORRELATED = 8
+"""Most scalars whose correlations it shows too."""
+
 _KEPT = 300
 """Number of cached columns of the inverse."""
 
 
-class Covariance:
+class Covariance(Displayed):
     """Covariance of all free scalars, at the values of the model when it was created.
 
     Fixed parameters and parameters on an active bound have no variance: the solution does not
@@ -219,6 +226,18 @@ class Covariance:
     def __repr__(self) -> str:
         held = f", {len(self.on_bound)} more on bounds" if self.on_bound else ""
         return f"<Covariance of {len(self.names)} parameters{held}>"
+
+    def _sheet(self) -> Sheet:
+        count = len(self.names)
+        head, rows = ["parameter", "standard error", "unit"], []
+        if count <= MOST_SHOWN:
+            columns = [self.names, (f"{one:.3g}" for one in self.sigma()), self.units]
+            if 1 < count <= MOST_CORRELATED:
+                head += self.names
+                columns += [(f"{rho:.3f}" for rho in row) for row in self.correlation()]
+            rows = list(zip(*columns, strict=True))
+        notes = [f"{name} is on {text}" for name, text in self.on_bound.items()]
+        return Sheet(repr(self).strip("<>"), head, rows, notes)
 
     # --- entries -------------------------------------------------------------------------------
 

@@ -15,6 +15,8 @@ from arael.analysis.covariance import Covariance, check_scale
 from arael.analysis.diagnosis import diagnose
 from arael.analysis.scalars import tangent_units
 from arael.analysis.sigmas import MOST_SCALARS, sigmas
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.runtime.failures import SolveError
 from arael.runtime.problem import Problem
 
@@ -148,7 +150,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class Report:
+class Report(Displayed):
     """A solution and how much it can be trusted; print it, or read its fields.
 
     Attributes
@@ -209,6 +211,28 @@ class Report:
         if not math.isnan(of.aic):
             yield "AIC", f"{of.aic:.6g}"
             yield "BIC", f"{of.bic:.6g}"
+
+    def _sheet(self) -> Sheet:
+        rows = [
+            (
+                one.name,
+                "" if one.value is None else f"{one.value:.8g}",
+                "" if one.sigma is None else f"{one.sigma:.3g}",
+                one.unit,
+                one.note,
+            )
+            for one in self.parameters[:_SHOWN]
+        ]
+        more = len(self.parameters) - _SHOWN
+        notes = [
+            *([f"{more} more parameters"] if more > 0 else []),
+            ", ".join(f"{name} {text}" for name, text in self._figures()),
+            *(f"correlation of {a} and {b}: {rho:+.4f}" for a, b, rho in self.correlations),
+            *(f"suspicious: {one}" for one in self.findings),
+            *(f"note: {one}" for one in self.notes),
+        ]
+        head = ("parameter", "value", "standard error", "unit", "")
+        return Sheet(f"report on {self.name}", head, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -18,7 +19,7 @@ class Sheet:
     Attributes
     ----------
     title : a line of text
-    head : names of the columns; the columns after the first are aligned right
+    head : names of the columns; columns of numbers are aligned right
     rows : cells as text
     notes : lines below the table
     """
@@ -32,15 +33,14 @@ class Sheet:
         """HTML without scripts or style sheets; all text is escaped."""
         parts = [f"<div><b>{escape(self.title)}</b>"]
         if self.rows:
-            head = "".join(
-                f"<th{_align(k)}>{escape(name)}</th>" for k, name in enumerate(self.head)
-            )
-            body = "".join(
-                "<tr>"
-                + "".join(f"<td{_align(k)}>{escape(cell)}</td>" for k, cell in enumerate(row))
-                + "</tr>"
-                for row in self.rows
-            )
+            sides = [f' style="text-align:{side}"' for side in self._sides()]
+
+            def cells(tag: str, row: Sequence[str]) -> str:
+                pairs = zip(row, sides, strict=True)
+                return "".join(f"<{tag}{side}>{escape(text)}</{tag}>" for text, side in pairs)
+
+            head = cells("th", self.head)
+            body = "".join(f"<tr>{cells('td', row)}</tr>" for row in self.rows)
             parts.append(f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>")
         parts += [f"<div>{escape(note)}</div>" for note in self.notes]
         return "".join(parts) + "</div>"
@@ -56,13 +56,19 @@ class Sheet:
         parts: list[Text | Table] = [Text(self.title, style="bold")]
         if self.rows:
             table = Table(box=SIMPLE_HEAD, pad_edge=False)
-            for k, name in enumerate(self.head):
-                table.add_column(Text(name), justify="right" if k else "left")
+            for name, side in zip(self.head, self._sides(), strict=True):
+                table.add_column(Text(name), justify=side)
             for row in self.rows:
                 table.add_row(*map(Text, row))
             parts.append(table)
         return Group(*parts, *(Text(note, style="dim") for note in self.notes))
 
+    def _sides(self) -> list[Literal["left", "right"]]:
+        """Alignment of each column."""
+        columns = zip(*self.rows, strict=True)
+        return ["right" if all(map(_is_number, cells)) else "left" for cells in columns]
 
-def _align(column: int) -> str:
-    return ' style="text-align:right"' if column else ' style="text-align:left"'
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell has a number, is empty, or stands for rows that are left out."""
+    return re.match(r"[+-]?(\d|\.\d|inf|nan)", cell) is not None or cell in ("", "...")

@@ -24,8 +24,7 @@ def model_sheet(model: Any, title: str) -> Sheet:
         elif isinstance(member, Leaf):
             column = member.column
             param = "param " if column.role == "param" else ""
-            unit = f" [{column.unit}]" if column.unit else ""
-            rows.append((name, f"{param}{column.type}{unit}", _value(model, member)))
+            rows.append((name, f"{param}{column.type}", _value(model, member)))
         else:
             kind = f"[ref {member.struct}; {member.refs}]" if member.refs else member.struct
             rows.append((name, kind, _value(model, member)))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from arael.analysis.profile import Profile, profile
 from arael.analysis.report import Estimate, Report, strongest, suspicions
 from arael.diagnostics.arguments import described
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.fitting.curve import Curve
 from arael.fitting.estimates import Estimates
 from arael.fitting.formula import Formula
@@ -49,7 +51,7 @@ class Bands:
 
 
 @dataclass(frozen=True, repr=False)
-class Fit:
+class Fit(Displayed):
     """A fitted curve; made by `arael.fit`.
 
     Attributes
@@ -351,3 +353,6 @@ class Fit:
 
     def __str__(self) -> str:
         return str(self.report())
+
+    def _sheet(self) -> Sheet:
+        return replace(self.report()._sheet(), title=repr(self).strip("<>"))

@@ -243,3 +243,35 @@ def test_models_and_results_draw_themselves(path: arael.Model) -> None:
     assert path.plot().axes[0].get_title(loc="left") == "15 poses"
     fit = arael.loads("root R { param a: real = 1; constraint c { a - 2 } }", interpret=True)()
     assert fit.plot().axes
+
+
+LINE = """
+struct Point { x: real; y: real [m] }
+root Line {
+    param a: real [m] = 0
+    param b: real [m] in 0 .. 0.5 = 0.2
+    points: list of Point
+    fit points as p { a * p.x + b - p.y }
+}
+"""
+
+
+def test_reports_covariances_and_fits_are_tables() -> None:
+    line = arael.loads(LINE, interpret=True)()
+    line.points.extend(x=[0.0, 1.0, 2.0, 3.0], y=[0.1, 2.2, 3.9, 6.1])
+    line.solve()
+    cells = Cells(line.report()._repr_html_())
+    assert cells.rows[0] == ["parameter", "value", "standard error", "unit", ""]
+    assert [row[0] for row in cells.rows[1:]] == ["a", "b"]
+    assert cells.rows[1][1:4] == [f"{line.a.value:.8g}", f"{line.covariance().sigma()[0]:.3g}", "m"]
+    page = line.covariance()._repr_html_()
+    cells = Cells(page)
+    assert cells.rows[0] == ["parameter", "standard error", "unit", "a", "b"]
+    assert [row[3] for row in cells.rows[1:]] == ["1.000", cells.rows[1][4]]
+    assert 'style="text-align:left">m<' in page
+    cells = Cells(line._repr_html_())
+    assert ["a", "param real [m]"] in [row[:2] for row in cells.rows]
+    fit = arael.fit("y = a * x + b", {"x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 2.2, 3.9, 6.1]})
+    page = fit._repr_html_()
+    assert "Fit of a*x+b: 4 points" in page.replace(" * ", "*").replace(" + ", "+")
+    assert [row[0] for row in Cells(page).rows[1:]] == ["a", "b"]
