@@ -80,6 +80,7 @@ MAY_IMPORT = {
         "analysis",
         "compiled_model",
         "compiler",
+        "display",
         "io",
         "model",
         "plot",

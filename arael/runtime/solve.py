@@ -149,7 +149,7 @@ def separable_for(
     usual = config.ending == "promise" and config.min_diagonal == 0
     if partition is not None or not (automatic and usual and solver.plan.get("solver") == "schur"):
         return None
-    # imported here: start-up time
+    # Imported here for start-up time: most solves take no inner iterations.
     from arael.runtime.levenberg.separable import inner_steps
 
     return partial(inner_steps, problem, solver, config.floor(bool(solver.single)))

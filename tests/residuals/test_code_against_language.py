@@ -228,8 +228,9 @@ def test_like_the_language(load: Any, which: str, precision: str, compiled: bool
 @pytest.mark.parametrize("which", MAKERS)
 def test_every_linear_solver(load: Any, which: str, solver: str) -> None:
     found, expected = MAKERS[which](load, "f64", False), MAKERS[which](load, "f64", True)
-    found.solve(solver=solver, rel_precision=1e-14, max_iters=60)
-    expected.solve(solver=solver, rel_precision=1e-14, max_iters=60)
+    # One path for both: along a valley, ends differ by more than rounding between paths.
+    found.solve(solver=solver, rel_precision=1e-14, max_iters=60, strategy="dogleg")
+    expected.solve(solver=solver, rel_precision=1e-14, max_iters=60, strategy="dogleg")
     assert found.cost() == pytest.approx(expected.cost(), rel=1e-10)
     np.testing.assert_allclose(found.serialize(), expected.serialize(), rtol=0, atol=1e-8)
 

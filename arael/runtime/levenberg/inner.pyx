@@ -46,7 +46,7 @@ cdef class InnerSteps:
     """
 
     def __init__(self, Evaluation evaluation, entities, partition, double floor):
-        # imported here: start-up time
+        # Imported here for start-up time: most solves take no inner iterations.
         from arael.runtime.linear.eliminate import ENTITY
 
         self.count, self._floor = partition.count, floor
