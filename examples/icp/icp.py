@@ -3,7 +3,7 @@
     python icp.py [--points 2000] [--seed 1] [--plot icp.png] [--data icp.json]
 
 In each round a KD-tree finds the plane nearest to each point, and the model `icp.arael` is solved,
-until the transform no longer changes. All rounds use one instance, whose structure is analysed once.
+until the transform no longer changes. All rounds use one instance, which is analysed once.
 """
 
 from __future__ import annotations
@@ -127,11 +127,12 @@ def align(scans: Scans, known: tuple[Array, Array], rounds: int = 50) -> Found:
     reached, moves = [], []
     for _ in range(rounds):
         before = model.T.matrix
-        distance, near = tree.query(scans.moved @ before[:3, :3].T + before[:3, 3])
+        at = scans.moved @ before[:3, :3].T + before[:3, 3]
+        distance, near = tree.query(at)
         beside = distance < 3 * np.median(distance)  # not beyond the border of the fixed scan
-        model.matches.q = centres[near]
-        model.matches.n = normals[near] * beside[:, None]
-        apart = np.abs(model.residual_values("Match.plane").whitened)
+        q, n = centres[near], normals[near] * beside[:, None]
+        model.matches.q, model.matches.n = q, n
+        apart = np.abs(np.sum(n * (at - q), axis=1)) / model.sigma
         model.reach = max(4.0, 3 * np.median(apart))
         model.solve(rel_precision=1e-6)
         reached.append(model.reach)
