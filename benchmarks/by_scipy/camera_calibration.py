@@ -62,24 +62,15 @@ def sparsity(seen: Any) -> Any:
 def start(seen: Any) -> Any:
     """The rough start of the example."""
     cameras = [600, 600, 320, 240, 0, 0, 0, 0, 300, 300, 320, 240, 0, 0, 0, 0]
-    return np.concatenate([cameras, np.zeros(6), np.tile([0, 0, 0, 0, 0, 0.5], seen.views)])
+    t, turn = example("camera_calibration").starts(seen)
+    views = np.hstack([Rotation.from_matrix(turn).as_rotvec(), t])
+    return np.concatenate([cameras, np.zeros(6), views.ravel()])
 
 
 def solve(seen: Any) -> OptimizeResult:
-    """Solution of SciPy, first without distortion."""
-    x, pattern = start(seen), sparsity(seen)
-    bound = np.full(len(x), np.inf)
-    bound[[4, 5, 6, 7, 12, 13, 14, 15]] = 1e-12
-    held = least_squares(
-        residuals,
-        x,
-        args=(seen,),
-        jac_sparsity=pattern,
-        x_scale="jac",
-        bounds=(-bound, bound),
-        ftol=1e-3,
-    )
-    return least_squares(residuals, held.x, args=(seen,), jac_sparsity=pattern, x_scale="jac")
+    """Solution of SciPy."""
+    pattern = sparsity(seen)
+    return least_squares(residuals, start(seen), args=(seen,), jac_sparsity=pattern, x_scale="jac")
 
 
 def data(seed: int = 1) -> Any:

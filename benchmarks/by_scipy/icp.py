@@ -42,7 +42,7 @@ def align(scans: Any, centres: Any, normals: Any) -> tuple[Any, float]:
         reach = max(4.0, 3 * np.median(np.abs(residuals(x, scans.moved, q, n))))
         found = solve(scans.moved, q, n, reach, x)
         x = found.x
-        if np.abs(x - before).max() < 1e-6:
+        if np.abs(x - before).max() < 1e-5:
             break
     return x, float(2 * found.cost)
 

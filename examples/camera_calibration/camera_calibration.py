@@ -4,7 +4,7 @@
                                  [--data camera_calibration.json]
 
 The model is `camera_calibration.arael` in this folder. Starts are rough: nominal focal lengths, no
-distortion, the second camera at the place of the first, the target straight ahead in all views.
+distortion, the second camera at the place of the first, poses of the target from homographies.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import arael
-from arael.geometry import rotation_from_vector
+from arael.geometry import quat_from_matrix, rotation_from_vector
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,8 @@ MODEL = Path(__file__).with_name("camera_calibration.arael")
 SIGMA = 0.2
 """Noise of a corner in each direction [px]."""
 SIZE = np.array([640, 480])
+NOMINAL = (600.0, 300.0)
+"""Focal lengths by the data sheets [px]."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ def simulate(views: int = 15, seed: int = 1) -> Pictures:
     rng = np.random.default_rng(seed)
     board = np.array([[0.04 * i, 0.04 * j, 0.0] for i in range(-4, 5) for j in range(-3, 4)])
     tilt = rng.normal(0, 0.4, (views, 3))
-    place = rng.uniform([-0.15, -0.12, 0.3], [0.15, 0.12, 0.6], (views, 3))
+    place = rng.uniform([-0.25, -0.2, 0.25], [0.25, 0.2, 0.6], (views, 3))
     points = np.einsum("vij,bj->vbi", rotation_from_vector(tilt), board) + place[:, None]
     parts = []
     for k, lens in enumerate(LENSES):
@@ -115,13 +117,55 @@ def simulate(views: int = 15, seed: int = 1) -> Pictures:
     return Pictures(camera, view, on, pixel, views)
 
 
+def rays(pixel: Array, nominal: float, fisheye: bool) -> Array:
+    """Points (n, 2) at depth 1 that are seen at pixels (n, 2), by the data sheet."""
+    u = (pixel - SIZE / 2) / nominal
+    angle = np.linalg.norm(u, axis=1, keepdims=True)
+    return u * np.tan(angle) / angle if fisheye else u
+
+
+def pose_of_plane(on: Array, u: Array) -> tuple[Array, Array]:
+    """Translation (3,) and rotation (3, 3) of a flat target from its homography.
+
+    Parameters
+    ----------
+    on : corners on the target (n, 3), of which the third component is 0
+    u : the same at depth 1 in the frame of the camera (n, 2)
+
+    Z. Zhang, "A flexible new technique for camera calibration", IEEE PAMI 22, 2000, section 3.1.
+    """
+    flat = np.column_stack([on[:, :2], np.ones(len(on))])
+    zero = np.zeros_like(flat)
+    rows = np.vstack([
+        np.hstack([flat, zero, -u[:, :1] * flat]),
+        np.hstack([zero, flat, -u[:, 1:] * flat]),
+    ])  # fmt: skip
+    h = np.linalg.svd(rows)[2][-1].reshape(3, 3)
+    h *= np.sign(h[2, 2]) / np.sqrt(np.linalg.norm(h[:, 0]) * np.linalg.norm(h[:, 1]))
+    left, _, right = np.linalg.svd(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
+    return h[:, 2], left @ right
+
+
+def starts(pictures: Pictures) -> tuple[Array, Array]:
+    """Translations (v, 3) and rotations (v, 3, 3) of the target, by the camera that sees most."""
+    found = []
+    for view in range(pictures.views):
+        rows = [(pictures.view == view) & (pictures.camera == k) for k in range(len(LENSES))]
+        k = int(np.argmax([row.sum() for row in rows]))
+        u = rays(pictures.pixel[rows[k]], NOMINAL[k], LENSES[k].fisheye)
+        found.append(pose_of_plane(pictures.on[rows[k]], u))
+    t, turn = zip(*found, strict=True)
+    return np.array(t), np.array(turn)
+
+
 def problem(pictures: Pictures) -> Any:
     """The problem at its rough start; the first camera is the frame of the rig."""
     rig: Any = arael.load(MODEL)(sigma=SIGMA)
-    for lens, nominal in zip(LENSES, (600, 300), strict=True):
+    for lens, nominal in zip(LENSES, NOMINAL, strict=True):
         rig.cameras.append(name=lens.name, fisheye=lens.fisheye, f=[nominal] * 2, c=SIZE / 2)
     rig.cameras[0].mount.fixed = True
-    rig.views.extend(pictures.views, board=[0, 0, 0.5, 1, 0, 0, 0])
+    t, turn = starts(pictures)
+    rig.views.extend(board=np.hstack([t, quat_from_matrix(turn)]))
     rig.corners.extend(
         camera=pictures.camera, view=pictures.view, on=pictures.on, pixel=pictures.pixel
     )
@@ -151,7 +195,7 @@ def report(rig: Any, result: Any) -> list[str]:
     ]
     for name, value, one, truth in zip(names, values, sigma, true, strict=True):
         lines.append(
-            f"  {name:15} {value:9.4f} +- {one:.4f}   error {(value - truth) / one:+.1f} sigma"
+            f"  {name:15} {value:8.4g} +- {one:<7.2g} error {(value - truth) / one:+.1f} sigma"
         )
     mount = rig.cameras[1].mount
     off = 1e3 * np.linalg.norm(mount.translation - LENSES[1].t)
@@ -206,7 +250,7 @@ def main(arguments: list[str] | None = None) -> None:
     rig = problem(simulate(args.views, args.seed))
     if args.data:
         rig.write(args.data)
-    result = rig.solve()
+    result = rig.solve(rel_precision=1e-9)
     print("\n".join(report(rig, result)))
     if args.plot:
         print("wrote", plot(rig, args.plot))

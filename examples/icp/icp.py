@@ -137,7 +137,7 @@ def align(scans: Scans, known: tuple[Array, Array], rounds: int = 50) -> Found:
         model.solve(rel_precision=1e-6)
         reached.append(model.reach)
         moves.append(float(np.abs(model.T.matrix - before).max()))
-        if moves[-1] < 1e-6:
+        if moves[-1] < 1e-5:
             break
     return Found(model, reached, moves)
 
@@ -177,7 +177,7 @@ def plot(found: Found, scans: Scans, path: Path) -> str:
 
     @styled
     def draw() -> Any:
-        figure, (before, after, loop) = new_figure(12.0, 4.2, columns=3)
+        figure, (before, after, loop) = new_figure(10.5, 3.7, columns=3)
         at = scans.moved @ found.model.T.rotation_matrix.T + found.model.T.translation
         far = ~used(found)
         for axes, points, title in ((before, scans.moved, "start"), (after, at, "aligned")):

@@ -31,7 +31,7 @@ def test_six_directions_are_free_and_named() -> None:
     # The first link moves as the base does, the last as the tool.
     assert "+1 base.translation.z -1 joints[0].d" in text
     assert "+1 base.rotation.z -1 joints[0].theta" in text
-    assert "+1 tool.x -1 joints[6].a" in text
+    assert all(f"joints[6].{name}" in text for name in module.NAMES)
     assert not module.held(module.simulate()).free_directions()
 
 

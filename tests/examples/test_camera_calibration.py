@@ -30,7 +30,7 @@ def test_start_and_optimum_are_those_of_scipy() -> None:
     rig = module.problem(seen)
     start = by_scipy.residuals(by_scipy.start(seen), seen)
     assert rig.cost() == pytest.approx(start @ start, rel=1e-9)
-    result = rig.solve()
+    result = rig.solve(rel_precision=1e-9)
     assert result.end_cost == pytest.approx(2 * by_scipy.solve(seen).cost, rel=1e-5)
 
 
@@ -38,7 +38,7 @@ def test_start_and_optimum_are_those_of_scipy() -> None:
 def test_the_truth_is_within_the_joint_covariance(seed: int) -> None:
     module = script("camera_calibration")
     rig = module.problem(module.simulate(seed=seed))
-    result = rig.solve()
+    result = rig.solve(rel_precision=1e-9)
     names, values, covariance = module.intrinsics(rig)
     assert len(names) == 16
     off = values - np.concatenate([lens.intrinsics for lens in module.LENSES])
@@ -52,7 +52,7 @@ def test_the_truth_is_within_the_joint_covariance(seed: int) -> None:
 def test_the_mount_is_within_its_covariance() -> None:
     module = script("camera_calibration")
     rig = module.problem(module.simulate(seed=2))
-    rig.solve()
+    rig.solve(rel_precision=1e-9)
     mount, lens = rig.cameras[1].mount, module.LENSES[1]
     turn = mount.rotation_matrix
     off = np.concatenate([
@@ -66,10 +66,9 @@ def test_the_mount_is_within_its_covariance() -> None:
 def test_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
     data = tmp_path / "rig.json"
     text = printed("camera_calibration", ["--data", str(data)], monkeypatch, capsys)
-    assert "3544 residuals, 112 parameters" in text
+    assert "3128 residuals, 112 parameters" in text
     out = tmp_path / "solved.json"
     assert run(["solve", "--interpret", str(MODEL), str(data), "-o", str(out)]) == 0
     shown = capsys.readouterr().out
-    assert "pinhole" in shown
     solved = json.loads(out.read_text())
     assert solved["cameras"][0]["f"] == pytest.approx([612, 609], abs=2)
