@@ -350,7 +350,8 @@ class Model(Displayed, Fields):
         Raises
         ------
         AraelError
-            E1037: no such constraint, or a file that the model imports was changed since.
+            E1037: no such constraint, or a file that the model imports was changed before the
+            first call for this constraint.
         """
         # imported here: start-up time
         from arael.analysis.residual_values import residual_values

@@ -8,6 +8,7 @@ Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for its interpretation.
 
 from __future__ import annotations
 
+import re
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +43,8 @@ MOST_CORRELATED = 8
 
 _KEPT = 300
 """Number of cached columns of the inverse."""
+
+_INDEX = re.compile(r"\[\d+\]")
 
 
 class Covariance(Displayed):
@@ -327,6 +330,12 @@ class Covariance(Displayed):
         else:
             head = f"{name}."
             found = {n[len(head) :]: i for n, i in self._number.items() if n.startswith(head)}
+        if not found:  # the components of a vector of more than three numbers: k[0], k[1], ...
+            found = {
+                n[len(name) :]: i
+                for n, i in self._number.items()
+                if n.startswith(f"{name}[") and _INDEX.fullmatch(n, len(name))
+            }
         if not found:
             bounds = [
                 f"`{full}` is on {text}"

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from arael.check.typed import Apply, Formula, Pack, Read, Typed
 from arael.check.walk import postorder
+from arael.compiled_model import CompiledModel
 from arael.compiler import compiler
 from arael.compiler.entities import model_state
 from arael.compiler.groups import compile_constraint
 from arael.compiler.imports import Imports
 from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
-from arael.runtime.layout import Layout
+from arael.runtime.layout import Group, Layout
 from arael.runtime.problem import Problem
 from arael.syntax.files import read_source
 
@@ -48,7 +49,26 @@ def unweighted(model: Any, number: int) -> tuple[Floats, Floats]:
 
 def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
     """Raw and whitened residuals of a constraint of the model's file, all active instances."""
-    layout, recipe = model._compiled.layout, model._compiled.recipe
+    compiled = model._compiled
+    # An entry is derived once: the compiled constraint that it was compared with does not change.
+    if number not in compiled.plain:
+        compiled.plain[number] = _plain(compiled, number)
+    found = []
+    for group in compiled.plain[number]:
+        only = msgspec.structs.replace(compiled.layout, groups=(group,))
+        alone = Problem(
+            only,
+            _Relaid(model._store, only),
+            None,
+            bindings={**(compiled.bindings or {}), **getattr(model._store, "bindings", {})},
+        )
+        found.append(np.asarray(alone.evaluation.group_rows(0)[0], dtype=np.float64))
+    return found[0], found[1]
+
+
+def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
+    """A constraint of the model's file without loss: as measured, and whitened."""
+    layout, recipe = compiled.layout, compiled.recipe
     group = layout.groups[number]
     try:
         source = Source(recipe.name, recipe.text) if recipe else read_source(layout.source)
@@ -67,18 +87,8 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
         raise _changed(layout.source)
     whitened = replace(site, loss=None, triplets="", crossed=())
     raw = replace(whitened, residual=tuple(_measured(part) for part in site.residual))
-    found = []
-    for one in (raw, whitened):
-        plain = compile_constraint(one, states, single, functions).group
-        only = msgspec.structs.replace(layout, groups=(plain,))
-        alone = Problem(
-            only,
-            _Relaid(model._store, only),
-            None,
-            bindings={**(model._compiled.bindings or {}), **getattr(model._store, "bindings", {})},
-        )
-        found.append(np.asarray(alone.evaluation.group_rows(0)[0], dtype=np.float64))
-    return found[0], found[1]
+    plain = (compile_constraint(one, states, single, functions).group for one in (raw, whitened))
+    return next(plain), next(plain)
 
 
 class _Relaid:

@@ -207,3 +207,20 @@ def test_a_solution_exactly_on_a_bound_is_on_it(tmp_path) -> None:
     model.solve()
     model.slope = 1.0
     assert model.covariance().names == ["offset"]
+
+
+def test_a_vector_of_more_than_three_numbers_by_its_name() -> None:
+    text = """
+        struct Lens { param k: vec<4>; seen: vec<4>; constraint c { (k - seen) .* [1, 2, 4, 5] } }
+        root R { param v: vec<5>; lenses: list of Lens; constraint c { 2 * v } }
+    """
+    model = arael.loads(text, interpret=True)(v=[0] * 5)
+    model.lenses.extend(2, k=[0, 0, 0, 0], seen=[1, 2, 3, 4])
+    covariance = model.covariance()
+    assert covariance.names_of("lenses[1].k") == [f"lenses[1].k[{i}]" for i in range(4)]
+    assert np.allclose(np.diag(covariance.marginal("lenses[1].k")), [1, 0.25, 0.0625, 0.04])
+    assert np.allclose(covariance.marginal("v"), np.eye(5) / 4)
+    both = covariance.marginal(["lenses[0].k", "v"])
+    assert both.shape == (9, 9)
+    with pytest.raises(arael.AraelError, match="E1009"):
+        covariance.marginal("lenses")  # a collection is not an entity

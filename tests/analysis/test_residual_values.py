@@ -110,10 +110,24 @@ def test_an_imported_file_that_was_changed(tmp_path: Path, change: str) -> None:
     path.write_text(f'import "sat.arael"\n{root}')
     model = arael.load(path, interpret=True)()
     model.sats.extend(range=RANGE, at=AT)
-    assert model.residual_values("Sat.pseudorange").raw.shape == (4, 1)
+    before = model.residual_values("Sat.pseudorange")
+    assert before.raw.shape == (4, 1)
     if change == "gone":
         imported.unlink()
     else:
-        imported.write_text(struct.replace("- range", "- 2 * range"))
+        changed = struct.replace("- range", "- 2 * range").replace("d.x - 1", "d.x - 2")
+        imported.write_text(changed)
+    again = model.residual_values("Sat.pseudorange")  # was derived before
+    np.testing.assert_array_equal(again.raw, before.raw)
     with pytest.raises(AraelError, match=r"E1037.*is not what was compiled"):
-        model.residual_values("Sat.pseudorange")
+        model.residual_values("Sat.plane")
+
+
+def test_the_text_is_derived_once(model: arael.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = model.residual_values("Sat.pseudorange")
+    monkeypatch.setattr("arael.residuals.unweighted.compile_constraint", None)
+    model.pos = [1.0, 2.0]
+    again = model.residual_values("Sat.pseudorange")
+    expected = np.linalg.norm([1.0, 2.0] - AT, axis=1) - RANGE
+    assert np.allclose(again.raw[:, 0], expected[:3])
+    assert not np.allclose(first.raw, again.raw)
