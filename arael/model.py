@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
@@ -82,6 +83,7 @@ class Model(Displayed, Fields):
         """Set up an instance without data but defaults."""
         store = Store(compiled.layout)
         store.kernels, store.bindings = compiled.kernels, compiled.bindings
+        store.model = weakref.ref(self)
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
