@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +128,7 @@ def linearise(
 def _move_to(problem: Problem, bases: Mapping[Place, Floats], width: int) -> Floats | None:
     """Move the evaluation to first estimates; (width,) present values boxminus these, or None."""
     moved = np.zeros(width)
-    states = {}
+    states: dict[int, NDArray[Any]] = {}
     for place, base in bases.items():
         at = columns_of(problem, place)
         if not len(at):

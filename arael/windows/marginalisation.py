@@ -90,6 +90,11 @@ def _free(residuals: Any, name: str) -> str:
             return label
 
 
+def _epsilon(precision: str) -> float:
+    """Relative rounding error of a model."""
+    return float(np.finfo(np.float32 if precision == "f32" else np.float64).eps)
+
+
 def _same(row: int) -> int:
     return row
 
@@ -215,7 +220,7 @@ class _Window:
         if len(linear.columns):
             there = linear.columns[index] == order
             jacobian[:, there] = linear.jacobian[:, index[there]]
-        tolerance = float(np.finfo(problem.dtype).eps) ** 0.75
+        tolerance = _epsilon(self.layout.precision) ** 0.75
         found = eliminate(jacobian, linear.residual, len(leaving), tolerance)
         if not len(found.residual):
             return None, []

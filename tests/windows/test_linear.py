@@ -79,7 +79,9 @@ def test_rows_in_any_order_leave_the_batch_solution(
     nodes, others = list(model.nodes), list(whole.nodes)
     waiting = list(range(count))
     while len(waiting) > 3:
-        chosen = rng.choice(waiting, size=min(int(rng.integers(1, 3)), len(waiting) - 3), replace=False)
+        chosen = rng.choice(
+            waiting, size=min(int(rng.integers(1, 3)), len(waiting) - 3), replace=False
+        )
         model.marginalise([nodes[k] for k in chosen], first_estimates=first_estimates)
         waiting = [k for k in waiting if k not in chosen]
         if rng.random() < 0.5:

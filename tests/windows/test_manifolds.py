@@ -1,4 +1,4 @@
-"""Priors on manifolds: differences invert retractions, and derivatives away from first estimates."""
+"""Priors on manifolds: differences invert retractions; derivatives at other values."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_first_estimates_are_kept_by_the_next_prior() -> None:
         prior = one.marginalise(one.ps[0], first_estimates=keeps)
         heading = 0.1 if keeps else 0.5
         moved = np.array([-np.sin(heading), np.cos(heading)])
-        # Eliminating the first pose: y.p = p + R (1, 0), whose derivative by the heading is `moved`.
+        # y.p = x.p + R (1, 0), whose derivative by the heading is `moved`.
         cov = np.linalg.inv(prior.function.information)
         assert [part.kind for part in prior.function.parts] == ["angle", "vec"]
         across = cov[1:, 1:] - 2 * np.eye(2)  # p and the step have covariance 1 each
