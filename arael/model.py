@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
@@ -82,6 +83,7 @@ class Model(Displayed, Fields):
         """Set up an instance without data but defaults."""
         store = Store(compiled.layout)
         store.kernels, store.bindings = compiled.kernels, compiled.bindings
+        store.model = weakref.ref(self)
         object.__setattr__(self, "_compiled", compiled)
         object.__setattr__(self, "_store", store)
         object.__setattr__(self, "_residuals", None)
@@ -236,6 +238,44 @@ class Model(Displayed, Fields):
 
         label = named(function, name, self.residuals)
         return self.residuals.add_update(CodeUpdate(self, function, parameters, label))
+
+    def marginalise(
+        self, rows: Any, *, first_estimates: bool = True, name: str = "prior"
+    ) -> CodeResidual | None:
+        """Remove rows and keep their information as a prior on the parameters beside them.
+
+        Constraints that read a row that leaves are linearised, its parameters are eliminated, and
+        what remains becomes a dense residual ``r + J (x boxminus x0)`` on the parameters that stay.
+        Rows nested in those that leave and rows without parameters that refer to them
+        (observations) leave too; optional refs to them become null. Earlier priors of what leaves
+        become part of the new one, so that the cost of a step of a window is constant.
+
+        Parameters
+        ----------
+        rows : refs or choices of rows, or a list of them: ``model.poses[0]``, ``model.poses[:5]``
+        first_estimates : linearise parameters that earlier priors contain where those were
+            linearised. False linearises everything at the present values, which gives
+            information about directions that no measurement observes (docs/windows.md)
+        name : of the prior, with a number if it is taken
+
+        Returns
+        -------
+        The prior, residuals by own code; None if nothing that stays was connected. Its `function`
+        is an `arael.windows.prior.Prior`. All priors are in ``model.residuals.priors``.
+
+        Raises
+        ------
+        AraelError
+            E0709 a ref is stale; E0780 not rows of this model; E0781 something that stays refers to
+            a row that leaves; E0782 a prior is not possible; E1040 the model is being solved. The
+            model is then unchanged.
+        """
+        # imported here: start-up time
+        from arael.windows.marginalisation import marginalise
+
+        return marginalise(self, rows, first_estimates, name)
+
+    marginalize = marginalise
 
     def solve(
         self,

@@ -54,6 +54,14 @@ def right_jacobian(phi: Array) -> Array:
     return found
 
 
+def rotation_step_matrix(phi: Array) -> Array:
+    """(n, 3, 3) left Jacobian V of SO(3), which ``exp(rho, phi)`` moves by: ``V(phi) rho``."""
+    versine, rest, _, _ = _coefficients(phi)
+    once = skew(phi)
+    found: Array = np.eye(3) + versine[:, None, None] * once + rest[:, None, None] * (once @ once)
+    return found
+
+
 def _coefficients(phi: Array) -> tuple[Array, Array, Array, Array]:
     """``a = (1 - cos t)/t^2``, ``b = (t - sin t)/t^3``, and their derivatives by t^2."""
     s = np.square(phi).sum(axis=-1)
@@ -122,7 +130,7 @@ def _along_sphere(stored: Array, delta: Array) -> Array:
     near = s < _SMALL
     series = np.polynomial.polynomial.polyval(s, [-1 / 6, 2 / 120, -3 / 5040, 4 / 362880])
     by_sinc = np.where(near, series, (np.cos(t) - sinc) / (2 * np.where(near, 1.0, s)))
-    basis = _tangent_basis(stored)
+    basis = tangent_basis(stored)
     along = np.einsum("nij,nj->ni", basis, delta)
     moved = np.cos(t)[:, None] * stored + sinc[:, None] * along
     by_delta = (
@@ -130,11 +138,11 @@ def _along_sphere(stored: Array, delta: Array) -> Array:
         + 2 * by_sinc[:, None, None] * along[:, :, None] * delta[:, None, :]
         + sinc[:, None, None] * basis
     )
-    found: Array = np.swapaxes(_tangent_basis(moved), 1, 2) @ by_delta
+    found: Array = np.swapaxes(tangent_basis(moved), 1, 2) @ by_delta
     return found
 
 
-def _tangent_basis(d: Array) -> Array:
+def tangent_basis(d: Array) -> Array:
     """(n, 3, 2) the basis in which tangent vectors of directions are given.
 
     T. Duff and others, "Building an Orthonormal Basis, Revisited", Journal of Computer Graphics

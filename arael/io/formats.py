@@ -313,6 +313,8 @@ def dump(
             name,
             help=f"formats for writing are {', '.join(writable)}",
         )
+    if found != "json" and store.residuals is not None and store.residuals.priors:
+        warn(f"{found} files have no place for priors of marginalised rows: write JSON", name)
     if found in TRAJECTORIES:
         # imported here: start-up time
         from arael.io import trajectory

@@ -31,6 +31,9 @@ from arael.runtime.store.schema import Group, Leaf, Nested
 from arael.runtime.store.slots import Ints
 from arael.runtime.store.values import convert
 
+PRIORS = "$priors"
+"""Key of what `arael.windows.saved` writes; no field can have that name."""
+
 Place = Callable[[int], str]
 Object = dict[str, Any]
 
@@ -44,15 +47,26 @@ def read(store: Store, content: bytes, name: str) -> None:
         With the first 20 errors, by key path; the store is then unchanged. E0711 not
         JSON, E0701 unknown key, E0702 missing, E0703 wrong type, E0704 wrong length, E0705 not
         finite, E0706 does not fit, E0707 null, E0708 ref out of range, E0718 a key twice, E0721
-        not a rotation.
+        not a rotation, E0783 priors that do not fit.
     """
     report = Report(name)
     scene = _decode(content, name)
     fresh = store.fresh()
     reader = _Reader(fresh, report)
+    priors = scene.pop(PRIORS, None) if isinstance(scene, dict) else None
     report.run(lambda: reader.read(scene))
+    if priors is None:
+        report.run(lambda: json_text.refuse_duplicates(content, name, reader.keys, report))
+        store.adopt(fresh)
+        return
+    # imported here: few models have priors
+    from arael.windows import saved
+
+    reader.keys += saved.keys_in(priors) + 1
     report.run(lambda: json_text.refuse_duplicates(content, name, reader.keys, report))
+    found = saved.read(fresh, priors, name)
     store.adopt(fresh)
+    saved.restore(store, found)
 
 
 def _decode(content: bytes, name: str) -> Any:

@@ -30,6 +30,11 @@ def dump(store: Store) -> bytes:
     """
     store.check_complete()
     root = _objects(store.root, store.root.fields)[0]
+    if store.residuals is not None and store.residuals.priors:
+        # imported here: few models have priors
+        from arael.windows import saved
+
+        root[saved.KEY] = saved.dump(store)
     lines = []
     for name, value in root.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):

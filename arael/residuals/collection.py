@@ -132,6 +132,14 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return {label: one.code for label, one in self._codes.items()}
 
     @property
+    def priors(self) -> Mapping[str, CodeResidual]:
+        """Those of them that `Model.marginalise` added, by name."""
+        # imported here: the circle of residuals and what adds them
+        from arael.windows.marginalisation import priors
+
+        return priors(self._model)
+
+    @property
     def updates(self) -> Mapping[str, CodeUpdate]:
         """Functions that are called before each linearisation, by name."""
         return {label: one for label, (one, _) in self._updates.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ class Store:
     kernels : compiled kernels of the model, or None
     bindings : bindings of its native functions, by name
     residuals : the runtime residuals of this instance, or None
+    model : gives the instance itself, None if there is none
     structure_version : changes whenever that of any table does
     use : the thread that solves this instance; its lock protects changes of rows and the
         preparation of problems
@@ -36,6 +38,7 @@ class Store:
         self.kernels: Any = None
         self.bindings: dict[str, Any] = {}
         self.residuals: Any = None
+        self.model: Callable[[], Any] = _none
         self.structure_version = 0
         self.use = Use(layout.root)
         self.tables: dict[str, Table] = {}
@@ -111,5 +114,12 @@ class Store:
         Raises AraelError: E1040 while the instance is being solved.
         """
         with self.use.changing("replace the data"):
+            if self.residuals is not None:
+                for label in self.residuals.priors:  # of rows that are replaced
+                    self.residuals.remove(label)
             for path, table in self.tables.items():
                 table.take_over(other.tables[path])
+
+
+def _none() -> None:
+    """No model."""

@@ -1,0 +1,1 @@
+"""Windows that slide: rows that leave a model become a prior on their neighbours."""
