@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.model_warnings import DataWarning
 from arael.diagnostics.records import Diagnostic
+from arael.io.json_writer import fixed_flags
 from arael.runtime.store import Store, Table, rotations
+from arael.runtime.store.bounds import ENDS, of_model
 from arael.runtime.store.manifolds import kind_of
 from arael.runtime.store.values import default_value
 
@@ -123,8 +125,29 @@ def _changed(table: Table, other: Table) -> Iterator[str]:
             same = _agree(column, table.column(path)[there], other.column(path)[there])
         if not same:
             yield path
-        if column.role == "param" and not np.array_equal(table.fixed(path), other.fixed(path)):
+        if column.role != "param":
+            continue
+        flags, kept = _flags(table, column), _flags(other, column)
+        if not np.array_equal(flags, kept):
             yield f"{path}.fixed"
+        for end in ENDS:
+            if not np.array_equal(_bounds(table, column, end), _bounds(other, column, end)):
+                yield f"{path}.{end}"
+
+
+def _flags(table: Table, column: Column) -> Array:
+    """Flags (size, k) of the components of a parameter that the data fixes."""
+    flags = fixed_flags(table, column)
+    k = 1 if column.param is None else column.param.tangent
+    return np.broadcast_to(flags[:, None], (table.size, k)) if flags.ndim == 1 else flags
+
+
+def _bounds(table: Table, column: Column, end: str) -> Array:
+    """Bounds (size, *shape) of a parameter: those of its rows, else of the model."""
+    own = table.bound(column.path, end)
+    if own is None:
+        return np.broadcast_to(of_model(column, end), (table.size, *column.shape))
+    return own
 
 
 def _agree(column: Column, a: Array, b: Array) -> bool:
