@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.model_warnings import DataWarning
 from arael.diagnostics.records import Diagnostic
-from arael.io.json_writer import fixed_flags
 from arael.runtime.store import Store, Table, rotations
 from arael.runtime.store.bounds import ENDS, of_model
 from arael.runtime.store.manifolds import kind_of
@@ -137,6 +136,9 @@ def _changed(table: Table, other: Table) -> Iterator[str]:
 
 def _flags(table: Table, column: Column) -> Array:
     """Flags (size, k) of the components of a parameter that the data fixes."""
+    # imported here: start-up time
+    from arael.io.json_writer import fixed_flags
+
     flags = fixed_flags(table, column)
     k = 1 if column.param is None else column.param.tangent
     return np.broadcast_to(flags[:, None], (table.size, k)) if flags.ndim == 1 else flags
