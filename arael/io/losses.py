@@ -51,7 +51,8 @@ def listed(parts: Iterable[str]) -> str:
 def beside(store: Store, kept: Table, paths: Iterable[str]) -> list[str]:
     """List the data of a store that is not in the fields `paths` of the collection `kept`.
 
-    Values that are the defaults of the model are not listed. A path ``pos.fixed`` keeps the flags.
+    Values that are the defaults of the model are not listed. A path ``pos.fixed`` keeps the flags,
+    ``pos.low`` and ``pos.high`` the bounds.
     """
     held = set(paths)
     found = []
@@ -65,10 +66,22 @@ def beside(store: Store, kept: Table, paths: Iterable[str]) -> list[str]:
                 pass
             elif not _is_default(table, column):
                 found.append(f"`{_full(table, path)}`")
-            flags = f"{path}.fixed"
-            if column.role == "param" and not (table is kept and flags in held):
-                count = int(table.fixed(path).sum())
-                found += [f"`{_full(table, flags)}` ({rows(count)})"] if count else []
+            if column.role == "param":
+                found += [
+                    f"`{_full(table, name)}` ({rows(count)})"
+                    for name, count in _own(table, column).items()
+                    if count and not (table is kept and name in held)
+                ]
+    return found
+
+
+def _own(table: Table, column: Column) -> dict[str, int]:
+    """Numbers of rows with flags and bounds of their own, by name."""
+    found = {f"{column.path}.fixed": int(_flags(table, column).any(axis=1).sum())}
+    for end in ENDS:
+        own = table.bound(column.path, end)
+        differs = np.zeros(1) if own is None else own != of_model(column, end)
+        found[f"{column.path}.{end}"] = int(differs.reshape(len(differs), -1).any(axis=1).sum())
     return found
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import arael
 from arael.diagnostics.records import AraelError
-from arael.io.losses import differences
+from arael.io.losses import beside, differences
 from tests.optional import needs, require
 
 TEXT = """
@@ -145,6 +145,15 @@ def test_differences_name_bounds_and_flags(what: str) -> None:
     assert differences(m._store, other._store) == []
     m.poses[1].pos = {"value": [0, 0, 0], what: [True, False, False] if what == "fixed" else 0}
     assert differences(m._store, other._store) == [f"`poses.pos.{what}`"]
+
+
+def test_what_is_beside_a_collection_is_listed_with_bounds_and_flags() -> None:
+    m = filled()
+    lost = beside(m._store, m._store.tables["poses"], ["pos", "pos.low", "gain"])
+    assert "`k.high` (1 row)" in lost and "`v.fixed` (1 row)" in lost and "`v.low` (1 row)" in lost
+    assert "`poses.pos.fixed` (1 row)" in lost and "`poses.pos.high` (1 row)" in lost
+    assert "`poses.gain.high` (2 rows)" in lost and "`poses.ea.fixed` (1 row)" in lost
+    assert not any("pos.low" in one for one in lost)
 
 
 def test_bounds_of_a_frame_that_leave_no_value_are_refused() -> None:

@@ -167,6 +167,16 @@ def test_messages_in_python(value: Any, message: str, model: Any) -> None:
     assert model.samples[0].knots.index.tolist() == [0, 1, 2]
 
 
+@pytest.mark.parametrize("at", [1.5, slice(0, 2), None, True, (0, 1)])
+def test_elements_are_assigned_by_whole_numbers(at: Any, model: Any) -> None:
+    before = model.samples.knots.index.copy()
+    with pytest.raises(
+        AraelError, match=r"samples\[0\].knots: error\[E0703\]: expected the number"
+    ):
+        model.samples[0].knots[at] = model.knots[3]
+    np.testing.assert_array_equal(model.samples.knots.index, before)
+
+
 def test_messages_of_many_rows_name_the_row(model: Any) -> None:
     with pytest.raises(AraelError, match=r"expected 3 refs to Knot, found 2 in row 1"):
         model.samples.extend(seen=[0, 0], knots=[[0, 1, 2], [0, 1]])
