@@ -62,9 +62,10 @@ class Diagnosis:
     parameters, residuals : their numbers
     findings : suspicious findings, most severe first
     worst : instances of the largest cost: (instance, cost)
-    gradient : largest entry of ``2 J'r`` by magnitude, with the name of its parameter
-    decrement : decrease of the cost that the linear model predicts for a full Gauss-Newton step, or
-        NaN
+    gradient : largest entry of ``2 J'r`` by magnitude, with the name of its parameter; of
+        parameters that no active bound holds, if there are any
+    decrement : decrease of the cost that the linear model predicts for a full Gauss-Newton step of
+        what no active bound holds, or NaN
     eigenvalues : smallest non-zero and largest eigenvalue of J'J with its diagonal scaled to 1
     sensitivity : smallest and largest length of a Jacobian column, with their parameters
     free : the free directions; None if the derivatives are not finite
@@ -256,8 +257,11 @@ def _linearised(
             )
         )
     decrement = float("nan")
+    moves = np.ones(len(gradient), dtype=np.bool_)
     if not len(free):
-        decrement = float(0.5 * gradient @ equations.solve(0.5 * gradient[:, None])[:, 0])
+        within = NormalEquations(problem, hold_bounds=True) if problem.box.count else equations
+        moves = np.isin(problem.free, within.free)
+        decrement = _decrement(within, gradient[moves])
         if decrement > _MINIMAL * max(cost, 1e-12) and decrement > 1e-9:
             findings.append(
                 Finding(
@@ -278,7 +282,8 @@ def _linearised(
                 "the weak direction with a prior",
             )
         )
-    biggest = int(np.argmax(np.abs(gradient)))
+    # At a minimum on a bound, the gradient across it does not vanish.
+    biggest = int(np.argmax(np.abs(gradient) * (moves if moves.any() else 1)))
     ends = (int(np.argmin(lengths)), int(np.argmax(lengths)))
     known = {
         "gradient": (rows.names[biggest], float(np.abs(gradient[biggest]))),
@@ -288,3 +293,9 @@ def _linearised(
         "free": free,
     }
     return known, findings
+
+
+def _decrement(equations: NormalEquations, gradient: Floats) -> float:
+    """Predicted decrease ``g' H^-1 g`` of a full step, of the scalars that move."""
+    half = 0.5 * gradient
+    return float(half @ equations.solve(half[:, None])[:, 0])

@@ -196,7 +196,8 @@ def _by_model(
             kept = collection_of(store, source, found, collection, fields)
         table = choose(store, name, kept)
         result = formats.dump(store, wanted, name, kept)
-        paths = [p for path in table.data for p in (path, f"{path}.fixed")]
+        parts = ("", ".fixed", ".low", ".high")
+        paths = [f"{path}{part}" for path in table.data for part in parts]
         return result, unread, losses.beside(store, table, paths)
     result = formats.dump(store, wanted, name)
     whole = wanted in ("json", "npz", "hdf5")

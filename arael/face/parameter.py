@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
-from arael.face.component import Component, component
 from arael.face.forms import Forms
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
@@ -23,6 +22,9 @@ from arael.runtime.store.bounds import (
 )
 from arael.runtime.store.columns import Rows
 from arael.runtime.store.messages import error
+
+if TYPE_CHECKING:
+    from arael.face.component import Component
 
 Array = NDArray[Any]
 
@@ -161,29 +163,29 @@ class Parameter(NDArrayOperatorsMixin, Forms):
     @property
     def x(self) -> Component:
         """First component of a vector or of Euler angles: its value, flags and bounds."""
-        return component(self, "x")
+        return _component(self, "x")
 
     @x.setter
     def x(self, value: Any) -> None:
-        component(self, "x").value = value
+        _component(self, "x").value = value
 
     @property
     def y(self) -> Component:
         """Second component."""
-        return component(self, "y")
+        return _component(self, "y")
 
     @y.setter
     def y(self, value: Any) -> None:
-        component(self, "y").value = value
+        _component(self, "y").value = value
 
     @property
     def z(self) -> Component:
         """Third component."""
-        return component(self, "z")
+        return _component(self, "z")
 
     @z.setter
     def z(self, value: Any) -> None:
-        component(self, "z").value = value
+        _component(self, "z").value = value
 
     @property
     def optimize(self) -> Any:
@@ -331,3 +333,10 @@ def _flags(value: Any, name: str) -> Array:
         return np.asarray(value)
     except ValueError:
         raise error("E0703", "expected true or false for each row", name) from None
+
+
+def _component(parameter: Parameter, name: str) -> Component:
+    # imported here: start-up time
+    from arael.face.component import component
+
+    return component(parameter, name)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.face.fields import Part
-from arael.runtime.store.messages import error
+from arael.runtime.store.messages import describe, error
 
 if TYPE_CHECKING:
     from arael.face.ref import Ref, Refs
@@ -40,11 +40,13 @@ class RefList(Part):
             yield self[k]
 
     def _name(self, at: Any) -> str:
-        k = int(at)
-        if not -len(self) <= k < len(self):
-            place = self._origin(self._group.path)
-            raise IndexError(f"{place}[{k}]: there are {len(self)} refs")
-        return str(k % len(self))
+        place = self._origin(self._group.path)
+        if isinstance(at, bool) or not isinstance(at, int | np.integer):
+            text = f"expected the number of a ref, 0 .. {len(self) - 1}, found {describe(at)}"
+            raise error("E0703", text, place)
+        if not -len(self) <= at < len(self):
+            raise IndexError(f"{place}[{at}]: there are {len(self)} refs")
+        return str(int(at) % len(self))
 
     @property
     def index(self) -> NDArray[np.int64]:

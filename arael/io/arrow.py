@@ -1,7 +1,8 @@
 """Parquet and Arrow (Feather) files by pyarrow: one collection, columns as in CSV files.
 
-One column for each scalar, ``pos.x``, ``att.w``, ``m[0][1]``; refs as indices; ``pos.fixed`` where
-a row is fixed; null is an absent optional or a null ref.
+One column for each scalar, ``pos.x``, ``att.w``, ``m[0][1]``; refs as indices; ``pos.fixed`` or
+``pos.x.fixed`` where something is fixed; ``pos.x.low`` where a row has bounds of its own, infinite
+where open. Null is an absent optional, a null ref, or a bound of the model.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.io import frames
-from arael.io.columns import scalar_names
+from arael.io.columns import of_component, scalar_names
 from arael.io.csv_reader import choose
 from arael.io.files import too_large
-from arael.io.json_writer import refuse_not_finite
+from arael.io.json_writer import fixed_flags, own_bounds, refuse_not_finite
 from arael.io.npz_writer import ref_indices
 from arael.io.packages import required
+from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
+from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.messages import error, shorten
 from arael.runtime.store.schema import Leaf
 
@@ -28,6 +31,7 @@ Array = NDArray[Any]
 MAGIC = {b"PAR1": "parquet", b"ARROW1": "arrow"}
 """First bytes of a file -> its format."""
 WORDS = {"parquet": "Parquet", "arrow": "Arrow"}
+_BOUNDS = tuple(f".{end}" for end in ENDS)
 CELL = 8
 """Bytes of one cell in memory, for the limit before anything is unpacked."""
 
@@ -42,8 +46,8 @@ def read(
     AraelError
         E0725 without pyarrow; E0711 another format or damaged; E0713 no such collection; E0714 too
         large when unpacked; E0701 an unknown column, E0702 a missing one, E0718 one twice; E0703
-        wrong type, E0705 not finite, E0706 does not fit, E0708 ref out of range. The store is then
-        unchanged.
+        wrong type, E0705 not finite, E0706 does not fit, E0708 ref out of range, E0730 bounds
+        that leave no value. The store is then unchanged.
     """
     pa = required("pyarrow", name, WORDS[format])
     table = choose(store, name, collection)
@@ -118,10 +122,14 @@ class _Frame:
         gaps = np.asarray(cells.is_null())
         if types.is_floating(kind):
             values = np.asarray(cells.fill_null(0.0), np.float64)
-            bad = np.flatnonzero(~np.isfinite(values))
+            is_bound = name.endswith(_BOUNDS)
+            bad = np.flatnonzero(np.isnan(values) if is_bound else ~np.isfinite(values))
             if len(bad):
                 place = f"{self._name}: {shorten(name)} row {bad[0]}"
-                raise error("E0705", "expected a finite number, found NaN or an infinity", place)
+                what = (
+                    "number, found NaN" if is_bound else "finite number, found NaN or an infinity"
+                )
+                raise error("E0705", f"expected a {what}", place)
         if not gaps.any():
             return np.asarray(cells)
         found = np.empty(len(gaps), object)
@@ -166,8 +174,23 @@ def _cells(table: Table, leaf: Leaf) -> dict[str, tuple[Array, NDArray[np.bool_]
         refuse_not_finite(table, leaf, array, there)
     found: dict[str, tuple[Array, NDArray[np.bool_]]] = {}
     for title, index in scalar_names(column):
-        at: Any = (slice(None), *index)
-        found[title] = (np.ascontiguousarray(array[at]), there)
-    if column.role == "param" and table.fixed(path).any():
-        found[f"{path}.fixed"] = (np.array(table.fixed(path)), np.ones(table.size, np.bool_))
+        found[title] = (np.ascontiguousarray(of_component(array, index)), there)
+    if column.role == "param":
+        found |= _own_cells(table, column)
+    return found
+
+
+def _own_cells(table: Table, column: Column) -> dict[str, tuple[Array, NDArray[np.bool_]]]:
+    """Flags and bounds of a parameter: of its components, where these have their own."""
+    found: dict[str, tuple[Array, NDArray[np.bool_]]] = {}
+    fixed, every = fixed_flags(table, column), np.ones(table.size, np.bool_)
+    if fixed.any():
+        for title, index in [(column.path, ())] if fixed.ndim == 1 else scalar_names(column):
+            found[f"{title}.fixed"] = (np.ascontiguousarray(of_component(fixed, index)), every)
+    for end in ENDS:
+        own, differs = own_bounds(table, column, end)
+        if differs.any():
+            for title, index in scalar_names(column):
+                bounds = np.ascontiguousarray(of_component(own, index))
+                found[f"{title}.{end}"] = (bounds, differs)
     return found

@@ -18,7 +18,7 @@ from arael.io.columns import of_component, scalar_names
 from arael.io.json_writer import fixed_flags, own_bounds
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
-from arael.runtime.store.bounds import ENDS, has_components
+from arael.runtime.store.bounds import ENDS, empty, first_empty, has_components
 from arael.runtime.store.messages import error, unknown_field
 from arael.runtime.store.schema import Group, Leaf
 
@@ -148,7 +148,7 @@ def columns_of(frame: Any, table: Table, group: Group) -> tuple[int, dict[str, A
     ------
     AraelError
         E0701 a column that is no field, E0702 some scalars of a field are missing, E0718 a column
-        twice.
+        twice, E0730 bounds of a row that leave no value.
     """
     names = [str(name) for name in frame.columns]
     for name in {n for n in names if names.count(n) > 1}:
@@ -174,7 +174,9 @@ def columns_of(frame: Any, table: Table, group: Group) -> tuple[int, dict[str, A
         found[path] = _joined(table, column, [values for values, _ in parts], missing, count)
     for name in cells:
         every = [n for c in table.data.values() for n, _ in scalar_names(c)]
-        raise AraelError(unknown_field(name, dict.fromkeys(every), group.struct, group.where, ""))
+        raise AraelError(
+            unknown_field(name, dict.fromkeys(every), group.struct, group.where, table.label)
+        )
     for optional, mask in masks.items():
         found[f"{optional}?"] = mask
     return count, found, parent
@@ -214,7 +216,7 @@ def _taken_own(
     column: Column, cells: dict[str, tuple[Array, NDArray[np.bool_]]], table: Table, count: int
 ) -> dict[str, Array]:
     """Take flags and bounds of a parameter out of `cells`."""
-    found = {}
+    found: dict[str, Array] = {}
     names = [name for name, _ in scalar_names(column)]
     whole = cells.pop(f"{column.path}.fixed", None)
     if whole is not None:
@@ -222,7 +224,10 @@ def _taken_own(
     if has_components(column) and any(f"{name}.fixed" in cells for name in names):
         none = (np.zeros(count, np.bool_), None)
         parts = [np.asarray(cells.pop(f"{name}.fixed", none)[0]) for name in names]
-        found[f"{column.path}.fixed"] = np.stack(parts, axis=-1)
+        every = np.zeros(count, np.bool_) if whole is None else np.asarray(whole[0])
+        if every.dtype == np.bool_:  # others are refused by the table
+            parts = [part | every if part.dtype == np.bool_ else part for part in parts]
+            found[f"{column.path}.fixed"] = np.stack(parts, axis=-1)
     for end in ENDS:
         if not any(f"{name}.{end}" in cells for name in names):
             continue
@@ -234,6 +239,13 @@ def _taken_own(
                 given, gaps = cells.pop(title)
                 flat[~gaps, k] = _numbers(given, title, table)[~gaps]
         found[f"{column.path}.{end}"] = bounds
+    low, high = (
+        found.get(f"{column.path}.{end}", table.blank_own(column, end, count)) for end in ENDS
+    )
+    row = first_empty(low, high)
+    if row is not None:
+        origin = f"{table.label} row {row}: {column.path}"
+        raise AraelError(empty(origin, column, low[row], high[row]))
     return found
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arael.diagnostics.model_warnings import DataWarning
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.store import Store, Table, rotations
+from arael.runtime.store.bounds import ENDS, of_model
 from arael.runtime.store.manifolds import kind_of
 from arael.runtime.store.values import default_value
 
@@ -50,7 +51,8 @@ def listed(parts: Iterable[str]) -> str:
 def beside(store: Store, kept: Table, paths: Iterable[str]) -> list[str]:
     """List the data of a store that is not in the fields `paths` of the collection `kept`.
 
-    Values that are the defaults of the model are not listed. A path ``pos.fixed`` keeps the flags.
+    Values that are the defaults of the model are not listed. A path ``pos.fixed`` keeps the flags,
+    ``pos.low`` and ``pos.high`` the bounds.
     """
     held = set(paths)
     found = []
@@ -64,10 +66,22 @@ def beside(store: Store, kept: Table, paths: Iterable[str]) -> list[str]:
                 pass
             elif not _is_default(table, column):
                 found.append(f"`{_full(table, path)}`")
-            flags = f"{path}.fixed"
-            if column.role == "param" and not (table is kept and flags in held):
-                count = int(table.fixed(path).sum())
-                found += [f"`{_full(table, flags)}` ({rows(count)})"] if count else []
+            if column.role == "param":
+                found += [
+                    f"`{_full(table, name)}` ({rows(count)})"
+                    for name, count in _own(table, column).items()
+                    if count and not (table is kept and name in held)
+                ]
+    return found
+
+
+def _own(table: Table, column: Column) -> dict[str, int]:
+    """Numbers of rows with flags and bounds of their own, by name."""
+    found = {f"{column.path}.fixed": int(_flags(table, column).any(axis=1).sum())}
+    for end in ENDS:
+        own = table.bound(column.path, end)
+        differs = np.zeros(1) if own is None else own != of_model(column, end)
+        found[f"{column.path}.{end}"] = int(differs.reshape(len(differs), -1).any(axis=1).sum())
     return found
 
 
@@ -123,8 +137,32 @@ def _changed(table: Table, other: Table) -> Iterator[str]:
             same = _agree(column, table.column(path)[there], other.column(path)[there])
         if not same:
             yield path
-        if column.role == "param" and not np.array_equal(table.fixed(path), other.fixed(path)):
+        if column.role != "param":
+            continue
+        flags, kept = _flags(table, column), _flags(other, column)
+        if not np.array_equal(flags, kept):
             yield f"{path}.fixed"
+        for end in ENDS:
+            if not np.array_equal(_bounds(table, column, end), _bounds(other, column, end)):
+                yield f"{path}.{end}"
+
+
+def _flags(table: Table, column: Column) -> Array:
+    """Flags (size, k) of the components of a parameter that the data fixes."""
+    # imported here: start-up time
+    from arael.io.json_writer import fixed_flags
+
+    flags = fixed_flags(table, column)
+    k = 1 if column.param is None else column.param.tangent
+    return np.broadcast_to(flags[:, None], (table.size, k)) if flags.ndim == 1 else flags
+
+
+def _bounds(table: Table, column: Column, end: str) -> Array:
+    """Bounds (size, *shape) of a parameter: those of its rows, else of the model."""
+    own = table.bound(column.path, end)
+    if own is None:
+        return np.broadcast_to(of_model(column, end), (table.size, *column.shape))
+    return own
 
 
 def _agree(column: Column, a: Array, b: Array) -> bool:

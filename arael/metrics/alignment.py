@@ -12,6 +12,7 @@ from arael.io.trajectory import Trajectory
 from arael.runtime.store import rotations
 
 Array = NDArray[np.float64]
+_EPSILON = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,11 @@ def umeyama(points: Array, targets: Array, with_scale: bool = False) -> Alignmen
         E0729: another number of points, or points on a line or in one place, for which the rotation
         is not determined.
     """
+    return _fitted(points, targets, with_scale)
+
+
+def _fitted(points: Array, targets: Array, with_scale: bool, turned: bool = True) -> Alignment:
+    """As `umeyama`; without `turned` the rotation need not be determined."""
     points, targets = np.asarray(points, np.float64), np.asarray(targets, np.float64)
     if points.shape != targets.shape or points.ndim != 2 or not len(points):
         raise _wrong(f"expected as many points, found {points.shape} and {targets.shape}")
@@ -67,7 +73,9 @@ def umeyama(points: Array, targets: Array, with_scale: bool = False) -> Alignmen
     variance = float((centred**2).sum()) / len(points)
     covariance = (targets - target_middle).T @ centred / len(points)
     u, d, vt = np.linalg.svd(covariance)
-    if np.count_nonzero(d > np.finfo(np.float64).eps) < points.shape[1] - 1:
+    # Of points on a line the second singular value is rounding, in proportion to the first.
+    known = np.count_nonzero(d > _EPSILON * max(1.0, 16 * d[0]))
+    if known < (points.shape[1] - 1 if turned else 1):
         raise _wrong(
             "the positions are in one place or on a line: no rotation is determined",
             "align by the first pose (`--origin`), or do not align",
@@ -103,9 +111,15 @@ def align(
     Raises
     ------
     AraelError
-        E0729 another number of poses, or positions that determine no rotation.
+        E0729 another number of poses, or positions that determine no rotation (with `only_scale`:
+        no scale).
     """
-    found = umeyama(estimate.positions[:first], reference.positions[:first], scale or only_scale)
+    found = _fitted(
+        estimate.positions[:first],
+        reference.positions[:first],
+        scale or only_scale,
+        turned=not only_scale,
+    )
     if only_scale:
         found = Alignment(np.eye(3), np.zeros(3), found.scale)
     return found.apply(estimate), found

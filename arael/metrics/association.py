@@ -51,6 +51,9 @@ def associate(
     from_estimate = len(estimate) <= len(reference)
     short, long = (shifted, reference.times) if from_estimate else (reference.times, shifted)
     few, many = nearest(short, long, max_diff)
+    if not len(short) or not len(long):
+        which = "estimate" if len(reference) else "reference"
+        raise _wrong(f"the {which} has no poses")
     if not len(few):
         apart = (
             f"the reference covers {reference.times[0]:.6f} to {reference.times[-1]:.6f} s, the "

@@ -138,9 +138,12 @@ def rpe(
     Raises
     ------
     AraelError
-        E0729 another number of poses, no pair of that distance, or an unknown part or unit.
+        E0729 another number of poses, no pair of that distance, or an unknown part, unit or source
+        of pairs.
     """
     _check(reference, estimate, part)
+    if pairs_from not in ("estimate", "reference"):
+        raise _wrong(f"pairs are from 'estimate' or 'reference', found {pairs_from!r:.40}")
     source = reference if pairs_from == "reference" else estimate
     pairs = pairs_of(source, delta, unit, all_pairs=all_pairs, tolerance=tolerance)
     i, j = pairs.T
@@ -151,6 +154,8 @@ def rpe(
         values = np.abs(lengths[0] - lengths[1])
         if part == "distance_ratio":
             moved = np.flatnonzero(lengths[0])  # a ratio to no distance has no meaning
+            if not len(moved):
+                raise _wrong("no pair of poses of the reference is apart: there is no ratio")
             values, pairs = values[moved] / lengths[0][moved] * 100, pairs[moved]
         return Errors(part, PARTS[part], values, pairs)
     q, p = reference.matrices, estimate.matrices

@@ -38,11 +38,11 @@ def pairs_of(
     """
     if unit not in UNITS:
         raise _wrong(f"there is no unit `{unit}` of distances", f"units are {', '.join(UNITS)}")
-    if not delta > 0 or (unit == "frames" and delta != int(delta)):
+    if not 0 < delta < np.inf or (unit == "frames" and delta != int(delta)):
         kind = "a whole number from 1" if unit == "frames" else "a positive number"
         raise _wrong(f"expected the distance of pairs as {kind}, found {delta:g}")
-    if unit in ("deg", "rad") and np.deg2rad(delta if unit == "deg" else 0) > np.pi:
-        raise _wrong("expected an angle of at most 180 degrees")
+    if (unit == "deg" and delta > 180) or (unit == "rad" and delta > np.pi):
+        raise _wrong(f"expected an angle of at most 180 degrees, found {delta:g} {unit}")
     if unit == "frames":
         found = _by_index(len(trajectory), int(delta), all_pairs)
     elif unit == "m":

@@ -117,7 +117,7 @@ class CodeHook:
         n, size = len(rows), self.code.size
         one = len(self.placed) == 1
         parts = [given] if one and not isinstance(given, tuple | list) else given
-        if one and isinstance(given, list) and not hasattr(given[0], "shape"):
+        if one and isinstance(given, list) and given and not hasattr(given[0], "shape"):
             parts = [given]
         if not isinstance(parts, tuple | list) or len(parts) != len(self.placed):
             found = f"{len(parts)}" if isinstance(parts, tuple | list) else type(parts).__name__
@@ -171,12 +171,13 @@ class CodeHook:
                     f"returned {len(given)} arrays as triplets of the Hessian",
                     "expected instance, row, column and value, each (m,)",
                 )
-            m = np.size(given[3])
             instance, row, column = (
-                np.asarray(part).astype(np.int64).reshape(-1) for part in given[:3]
+                self._numbers(part, f"{what} of the Hessian")
+                for part, what in zip(given, ("instances", "rows", "columns"), strict=False)
             )
-            value = self._array(given[3], (m,), "values of the Hessian").reshape(-1)
-            lengths = {len(instance), len(row), len(column), m}
+            m = len(instance)
+            value = self._array(given[3], (np.size(given[3]),), "values of the Hessian").reshape(-1)
+            lengths = {m, len(row), len(column), len(value)}
             if len(lengths) != 1:
                 raise self._wrong(
                     f"returned triplets of the Hessian of lengths {sorted(lengths)}",
@@ -187,9 +188,10 @@ class CodeHook:
                 ("row", row, k),
                 ("column", column, k),
             ):
-                if m and not (part.min() >= 0 and part.max() < end):
+                outside = (part < 0) | (part >= end)
+                if outside.any():
                     raise self._wrong(
-                        f"returned triplets of the Hessian with {what} {part.max()}",
+                        f"returned triplets of the Hessian with {what} {part[outside][0]}",
                         f"expected 0 .. {end - 1}",
                     )
         else:
@@ -202,6 +204,16 @@ class CodeHook:
             at = int(instance[np.argmin(np.isfinite(value))])
             raise self._wrong(f"returned a Hessian that is not finite for {self._instance(at)}", "")
         return instance, uses[row], tangents[row], uses[column], tangents[column], value
+
+    def _numbers(self, given: Any, what: str) -> Ints:
+        """Whole numbers (m,)."""
+        try:
+            found = np.asarray(given)
+        except (TypeError, ValueError):
+            found = np.asarray(None)
+        if found.dtype.kind not in "iu" and found.size:
+            raise self._wrong(f"returned {found.dtype} as {what}", "expected whole numbers, (m,)")
+        return found.astype(np.int64).reshape(-1)
 
     # --- derivatives by differences --------------------------------------------------------------
 

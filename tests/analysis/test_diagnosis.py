@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+import arael
 from arael.cli.main import run
 from tests.analysis.maps import PLANAR, planar
 
@@ -46,6 +47,40 @@ def test_start_is_no_minimum(model) -> None:
     gradient = model.gradient()
     at = int(np.argmax(np.abs(gradient)))
     assert found.gradient == (model.parameter_names()[at], pytest.approx(abs(gradient[at])))
+
+
+BOUNDED = """
+struct Point { x: real; y: real; constraint fit { root.slope * x + root.offset - y } }
+root Line {
+    param slope: real in 0 .. 1
+    param offset: real
+    points: list of Point
+}
+"""
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_a_solution_on_a_bound_is_a_minimum(tmp_path, precision) -> None:
+    """The gradient across the bound does not vanish there, and no step follows it."""
+    path = tmp_path / "bounded.arael"
+    path.write_text(BOUNDED, encoding="utf-8")
+    model = arael.load(path, interpret=True, precision=precision)(slope=0.5, offset=0)
+    model.points.extend(x=[0.0, 1, 2, 3], y=[0.0, 2, 4, 6])
+    assert topics(model) == ["not-minimal"]
+    assert model.solve().converged and model.slope.value == 1
+    found = model.diagnose()
+    assert "not-minimal" not in [one.topic for one in found.findings]
+    assert found.decrement == pytest.approx(0, abs=1e-6)
+    assert found.gradient[0] == "offset"
+    assert not any("not a minimum" in text for text in model.report().findings)
+    # On the bound, but the other parameter is off: the decrease is that of moving it alone.
+    model.offset = 2.0
+    found = model.diagnose()
+    assert [one.topic for one in found.findings] == ["not-minimal"]
+    assert found.decrement == pytest.approx(4 * 0.5**2, rel=1e-5)
+    # A bound from which the cost leads inwards holds nothing.
+    model.slope = 0
+    assert model.diagnose().gradient[0] == "slope"
 
 
 def test_outlier_is_named(model) -> None:

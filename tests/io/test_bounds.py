@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import arael
 from arael.diagnostics.records import AraelError
+from arael.io.losses import beside, differences
+from tests.optional import needs, require
 
 TEXT = """
 struct Pose {
@@ -30,6 +34,11 @@ root R {
 }
 """
 KIND: Any = arael.loads(TEXT, interpret=True)
+
+
+def _part(name: str) -> Any:
+    require("pyarrow")
+    return import_module(f"pyarrow.{name}")
 
 
 def filled() -> Any:
@@ -55,7 +64,10 @@ def state(m: Any, root: bool = True) -> list[Any]:
     return [np.asarray(one).tolist() for one in found]
 
 
-@pytest.mark.parametrize("name", ["data.json", "data.npz", "data.json.gz"])
+HDF5 = pytest.param("data.h5", marks=needs("h5py"))
+
+
+@pytest.mark.parametrize("name", ["data.json", "data.npz", "data.json.gz", HDF5])
 def test_whole_models(name: str, tmp_path: Path) -> None:
     m, other = filled(), KIND()
     m.write(tmp_path / name)
@@ -77,6 +89,77 @@ def test_csv(tmp_path: Path) -> None:
     assert "pos.x.fixed,pos.y.fixed,pos.z.fixed,pos.x.low" in header and "-inf" in second
     other.read(tmp_path / "poses.csv")
     assert state(other, root=False) == state(m, root=False)
+
+
+@pytest.mark.parametrize("ending", ["parquet", "arrow"])
+@needs("pyarrow")
+def test_tables_of_arrow(ending: str, tmp_path: Path) -> None:
+    """Flags of components and bounds were left out, without a word."""
+    m, other = filled(), KIND()
+    m.write(tmp_path / f"poses.{ending}")
+    other.read(tmp_path / f"poses.{ending}")
+    assert state(other, root=False) == state(m, root=False)
+    table = _part("feather").read_table if ending == "arrow" else _part("parquet").read_table
+    frame = table(tmp_path / f"poses.{ending}")
+    assert frame.column("pos.x.low").to_pylist() == [None, -1]
+    assert frame.column("pos.x.fixed").to_pylist() == [False, True]
+
+
+@needs("pyarrow")
+def test_messages_about_arrow(tmp_path: Path) -> None:
+    m = KIND()
+    m.poses.extend(2)
+    m.write(tmp_path / "poses.parquet")
+    whole = _part("parquet").read_table(tmp_path / "poses.parquet")
+    for title, values, code in [
+        ("pos.x.low", [0, np.nan], "E0705"),
+        ("pos.x.low", [1.0, -np.inf], ""),
+        ("gain.low", [6.0, 0], "E0730"),
+        ("pos.x.fixed", [True, None], "E0703"),
+        ("q.fixed", [True, None], "E0703"),
+        ("q.fixed", ["a", "b"], "E0703"),
+        ("q.low", [0.0, 1.0], "E0701"),
+    ]:
+        table = whole.append_column(title, [values])
+        _part("parquet").write_table(table, tmp_path / "poses.parquet")
+        if not code:
+            m.read(tmp_path / "poses.parquet")
+            continue
+        with pytest.raises(AraelError) as caught:
+            m.read(tmp_path / "poses.parquet")
+        assert caught.value.diagnostics[0].code == code, (title, values)
+        assert title.split(".")[0] in str(caught.value)
+        assert "poses.parquet: poses" in str(caught.value) or code == "E0705"
+
+
+def test_a_frame_that_fixes_rows_and_components_fixes_both() -> None:
+    frame = pd.DataFrame({"pos.fixed": [True, False], "pos.x.fixed": [False, True]})
+    assert KIND(poses=frame).poses.pos.fixed.tolist() == [[True] * 3, [True, False, False]]
+
+
+@pytest.mark.parametrize("what", ["low", "high", "fixed"])
+def test_differences_name_bounds_and_flags(what: str) -> None:
+    m, other = KIND(), KIND()
+    for one in (m, other):
+        one.poses.extend(2)
+    assert differences(m._store, other._store) == []
+    m.poses[1].pos = {"value": [0, 0, 0], what: [True, False, False] if what == "fixed" else 0}
+    assert differences(m._store, other._store) == [f"`poses.pos.{what}`"]
+
+
+def test_what_is_beside_a_collection_is_listed_with_bounds_and_flags() -> None:
+    m = filled()
+    lost = beside(m._store, m._store.tables["poses"], ["pos", "pos.low", "gain"])
+    assert "`k.high` (1 row)" in lost and "`v.fixed` (1 row)" in lost and "`v.low` (1 row)" in lost
+    assert "`poses.pos.fixed` (1 row)" in lost and "`poses.pos.high` (1 row)" in lost
+    assert "`poses.gain.high` (2 rows)" in lost and "`poses.ea.fixed` (1 row)" in lost
+    assert not any("pos.low" in one for one in lost)
+
+
+def test_bounds_of_a_frame_that_leave_no_value_are_refused() -> None:
+    with pytest.raises(AraelError, match=r"poses row 1: gain.*6 \.\. 5 leave no value") as caught:
+        KIND(poses=pd.DataFrame({"gain": [1.0, 1.0], "gain.low": [np.nan, 6]}))
+    assert caught.value.diagnostics[0].code == "E0730"
 
 
 def test_data_frames() -> None:

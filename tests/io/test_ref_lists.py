@@ -15,6 +15,7 @@ import arael
 from arael.cli.info import describe
 from arael.diagnostics.records import AraelError
 from arael.model import Model
+from tests.optional import needs
 
 TEXT = """
 struct Knot { name: string = ""; param c: real; key name }
@@ -51,7 +52,10 @@ def same(one: Any, other: Any) -> None:
     np.testing.assert_array_equal(one.ends.index, other.ends.index)
 
 
-@pytest.mark.parametrize("form", ["json", "npz"])
+HDF5 = pytest.param("h5", marks=needs("h5py"))
+
+
+@pytest.mark.parametrize("form", ["json", "npz", HDF5])
 def test_files_keep_lists(form: str, model: Any, curve: type[Model], tmp_path: Path) -> None:
     model.write(tmp_path / f"data.{form}")
     again = curve()
@@ -60,7 +64,7 @@ def test_files_keep_lists(form: str, model: Any, curve: type[Model], tmp_path: P
     if form == "json":
         rows = json.loads((tmp_path / "data.json").read_text())["samples"]
         assert [row["knots"] for row in rows] == [["a", "b", "c"], ["d", "d", "b"]]
-    else:
+    elif form == "npz":
         arrays = np.load(tmp_path / "data.npz")
         np.testing.assert_array_equal(arrays["samples.knots"], INDEX)
         np.testing.assert_array_equal(arrays["samples.subs.pair"], [[3, 0]])
@@ -88,6 +92,19 @@ def test_csv_has_a_column_for_each_element(model: Any, curve: type[Model], tmp_p
     path.write_text("seen,knots.0,knots.1,knots.2\n1,0,1,2\n2,d,d,b\n")
     model.read(path)
     np.testing.assert_array_equal(model.samples.knots.index, before)
+
+
+@pytest.mark.parametrize("ending", ["parquet", "arrow"])
+@needs("pyarrow")
+def test_tables_of_arrow_have_a_column_for_each_element(
+    ending: str, model: Any, curve: type[Model], tmp_path: Path
+) -> None:
+    model.write(tmp_path / f"samples.{ending}")
+    again = curve()
+    again.knots.extend(name=["a", "b", "c", "d"], c=np.zeros(4))
+    again.read(tmp_path / f"samples.{ending}")
+    np.testing.assert_array_equal(again.samples.knots.index, INDEX)
+    np.testing.assert_array_equal(again.samples.seen, [1, 2])
 
 
 def test_data_frames_keep_lists(model: Any, curve: type[Model]) -> None:
@@ -148,6 +165,16 @@ def test_messages_in_python(value: Any, message: str, model: Any) -> None:
     with pytest.raises(AraelError, match=message):
         model.samples[0].knots = value
     assert model.samples[0].knots.index.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("at", [1.5, slice(0, 2), None, True, (0, 1)])
+def test_elements_are_assigned_by_whole_numbers(at: Any, model: Any) -> None:
+    before = model.samples.knots.index.copy()
+    with pytest.raises(
+        AraelError, match=r"samples\[0\].knots: error\[E0703\]: expected the number"
+    ):
+        model.samples[0].knots[at] = model.knots[3]
+    np.testing.assert_array_equal(model.samples.knots.index, before)
 
 
 def test_messages_of_many_rows_name_the_row(model: Any) -> None:

@@ -378,3 +378,14 @@ def test_a_file_over_the_limit_is_refused(tmp_path: Path) -> None:
     io.write_trajectory(some(50), tmp_path / "in.tum")
     with pytest.raises(AraelError, match="E0714"):
         io.read_trajectory(tmp_path / "in.tum", limit=1000)
+
+
+def test_times_beyond_nanoseconds_of_64_bits_are_refused(tmp_path: Path) -> None:
+    """Nanoseconds in a TUM file, whose times are seconds."""
+    (tmp_path / "a.tum").write_text("1403636579763555584 0 0 0 0 0 0 1\n")
+    (tmp_path / "b.tum").write_text("9999999999.5 0 0 0 0 0 0 1\n")
+    for name in "ab":
+        found = io.read_trajectory(tmp_path / f"{name}.tum")
+        assert found.stamps is None and found.times is not None and found.times[0] > 9.9e9
+        with pytest.raises(AraelError, match=r"E0706.*is too large: are these nanoseconds"):
+            found.exact_stamps()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io as std_io
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -171,6 +172,10 @@ def test_poses_are_associated_by_time() -> None:
     assert one.times is not None and one.times.tolist() == [1]
 
 
+def standing() -> Trajectory:
+    return replace(straight(5), positions=np.ones((5, 3)))
+
+
 @pytest.mark.parametrize(
     ("act", "words"),
     [
@@ -192,6 +197,14 @@ def test_poses_are_associated_by_time() -> None:
         (lambda a, b: metrics.rpe(a.rows([0]), a.rows([0])), "no pair of poses"),
         (lambda a, b: metrics.align(a.rows([0, 1]), a.rows([0, 1])), "on a line"),
         (lambda a, b: metrics.align(a, b), "as many points"),
+        (lambda a, b: metrics.associate(a, b.rows([])), "the estimate has no poses"),
+        (lambda a, b: metrics.associate(a.rows([]), b), "the reference has no poses"),
+        (lambda a, b: metrics.rpe(a, a, delta=4, unit="rad"), "at most 180 degrees"),
+        (lambda a, b: metrics.rpe(a, a, delta=np.inf), "a whole number from 1"),
+        (lambda a, b: metrics.rpe(a, a, delta=np.inf, unit="m"), "a positive number"),
+        (lambda a, b: metrics.rpe(a, a, pairs_from="refrence"), "found 'refrence'"),
+        (lambda a, b: metrics.rpe(standing(), standing(), "distance_ratio"), "is apart"),
+        (lambda a, b: metrics.align(standing(), standing(), only_scale=True), "in one place"),
         (lambda a, b: metrics.align_origin(a.rows([]), b), "without poses"),
     ],
 )
@@ -199,3 +212,26 @@ def test_what_cannot_be_compared_is_named(act: Any, words: str) -> None:
     with pytest.raises(AraelError, match="E0729") as failure:
         act(straight(5), straight(4))
     assert words in str(failure.value)
+
+
+@pytest.mark.parametrize("size", [1.0, 100.0, 1e4])
+def test_a_line_of_any_length_determines_no_rotation(size: float) -> None:
+    """Rounding across the line, in proportion to its length, was taken for a plane."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        points = size * rng.uniform(size=(50, 1)) * rng.normal(size=3)
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        with pytest.raises(AraelError, match="on a line"):
+            metrics.umeyama(points, points @ turn.T)
+        bent = points + 1e-5 * size * rng.normal(size=(50, 3))
+        turn *= np.linalg.det(turn)
+        np.testing.assert_allclose(metrics.umeyama(bent, bent @ turn.T).rotation, turn, atol=1e-6)
+
+
+def test_a_line_determines_the_scale() -> None:
+    line = straight(5)
+    aligned, found = metrics.align(
+        replace(line, positions=line.positions / 2), line, only_scale=True
+    )
+    assert found.scale == pytest.approx(2)
+    np.testing.assert_allclose(aligned.positions, line.positions, atol=1e-12)

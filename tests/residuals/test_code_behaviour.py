@@ -409,6 +409,21 @@ WRONG = {
         "with instance 9",
         "expected 0 .. 4",
     ),
+    "negative": (
+        lambda a, b, s, d: (np.zeros(5), [a, b, s], ([0, 1], [0, -2], [0, 0], [1.0, 1.0])),
+        "with row -2",
+        "expected 0 .. 4",
+    ),
+    "fractions": (
+        lambda a, b, s, d: (np.zeros(5), [a, b, s], ([0], [0.5], [0], [1.0])),
+        "returned float64 as rows of the Hessian",
+        "expected whole numbers",
+    ),
+    "names": (
+        lambda a, b, s, d: (np.zeros(5), [a, b, s], ([0], ["x"], [0], [1.0])),
+        "as rows of the Hessian",
+        "expected whole numbers",
+    ),
 }
 
 
@@ -422,6 +437,12 @@ def test_wrong_results(model: Any, which: str) -> None:
     assert "E0772" in text
     for part in parts:
         assert part in text
+
+
+def test_no_jacobian_of_a_single_parameter(model: Any) -> None:
+    model.add_residuals(lambda p: (p[:, 0], []), [model.points.pos], name="x")
+    with pytest.raises(FunctionError, match="returned 0 as Jacobians of 1 parameters"):
+        model.solve()
 
 
 def test_a_residual_that_is_nan_at_the_start(model: Any) -> None:

@@ -13,6 +13,8 @@ from arael.runtime.store import rotations
 
 Array = NDArray[np.float64]
 NANO = 1_000_000_000
+LONGEST = 9.2e9
+"""Times [s] up to which nanoseconds fit into 64 bits."""
 UNIT_TOLERANCE = 1e-2
 """Largest difference of a quaternion's norm from 1: files have as few as three decimals."""
 
@@ -115,10 +117,19 @@ class Trajectory:
         return replace(self, times=np.asarray(times, np.float64), stamps=None)
 
     def exact_stamps(self) -> NDArray[np.int64]:
-        """Times in whole nanoseconds (N,); row numbers in seconds if there are no times."""
+        """Times in whole nanoseconds (N,); row numbers in seconds if there are no times.
+
+        Raises
+        ------
+        AraelError
+            E0706: a time beyond 292 years, which nanoseconds in 64 bits do not hold.
+        """
         if self.stamps is not None:
             return self.stamps
         times = np.arange(len(self), dtype=np.float64) if self.times is None else self.times
+        if len(times) and np.abs(times).max() >= LONGEST:
+            far = float(times[np.argmax(np.abs(times))])
+            raise _wrong("E0706", f"the time {far:g} s is too large: are these nanoseconds?")
         seconds = np.floor(times)
         rest = np.rint((times - seconds) * NANO)
         return seconds.astype(np.int64) * NANO + rest.astype(np.int64)

@@ -125,7 +125,7 @@ def _stop_if_wrong(lines: Lines) -> None:
 
 
 def _exact(lines: Lines) -> NDArray[np.int64] | None:
-    """Times of at most nine decimals as whole nanoseconds; None if a time has more."""
+    """Times of at most nine decimals as whole nanoseconds; None if a time has more, or is huge."""
     found = []
     for words in lines.words:
         seconds, _, decimals = words[0].partition(".")
@@ -133,6 +133,8 @@ def _exact(lines: Lines) -> NDArray[np.int64] | None:
         if not digits or len(decimals) > 9:
             return None
         found.append(int(seconds) * NANO + int(decimals.ljust(9, "0")))
+        if found[-1] > LARGEST:
+            return None
     return np.array(found, np.int64)
 
 

@@ -336,7 +336,7 @@ def keys_of(rows, Py_ssize_t lead, block_at, list others, Py_ssize_t nowhere):
     cdef Py_ssize_t n = rows.shape[0], uses = rows.shape[1], pairs = block_at.shape[1], k, pair
     cdef bint some
     cdef const int32_t* row = <const int32_t*>address(rows, np.int32)
-    cdef const int64_t* at = <const int64_t*>address(block_at, np.int64)
+    cdef const int64_t* at = <const int64_t*>address(block_at, np.int64, n * pairs)
     cdef uint8_t* seen
     cdef int64_t place
     if not 0 <= lead < uses:
@@ -370,18 +370,18 @@ def keys_of(rows, Py_ssize_t lead, block_at, list others, Py_ssize_t nowhere):
 
 
 def order_by(keys):
-    """(n,) int64, stable order of keys that are not negative; None if they are in order."""
+    """(n,) int64, stable order of keys (n,) int64; None if they are in order."""
     cdef Py_ssize_t n = len(keys), k
     cdef const int64_t* key = <const int64_t*>address(keys, np.int64)
-    cdef int64_t most = 0, place = 0, count
+    cdef int64_t least = 0, most = 0, place = 0, count
     cdef bint sorted_ = True
     cdef int64_t* ends
     for k in range(n):
         sorted_ &= k == 0 or key[k - 1] <= key[k]
-        most = max(most, key[k])
+        least, most = min(least, key[k]), max(most, key[k])
     if sorted_:
         return None
-    if most > SPREAD * n:
+    if least < 0 or most > SPREAD * n:
         return np.argsort(keys, kind="stable")
     order = np.empty(n, dtype=np.int64)
     cdef int64_t* to = <int64_t*>writable(order, np.int64)

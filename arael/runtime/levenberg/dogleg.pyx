@@ -37,6 +37,10 @@ cdef double SHRINK_ACCEPTED = 0.5
 cdef double GROW = 2
 # By how much a step on a line shrinks.
 cdef double HALVE = 0.5
+# Length of a state, of the Gauss-Newton step, up to which it is no scale for the first step; neither
+# where such a step would change the cost by less than so many times its rounding noise.
+cdef double NEGLIGIBLE = 1e-8
+cdef double VISIBLE = 1e3
 
 
 cdef class Dogleg:
@@ -88,7 +92,8 @@ cdef class Dogleg:
                 # A first step no longer than the state is far: beyond, costs tend to be flat.
                 size = sqrt(c.energy)
                 c.region.radius = sqrt(sums.scaled)
-                if size > 0 and self._path != LINE:
+                if (self._path != LINE and size > NEGLIGIBLE * c.region.radius
+                        and 2 * size * c.promise > VISIBLE * c.noise_floor * c.region.radius):
                     c.region.radius = min(c.region.radius, size)
         self._vectors.keep_newton()
         if self._secant:

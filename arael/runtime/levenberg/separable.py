@@ -31,11 +31,13 @@ def inner_steps(problem: Problem, solver: LinearSolver, floor: float) -> InnerSt
     """Inner iterations over the entities that `solver` eliminates.
 
     None if it eliminates none, or if an instance reads two of them: costs of entities would then
-    depend on each other. None too with bounds, or with guards over parameters.
+    depend on each other. None too with bounds, with guards over parameters, or where functions are
+    called before each linearisation: inner iterations linearise at states that are only tried.
     """
     if not isinstance(solver, SchurSolver):
         return None
-    if problem.evaluation.guarded or problem.box.count:
+    evaluation = problem.evaluation
+    if evaluation.guarded or evaluation.updating or problem.box.count:
         return None
     entities, structure = solver.reduction.entities, problem.structure
     count = len(entities) - 1
@@ -50,4 +52,4 @@ def inner_steps(problem: Problem, solver: LinearSolver, floor: float) -> InnerSt
         ).any():
             return None
         found.append(np.ascontiguousarray(one, dtype=np.int32))
-    return InnerSteps(problem.evaluation, entities, Eliminated(count, tuple(found)), floor)
+    return InnerSteps(evaluation, entities, Eliminated(count, tuple(found)), floor)

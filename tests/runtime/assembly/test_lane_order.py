@@ -25,6 +25,17 @@ def test_instances_are_ordered_by_lead_and_those_that_meet_again_come_last(seed:
     np.testing.assert_array_equal(np.arange(n) if order is None else order, expected)
 
 
+def test_negative_keys_are_ordered_too() -> None:
+    """They would be counted before the first place."""
+    np.testing.assert_array_equal(order_by(np.array([1, -2, 0, -2])), [1, 3, 2, 0])
+
+
+def test_places_of_fewer_instances_are_refused() -> None:
+    rows, block_at = np.zeros((3, 2), dtype=np.int32), np.zeros((2, 3), dtype=np.int64)
+    with pytest.raises(ValueError, match="at least 9 scalars"):
+        keys_of(rows, 0, block_at, [1], 0)
+
+
 def test_keys_that_are_far_apart_are_ordered_too() -> None:
     np.testing.assert_array_equal(order_by(np.array([10**9, 3, 10**9, 0])), [3, 1, 0, 2])
     assert order_by(np.array([0, 0, 10**9])) is None

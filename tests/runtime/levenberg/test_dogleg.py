@@ -217,6 +217,21 @@ def test_first_radius_is_no_longer_than_the_state():
         assert watcher.attempts[0].record["radius"] == pytest.approx(min(size, newton), rel=1e-6)
 
 
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("start", [0.0, 1e-12, 1e-18, 1e-25])
+def test_first_step_ignores_the_length_of_a_state_that_is_nearly_zero(start, precision):
+    """A step so short changes no cost: it was rejected, shortened, and the solve stalled."""
+    layout = toys.root_only(1, lambda x: [x[0] / 10, 0.9 - x[0]], precision)
+    problem = Problem(layout, toys.at(layout, start))
+    solver = DenseSolver(problem.structure.pattern, precision == "f32")
+    config = LmConfig.of(strategy="dogleg")
+    watcher = Watcher()
+    minimiser = Minimiser(problem.evaluation, solver, problem.box, config, watcher, True)
+    assert minimiser.run() == "converged"
+    assert minimiser.current_cost == pytest.approx(0.81 * 0.01 / 1.01, rel=1e-5)
+    assert len(watcher.attempts) <= 3
+
+
 def test_steps_stay_inside_bounds_and_predict_what_the_cut_step_does():
     cut = 0
     for start in starts():

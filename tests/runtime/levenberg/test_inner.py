@@ -182,6 +182,19 @@ def test_only_the_automatic_strategy_takes_them(tmp_path: Path, settings: dict[s
     assert separable_for(problem, LmConfig.of(), problem.make_solver("dense"), None) is None
 
 
+def test_none_where_functions_are_called_before_linearisations(tmp_path: Path) -> None:
+    """Inner iterations linearise at states that are only tried, for which nothing is called."""
+    model = bundle(loaded(tmp_path))
+    called = []
+    model.before_linearisation(lambda at: called.append(at.copy()), [model.cameras.at])
+    problem = model._problem()
+    assert inner_steps(problem, problem.make_solver("schur"), 1e-12) is None
+    result = model.solve(solver="schur")
+    assert not took_inner(result)
+    # Once for each accepted state.
+    assert len(called) == 1 + int(result.history["accepted"].sum())
+
+
 def test_none_where_an_instance_reads_two_eliminated_entities(tmp_path: Path) -> None:
     path = tmp_path / "pairs.arael"
     path.write_text(PAIRS)
