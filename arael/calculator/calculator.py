@@ -16,8 +16,8 @@ import sympy as sp
 from arael.calculator.forms import FORMS, TEXTS, resolved
 from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES
 from arael.check.typed import BOOL
+from arael.diagnostics.arguments import fail
 from arael.diagnostics.records import AraelError, Diagnostic, Label, Source, Span
-from arael.sym.errors import fail
 from arael.sym.evaluation import eval
 from arael.sym.functions import number
 from arael.sym.notation import shaped, text

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 import sympy as sp
 
 from arael.check.typed import REAL
+from arael.diagnostics.arguments import fail
 from arael.sym import algebra, printing
-from arael.sym.errors import fail
 from arael.sym.notation import require_printable
 from arael.sym.reading import Reader, Special
 from arael.sym.values import Value, free_vars, type_of

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from arael.check.arithmetic import NotConstant, evaluate
 from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity, RefList, describe
-from arael.check.builtins import CONSTANTS, FUNCTIONS, IDENTITIES, METHODS, is_number
+from arael.check.builtins import FUNCTIONS, IDENTITIES, METHODS, is_number
 from arael.check.field_reads import bind_field
 from arael.check.scope import Candidate
 from arael.check.stored import as_stored
@@ -29,13 +29,8 @@ from arael.check.typed import (
 from arael.check.typist import Typist
 from arael.check.units import Unit
 from arael.diagnostics.records import Label
+from arael.operations.constants import CONSTANTS
 from arael.syntax import tree
-
-CONSTANT_VALUES = {
-    "pi": 3.141592653589793,
-    "e": 2.718281828459045,
-    "epsilon": 2.220446049250313e-16,
-}
 
 QUATERNION_PARTS = {"w": 0, "x": 1, "y": 2, "z": 3}
 VECTOR_PARTS = {"x": 0, "y": 1, "z": 2}
@@ -52,7 +47,7 @@ def name(t: Typist, node: tree.Name) -> Binding:
     if found:
         return found[0].bind(node.span)
     if node.id in CONSTANTS:
-        return t.make(Literal_(type=REAL, span=node.span, value=CONSTANT_VALUES[node.id]))
+        return t.make(Literal_(type=REAL, span=node.span, value=CONSTANTS[node.id].number))
     if node.id in IDENTITIES:
         return t.make(Apply(type=IDENTITIES[node.id], span=node.span, name=node.id, args=()))
     return _unknown(t, node)

@@ -23,7 +23,7 @@ from arael.check.typed import (
     VectorType,
 )
 from arael.manifolds.inverse import LARGEST_DETERMINANT, LARGEST_INVERSE
-from arael.operations import OPERATIONS, Operation
+from arael.operations import OPERATIONS, Operation, constants
 
 Types = Sequence[ValueType]
 
@@ -34,7 +34,7 @@ VEC3 = VectorType(3)
 TWISTS: dict[ValueType, ValueType] = {VectorType(6): TRANSFORM, VectorType(7): SIMILARITY}
 
 # Constants by name, and the functions without arguments that read like constants.
-CONSTANTS = ("pi", "e", "epsilon")
+CONSTANTS = tuple(constants.CONSTANTS)
 IDENTITIES: dict[str, ValueType] = {"identity2": MAT2, "identity3": MAT3}
 
 

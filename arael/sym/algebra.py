@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from arael.check.typed import REAL
-from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.arguments import fail, require
 from arael.sym import limits
-from arael.sym.errors import fail
 from arael.sym.notation import text
 from arael.sym.rewriting import from_sympy, over_the_reals, rewritten
 from arael.sym.values import (
@@ -24,12 +23,12 @@ from arael.sym.values import (
     by_variable,
     entries,
     free_vars,
-    listed_variables,
     postorder,
     require_size,
     size,
     symbol,
     type_of,
+    variables,
     with_entries,
 )  # fmt: skip
 
@@ -65,12 +64,8 @@ def diff(value: Any, by: Any, times: int = 1) -> Value:
 
 
 def _derivatives(value: Value, by: Any) -> list[Any]:
-    require_size(
-        entries(value),
-        limits.MAX_DIFFERENTIATED,
-        "what is differentiated",
-        "work out numbers with `eval`, differentiate a part, or use SymPy's own `diff`",
-    )
+    help_ = "work out numbers with `eval`, differentiate a part, or use SymPy's own `diff`"
+    require_size(size(entries(value)), limits.MAX_DIFFERENTIATED, "what is differentiated", help_)
     return [e.diff(by) if isinstance(e, sp.Expr) else sp.S.Zero for e in entries(value)]
 
 
@@ -86,8 +81,7 @@ def jacobian(values: Any, by: Iterable[Any] | None = None) -> Any:
         E0652 if one of `by` is no variable, or there is none.
     """
     value = as_value(values)
-    given = free_vars(value) if by is None else listed_variables(by, "jacobian")
-    names = [variable(v) for v in given]
+    names = [variable(v) for v in variables(value, by, "jacobian")]
     if not names:
         help_ = ("name variables: `jacobian(f, [x, y])`",)
         fail("E0652", "there is no variable to differentiate by", origin="jacobian", help=help_)
@@ -101,17 +95,15 @@ def gradient(value: Any, by: Iterable[Any] | None = None) -> Any:
 
 def _scalar(value: Any, function: str) -> Value:
     value = as_value(value)
-    if type_of(value) != REAL:
-        raise wrong_argument(
-            function, "value", "a scalar", value, "`jacobian` differentiates vectors"
-        )
+    help_ = "`jacobian` differentiates vectors"
+    require(type_of(value) == REAL, function, "value", "a scalar", value, help_)
     return value
 
 
 def hessian(value: Any, by: Iterable[Any] | None = None) -> Any:
     """Matrix of second derivatives of a scalar; by all variables, in alphabetical order."""
     value = _scalar(value, "hessian")
-    names = list(free_vars(value)) if by is None else listed_variables(by, "hessian")
+    names = variables(value, by, "hessian")
     return jacobian(gradient(value, names), names)
 
 

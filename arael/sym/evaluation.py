@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import reduce
 from typing import Any, NoReturn
 
@@ -14,21 +14,12 @@ from sympy.logic.boolalg import BooleanFunction
 
 from arael.check.typed import BOOL, REAL, ValueType
 from arael.check.types import shape_of
-from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.arguments import as_numbers, fail
 from arael.diagnostics.suggest import closest
 from arael.operations import OPERATIONS
 from arael.runtime.machine.programs import evaluate as run
-from arael.sym.errors import fail
 from arael.sym.functions import OWN, UserFunction
-from arael.sym.values import (
-    Value,
-    as_value,
-    by_variable,
-    entries,
-    free_vars,
-    listed_variables,
-    type_of,
-)
+from arael.sym.values import Value, as_value, by_variable, entries, free_vars, type_of, variables
 from arael.symbolic.functions import OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.sharing import Writer
@@ -42,7 +33,6 @@ _NAME_OF: Mapping[Any, str] = {
     **{sp.StrictLessThan: "lt", sp.LessThan: "le", sp.Eq: "eq", sp.Ne: "ne"},
     **{sp.And: "and", sp.Or: "or", sp.Not: "not", sp.ITE: "select"},
 }
-_SWAPPED = {sp.StrictGreaterThan: "lt", sp.GreaterThan: "le"}
 _RECIPROCAL_OF = {
     **{sp.cot: sp.tan, sp.sec: sp.cos, sp.csc: sp.sin},
     **{sp.coth: sp.tanh, sp.sech: sp.cosh, sp.csch: sp.sinh},
@@ -95,8 +85,8 @@ class Lowered(Writer):
         return self._operation(name, args)
 
     def _condition(self, term: Any) -> int:
-        if type(term) in _SWAPPED:
-            return self._operation(_SWAPPED[type(term)], [*map(self.node, term.args[::-1])])
+        if isinstance(term, sp.Gt | sp.Ge):
+            return self.node(term.reversed)
         if not isinstance(term, sp.Piecewise):
             return self._named(term)
         *arms, (last, rest) = term.args
@@ -159,7 +149,7 @@ class Compiled:
         if len(inputs) != len(self.names):
             message = f"expected {len(self.names)} values ({', '.join(self.names)})"
             fail("E0303", f"{message}, found {len(inputs)}", origin="evaluation")
-        arrays = [_numbers(n, x) for n, x in zip(self.names, inputs, strict=True)]
+        arrays = [as_numbers(x, "evaluation", n) for n, x in zip(self.names, inputs, strict=True)]
         _require_broadcast(self.names, arrays)
         found = [np.asarray(f.native_value(*a._scalars(inputs))) for f, a in self._calls]
         return run(self._tape, [*arrays, *found])
@@ -177,10 +167,7 @@ def compiled(value: Any, by: Sequence[Any] | None = None) -> Compiled:
         language lacks.
     """
     value = as_value(value)
-    given = free_vars(value) if by is None else listed_variables(by, "compiled")
-    names = [*map(str, given)]
-    require_names(free_vars(value), dict.fromkeys(names))
-    return Compiled(value, names)
+    return Compiled(value, parameters(value, by, "compiled"))
 
 
 def eval(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -> Any:
@@ -199,20 +186,8 @@ def eval(value: Any, values: Mapping[Any, Any] | None = None, /, **named: Any) -
     value = as_value(value)
     given = {str(k): v for k, v in by_variable(values, named, "eval").items()}
     names = free_vars(value)
-    require_names(names, given)
+    _require(names, given)
     return Compiled(value, names)(*(given[n] for n in names))
-
-
-def _numbers(name: str, x: Any) -> Array:
-    try:
-        given = np.asarray(x)
-        if given.dtype.kind not in "biufO" or (
-            given.dtype == object and any(one is None for one in given.ravel())
-        ):
-            raise TypeError  # NumPy would read texts as numbers, None as NaN, and cut complex ones
-        return given.astype(np.float64, copy=False)
-    except (TypeError, ValueError):
-        raise wrong_argument("evaluation", name, "a number or an array of numbers", x) from None
 
 
 def _require_broadcast(names: Sequence[str], arrays: Sequence[Array]) -> None:
@@ -220,16 +195,19 @@ def _require_broadcast(names: Sequence[str], arrays: Sequence[Array]) -> None:
         np.broadcast_shapes(*(a.shape for a in arrays))
     except ValueError:
         shapes = ", ".join(f"{n} {a.shape}" for n, a in zip(names, arrays, strict=True) if a.ndim)
-        fail(
-            "E0704",
-            f"the values do not broadcast against each other: {shapes}",
-            origin="evaluation",
-            help=("give arrays of one shape, or numbers",),
-        )
+        message = f"the values do not broadcast against each other: {shapes}"
+        help_ = ("give arrays of one shape, or numbers",)
+        fail("E0704", message, origin="evaluation", help=help_)
 
 
-def require_names(names: Sequence[str], given: Mapping[str, Any]) -> None:
-    """Raise E0650 if one of the variables `names` is not among `given`."""
+def parameters(value: Value, by: Any, function: str) -> list[str]:
+    """Names of the variables `by`, all of `value` if None; E0650 if one of `value` is missing."""
+    names = [*map(str, variables(value, by, function))]
+    _require(free_vars(value), names)
+    return names
+
+
+def _require(names: Sequence[str], given: Collection[str]) -> None:
     missing = [n for n in names if n not in given]
     if not missing:
         return
@@ -237,13 +215,9 @@ def require_names(names: Sequence[str], given: Mapping[str, Any]) -> None:
     hint = f"give it one: `eval(f, {missing[0]}=1.0)`"
     if near:
         hint = f"did you mean `{missing[0]}` by `{near[0]}`?"
-    fail(
-        "E0650",
-        f"variable `{missing[0]}` has no value",
-        origin="evaluation",
-        notes=(f"without a value are {', '.join(missing)}",) if len(missing) > 1 else (),
-        help=(hint,),
-    )
+    notes = (f"without a value are {', '.join(missing)}",) if len(missing) > 1 else ()
+    message = f"variable `{missing[0]}` has no value"
+    fail("E0650", message, origin="evaluation", notes=notes, help=(hint,))
 
 
 def _shaped(type_: ValueType, scalars: list[Array]) -> Any:

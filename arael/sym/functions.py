@@ -22,6 +22,7 @@ from sympy.printing.precedence import PRECEDENCE
 
 from arael.operations import OPERATIONS, numbers
 from arael.operations import Operation as Record
+from arael.operations.constants import CONSTANTS
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.sym.limits import MAX_SUPERSCRIPT
@@ -29,10 +30,10 @@ from arael.symbolic import functions as core
 from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import real
+from arael.symbolic.terms import exact
 
 Maker = Callable[..., Any]
 
-_LARGEST_DENOMINATOR = 1024
 _LARGEST = 1e15
 _LONGEST = 1 << 128
 
@@ -163,11 +164,8 @@ def _of_record(one: Record) -> Maker:
 
 def number(value: float) -> Any:
     """Return a number as SymPy's: exact if it is whole or a short binary fraction."""
-    if -_LARGEST <= value <= _LARGEST:
-        numerator, denominator = value.as_integer_ratio()
-        if denominator <= _LARGEST_DENOMINATOR:
-            return sp.Rational(numerator, denominator)
-    return sp.Float(value)
+    found = exact(value, _LARGEST)
+    return sp.Float(value) if found is None else found
 
 
 def operation(name: str, *args: Any) -> Any:
@@ -310,7 +308,7 @@ MAKERS: Mapping[str, Maker] = {
     "sum": lambda *terms: sp.Add(*terms),
     "pi": lambda: sp.pi,
     "e": lambda: sp.E,
-    "epsilon": lambda: sp.Float(2.0**-52),
+    "epsilon": lambda: sp.Float(CONSTANTS["epsilon"].number),
 }
 """Operation of the language -> SymPy's expression of its operands."""
 

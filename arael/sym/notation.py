@@ -13,7 +13,7 @@ from sympy.printing.str import StrPrinter
 
 from arael.check.typed import MatrixType, QuaternionType, TransformType, ValueType, VectorType
 from arael.sym.limits import MAX_WRITTEN_OUT
-from arael.sym.values import Value, as_value, entries, require_size, type_of
+from arael.sym.values import Value, as_value, entries, require_size, size, type_of
 from arael.symbolic.functions import OPERATION_OF
 
 
@@ -32,12 +32,13 @@ def text(value: Any) -> str:
 
 def require_printable(value: Value) -> None:
     """Raise E0653 if a value is too large to be written out."""
-    require_size(
-        entries(value),
-        MAX_WRITTEN_OUT,
-        "the expression, written out,",
-        "take out what is shared first, with `cse`",
-    )
+    require_written(size(entries(value)))
+
+
+def require_written(operations: int) -> None:
+    """Raise E0653 if that many operations, nothing shared, are too many."""
+    help_ = "take out what is shared first, with `cse`"
+    require_size(operations, MAX_WRITTEN_OUT, "the expression, written out,", help_)
 
 
 def shaped(type_: ValueType, scalars: list[str]) -> str:

@@ -10,20 +10,12 @@ import sympy as sp
 from sympy.printing.numpy import NumPyPrinter, SciPyPrinter
 
 from arael.check.typed import BOOL, REAL, MatrixType, VectorType
-from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.arguments import require
 from arael.sym.algebra import cse
-from arael.sym.evaluation import Lowered, require_names
-from arael.sym.notation import require_printable, shaped
+from arael.sym.evaluation import Lowered, parameters
+from arael.sym.notation import require_printable, require_written, shaped
 from arael.sym.rewriting import over_numpy
-from arael.sym.values import (
-    Value,
-    as_value,
-    entries,
-    free_vars,
-    listed_variables,
-    symbol,
-    type_of,
-)
+from arael.sym.values import Value, as_value, entries, free_vars, symbol, type_of
 from arael.symbolic.c import REAL_TYPES, c_prelude
 from arael.symbolic.c import c as c_expression
 
@@ -78,8 +70,7 @@ def c(value: Any, real: str = "double") -> str:
 
     It may call functions that `c_prelude` defines, and native functions by their name.
     """
-    if not isinstance(real, str) or real not in REAL_TYPES:
-        raise wrong_argument("c", "real", "`double` or `float`", real)
+    require(str(real) in REAL_TYPES, "c", "real", "`double` or `float`", real)
     value = as_value(value)
     require_printable(value)
     scalars = [_c(e, real) for e in entries(value)]
@@ -88,6 +79,7 @@ def c(value: Any, real: str = "double") -> str:
 
 def _c(e: Any, real: str) -> str:
     lowered = Lowered([e])
+    require_written(lowered.graph.tree_operations(lowered.roots))  # composed functions included
 
     def name(key: Any) -> str:
         if isinstance(key, sp.Basic):  # a call of a native function
@@ -106,14 +98,12 @@ def c_function(name: str, value: Any, by: Sequence[Any] | None = None) -> str:
     """
     value = as_value(value)
     symbol(name)  # E0651 if that is no name
-    given = free_vars(value) if by is None else listed_variables(by, "c_function")
-    require_names(free_vars(value), dict.fromkeys(map(str, given)))
-    names = [code_name(str(v)) for v in given]
+    heads = [f"double {code_name(n)}" for n in parameters(value, by, "c_function")]
     shared = cse([value])
     (result,) = shared.values
     scalar = type_of(value) in (REAL, BOOL)
-    parameters = [f"double {n}" for n in names] + ([] if scalar else ["double *out"])
-    lines = [f"{'double' if scalar else 'void'} {name}({', '.join(parameters) or 'void'}) {{"]
+    heads += [] if scalar else ["double *out"]
+    lines = [f"{'double' if scalar else 'void'} {name}({', '.join(heads) or 'void'}) {{"]
     lines += [f"    const double {t.name} = {c(e)};" for t, e in shared.temporaries]
     for i, e in enumerate(entries(result)):
         lines.append(f"    {'return' if scalar else f'out[{i}] ='} {c(e)};")

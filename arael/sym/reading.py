@@ -22,12 +22,11 @@ from arael.check.typed import INT, Apply, Formal, Invoke, Literal_, Typed
 from arael.check.typist import Slots, Typist
 from arael.check.walk import operands, postorder
 from arael.compiler.scalarise import NoUses, Scalariser
-from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.arguments import as_mapping, fail, require
 from arael.diagnostics.records import Findings, Source, Span
-from arael.sym.errors import fail
 from arael.sym.functions import Formulas, operation
 from arael.sym.limits import MAX_WRITTEN_OUT
-from arael.sym.values import Value, as_value, composite, entries, require_size, type_of
+from arael.sym.values import Value, as_value, composite, entries, require_size, size, type_of
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.syntax import tree
@@ -88,7 +87,7 @@ class Reader(Typist):
         assert isinstance(typed, Typed)
         _require_size(typed)
         found = self._scalars.nodes(typed)
-        require_size(found, MAX_WRITTEN_OUT, "the formula, written out,")
+        require_size(size(found), MAX_WRITTEN_OUT, "the formula, written out,")
         return composite(typed.type, found)
 
     def leaf(self, value: Value, span: Span) -> Typed | Broken:
@@ -135,17 +134,12 @@ def parse(
             origin="parse",
             help=('write for example `parse("a * x")`; an expression needs no parsing',),
         )
-    if functions is not None and not (
-        isinstance(functions, Mapping) and all(hasattr(f, "node") for f in functions.values())
-    ):
-        raise wrong_argument("parse", "functions", "a `FunctionBag`", functions)
-    if names is not None and not (
-        isinstance(names, Mapping) and all(isinstance(name, str) for name in names)
-    ):
-        raise wrong_argument("parse", "names", "a mapping from names to values", names)
+    bag = as_mapping(functions, str, "parse", "functions", "a `FunctionBag`")
+    fits = all(hasattr(f, "node") for f in bag.values())
+    require(fits, "parse", "functions", "a `FunctionBag`", functions)
+    given = as_mapping(names, str, "parse", "names", "a mapping from names to values")
     source = text if isinstance(text, Source) else Source("formula", text)
-    values = {name: as_value(value) for name, value in (names or {}).items()}
-    return _read(source, functions, values)
+    return _read(source, functions, {name: as_value(value) for name, value in given.items()})
 
 
 def call(name: str, args: Sequence[Any], bag: Mapping[str, Function] | None = None) -> Value:
@@ -224,13 +218,8 @@ def _require_size(typed: Typed) -> None:
 def _number(t: Reader, node: tree.Number) -> Binding:
     if node.unit is None:
         return expressions.HANDLERS[tree.Number](t, node)
-    return t.fail(
-        "E0320",
-        node.unit.span,
-        "this formula has no units",
-        label="units are checked in model files",
-        help=[f"write `{node.text}`"],
-    )
+    label, help_ = "units are checked in model files", [f"write `{node.text}`"]
+    return t.fail("E0320", node.unit.span, "this formula has no units", label=label, help=help_)
 
 
 def _name(t: Reader, node: tree.Name) -> Binding:
@@ -243,13 +232,8 @@ def _name(t: Reader, node: tree.Name) -> Binding:
         if node.id in IDENTITIES:
             return t.apply(node, node.id, [], IDENTITIES[node.id])
         if node.id in FUNCTIONS or node.id in t.bag:
-            return t.fail(
-                "E0304",
-                node.span,
-                f"`{node.id}` is a function",
-                label="expected a value here",
-                help=[f"call it: `{node.id}(...)`"],
-            )
+            message, help_ = f"`{node.id}` is a function", [f"call it: `{node.id}(...)`"]
+            return t.fail("E0304", node.span, message, label="expected a value here", help=help_)
     return t.leaf_of(node.id, node.span)
 
 
@@ -270,13 +254,8 @@ def _attribute(t: Reader, node: tree.Attribute) -> Binding:
 
 
 def _sum(t: Reader, node: tree.Sum) -> Binding:
-    return t.fail(
-        "E0612",
-        node.span,
-        "sums over lists are part of model files",
-        label="a formula has no lists",
-        help=["write the terms: `a + b + c`"],
-    )
+    message, help_ = "sums over lists are part of model files", ["write the terms: `a + b + c`"]
+    return t.fail("E0612", node.span, message, label="a formula has no lists", help=help_)
 
 
 def _call(t: Reader, node: tree.Call) -> Binding:
@@ -285,13 +264,10 @@ def _call(t: Reader, node: tree.Call) -> Binding:
         chain = [caller for caller, _ in t.calls]
         if name in chain:
             circle = [*chain[chain.index(name) :], name]
-            fail(
-                "E0605",
-                f"function calls itself: {' -> '.join(circle[:6] + ['...'] * (len(circle) > 6))}",
-                t.bag[name].node.name.span,
-                "cannot be written out as a formula",
-                help=("formulas have no loops; give the function as a closed formula",),
-            )
+            path = " -> ".join(circle[:6] + ["..."] * (len(circle) > 6))
+            message, label = f"function calls itself: {path}", "cannot be written out as a formula"
+            help_ = ("formulas have no loops; give the function as a closed formula",)
+            fail("E0605", message, t.bag[name].node.name.span, label, help=help_)
     elif name in t.special and not t.calls:
         return t.leaf(t.special[name](t, node), node.span)
     elif name and name not in FUNCTIONS and name not in IDENTITIES:
@@ -300,9 +276,8 @@ def _call(t: Reader, node: tree.Call) -> Binding:
             near = [f"`{name}` is a value; write `{name} * (...)` to multiply"]
         elif name in ROW_METHODS:
             near = [f"write `M.{name}(i)`"]
-        return t.fail(
-            "E0205", node.func.span, f"unknown function `{name}`", label="not found", help=near
-        )
+        message = f"unknown function `{name}`"
+        return t.fail("E0205", node.func.span, message, label="not found", help=near)
     return calls.call(t, node)
 
 

@@ -15,9 +15,8 @@ from arael.check.items import gather
 from arael.check.report import Reporter
 from arael.check.typed import BOOL, REAL
 from arael.compiler.imports import Imports
-from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.arguments import as_list, as_mapping, fail, require
 from arael.diagnostics.records import Findings, Source
-from arael.sym.errors import fail
 from arael.sym.evaluation import Compiled
 from arael.sym.functions import UserFunction, number
 from arael.sym.reading import Reader, call
@@ -136,14 +135,16 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             For what is wrong in the text; E0651 if it is no definition of one function.
         """
-        if not isinstance(text, str):
-            raise wrong_argument(
-                "define", "text", "the definition of a function", text, "write `f(x) = x^2`"
-            )
-        source = Source("definition", f"fn {text.strip().removeprefix('fn ')}")
-        items = parse_file(source).items
-        if len(items) == 1 and isinstance(items[0], tree.Function) and items[0].body is not None:
-            return self.add(items[0])
+        expected, help_ = "the definition of a function", "write `f(x) = x^2`"
+        require(isinstance(text, str), "define", "text", expected, text, help_)
+        return self._define(f"fn {text.strip().removeprefix('fn ')}", None)
+
+    def _define(self, text: str, native: Native | None) -> Function:
+        """Add the one function of a text, of the form that `native` implies."""
+        items = parse_file(Source("definition", text)).items
+        one = items[0] if len(items) == 1 else None
+        if isinstance(one, tree.Function) and (one.body is None) == (native is not None):
+            return self.add(one, native)
         help_ = ("write it like `f(x) = x^2`",)
         fail("E0651", "expected the definition of one function", origin="definition", help=help_)
 
@@ -156,18 +157,11 @@ class FunctionBag(Mapping[str, Function]):
         function of the bag, this one included.
         """
         symbol(name)  # E0651 if that is no name
-        for what, given in (("parameters", parameters), ("derivs", derivs)):
-            if isinstance(given, str) or not isinstance(given, Iterable):
-                raise wrong_argument("native", what, "a list of texts", given)
-        formals, slopes = list(parameters), list(derivs)
-        for one in (*formals, *slopes):
-            if not isinstance(one, str):
-                raise wrong_argument("native", "parameters and derivs", "lists of texts", one)
+        require(callable(function), "native", "function", "a function of floats", function)
+        formals = as_list(parameters, str, "native", "parameters", "a list of names")
+        slopes = as_list(derivs, str, "native", "derivs", "a list of formulas")
         head = f"extern fn {name}({', '.join(formals)})"
-        items = parse_file(Source("definition", f"{head} derivs [{', '.join(slopes)}]")).items
-        if len(items) != 1 or not isinstance(items[0], tree.Function):
-            fail("E0651", "expected the definition of one function", origin="definition")
-        return self.add(items[0], function)
+        return self._define(f"{head} derivs [{', '.join(slopes)}]", function)
 
     def add(self, node: tree.Function, native: Native | None = None) -> Function:
         """Add a function that has been read.
@@ -205,10 +199,9 @@ class FunctionBag(Mapping[str, Function]):
         AraelError
             As reading the model does; E0651 where an ``extern fn`` has no callable.
         """
-        if not isinstance(model, str | Path):
-            raise wrong_argument("from_model", "model", "a path or the text of a model", model)
-        if natives is not None and not isinstance(natives, Mapping):
-            raise wrong_argument("from_model", "natives", "a mapping by name", natives)
+        fits = isinstance(model, str | Path)
+        require(fits, "from_model", "model", "a path or the text of a model", model)
+        natives = as_mapping(natives, str, "from_model", "natives", "a mapping by name")
         is_text = isinstance(model, str) and ("\n" in model or "=" in model)
         source = Source("model", str(model)) if is_text else read_source(str(model))
         return cls.from_source(source, natives, None if is_text else Imports())

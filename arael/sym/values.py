@@ -23,9 +23,7 @@ from arael.check.typed import (
     ValueType,
     VectorType,
 )
-from arael.diagnostics.arguments import wrong_argument
-from arael.diagnostics.records import AraelError
-from arael.sym.errors import fail
+from arael.diagnostics.arguments import as_list, as_mapping, fail, require
 from arael.sym.functions import number
 from arael.sym.limits import MAX_SCALARS
 
@@ -69,11 +67,8 @@ def symbol(name: str) -> Any:
 
 def symbols(names: str | Iterable[str]) -> tuple[Any, ...]:
     """Return several variables: ``x, y = symbols("x y")``."""
-    if isinstance(names, str):
-        names = names.replace(",", " ").split()
-    elif not isinstance(names, Iterable):
-        raise wrong_argument("symbols", "names", "a text or a list of names", names)
-    return tuple(symbol(name) for name in names)
+    listed = names.replace(",", " ").split() if isinstance(names, str) else names
+    return tuple(map(symbol, as_list(listed, str, "symbols", "names", "a text or a list of names")))
 
 
 def vector(name: str, n: int) -> Any:
@@ -91,39 +86,18 @@ def vector(name: str, n: int) -> Any:
     return composite(VectorType(n), [symbol(f"{name}.{part}") for part in parts])
 
 
-def listed_variables(by: Any, function: str) -> list[Any]:
-    """Variables or their names in a list; one alone is a list of one.
-
-    Raises
-    ------
-    AraelError
-        E0828 for what is no list of them.
-    """
-    if isinstance(by, (str, sp.Symbol)):
-        return [by]
-    found = list(by) if isinstance(by, Iterable) and not isinstance(by, (bytes, sp.Basic)) else None
-    if found is None or not all(isinstance(one, (str, sp.Symbol)) for one in found):
-        raise wrong_argument(
-            function, "by", "a list of variables or of their names", by, 'write `["x", "y"]`'
-        )
-    return found
+def variables(value: Value, by: Any, function: str) -> list[Any]:
+    """Return the variables `by`, or their names; None: those of `value`, in alphabetical order."""
+    if by is None:
+        return list(free_vars(value))
+    expected, help_ = "a list of variables or of their names", 'write `["x", "y"]`'
+    return as_list(by, (str, sp.Symbol), function, "by", expected, help_)
 
 
 def by_variable(values: Any, named: Mapping[str, Any], function: str) -> dict[Any, Any]:
-    """What was given by variable, in a mapping and by keyword.
-
-    Raises
-    ------
-    AraelError
-        E0828 for what is no mapping of variables or their names.
-    """
-    if values is not None and not (
-        isinstance(values, Mapping) and all(isinstance(k, (str, sp.Basic)) for k in values)
-    ):
-        raise wrong_argument(
-            function, "values", "a mapping by variable", values, 'write `{"x": 1.0}`, or `x=1.0`'
-        )
-    return {**(values or {}), **named}
+    """Return what was given by variable, in a mapping and by keyword."""
+    expected, help_ = "a mapping by variable", 'write `{"x": 1.0}`, or `x=1.0`'
+    return {**as_mapping(values, (str, sp.Basic), function, "values", expected, help_), **named}
 
 
 def free_vars(value: Value) -> tuple[str, ...]:
@@ -191,7 +165,7 @@ def as_value(x: Any) -> Value:
         E0828 for what is no value: text, None, a list with rows of different lengths.
     """
     if isinstance(x, Transform):
-        return _checked(x)
+        return _transform(x)
     if isinstance(x, sp.MatrixBase):
         return sp.ImmutableMatrix(x)
     if isinstance(x, (sp.Expr, Boolean)) and not isinstance(x, sp.MatrixExpr):
@@ -200,36 +174,31 @@ def as_value(x: Any) -> Value:
         x = x.tolist()
     if isinstance(x, (list, tuple)):
         table = x if x and isinstance(x[0], (list, tuple)) else [[item] for item in x]
-        if not table or not table[0] or len({len(row) for row in table}) != 1:
-            raise _no_value(x, "a matrix needs rows of one length, one at least")
+        lengths = {len(row) for row in table}
+        _require(len(lengths) == 1 and 0 not in lengths, x, "rows have one length, one at least")
         scalars = [as_value(item) for row in table for item in row]
-        for scalar in scalars:
-            if type_of(scalar) not in (REAL, BOOL):
-                raise _no_value(x, f"entries are scalars, one is {type_of(scalar)}")
+        for one in map(type_of, scalars):
+            _require(one in (REAL, BOOL), x, f"entries are scalars, one is {one}")
         return composite(MatrixType(len(table), len(table[0])), scalars)
-    if isinstance(x, (str, bytes)):
-        raise _no_value(x, "`parse` reads formulas, `symbol` names variables")
+    help_ = "`parse` reads formulas, `symbol` names variables"
+    _require(not isinstance(x, (str, bytes)), x, help_)
     try:
         return number(float(x))
     except (TypeError, ValueError, OverflowError):
-        raise _no_value(x) from None
+        _require(False, x)
 
 
-def _no_value(x: Any, help: str = "") -> AraelError:
-    return wrong_argument("arael.sym", "value", "an expression, number, list or array", x, help)
+def _require(ok: bool, x: Any, help: str = "") -> None:
+    require(ok, "arael.sym", "value", "an expression, number, list or array", x, help)
 
 
-def _checked(x: Transform) -> Transform:
+def _transform(x: Transform) -> Transform:
     """Return a transform whose parts are values of their types; one by hand may have others."""
-    translation = as_value(x.translation)
-    scale = None if x.scale is None else as_value(x.scale)
-    if (
-        type_of(translation) == VectorType(3)
-        and isinstance(x.rotation, sp.Quaternion)
-        and (scale is None or type_of(scale) == REAL)
-    ):
-        return Transform(translation, x.rotation, scale)
-    raise _no_value(x, "a transform has a vector of three, a quaternion, and a scalar or None")
+    made = Transform(*(None if part is None else as_value(part) for part in x))
+    found = (*map(type_of, made[:2]), REAL if made.scale is None else type_of(made.scale))
+    help_ = "a transform has a vector of three, a quaternion, and a scalar or None"
+    _require(found == (VectorType(3), QUATERNION, REAL), x, help_)
+    return made
 
 
 def postorder(roots: Iterable[Any]) -> Iterator[Any]:
@@ -261,7 +230,7 @@ def size(roots: Iterable[Any]) -> int:
     return sum(counts[root] for root in roots)
 
 
-def require_size(roots: Iterable[Any], most: int, what: str, *help_: str) -> None:
-    """Raise E0653 if `roots`, written out, have more than `most` operations."""
-    if size(roots) > most:
+def require_size(operations: int, most: int, what: str, *help_: str) -> None:
+    """Raise E0653 if there are more than `most` operations."""
+    if operations > most:
         fail("E0653", f"{what} has more than {most} operations", origin="expression", help=help_)

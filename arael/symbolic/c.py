@@ -12,9 +12,6 @@ from collections.abc import Callable, Hashable, Sequence
 from arael.operations import OPERATIONS, Operation
 from arael.symbolic.graph import Graph
 
-LARGEST_TREE = 20_000
-"""Operations in the written-out expression above which printing is refused."""
-
 REAL_TYPES = {"double": "", "float": "f"}
 """C type of a real, and what the names of its library functions and its literals end with."""
 
@@ -65,18 +62,7 @@ def c_prelude(real: str = "double") -> str:
 
 
 def c(g: Graph, node: int, names: Callable[[Hashable], str] = str, real: str = "double") -> str:
-    """Write `node` as one C expression; it may call functions of `c_prelude`.
-
-    Raises
-    ------
-    ValueError
-        If that takes more than `LARGEST_TREE` operations.
-    """
-    size = g.tree_operations([node])
-    if size > LARGEST_TREE:
-        raise ValueError(
-            f"the expression has {size} operations written out, more than {LARGEST_TREE}"
-        )
+    """Write `node` as one C expression, nothing shared; it may call functions of `c_prelude`."""
     written: dict[int, tuple[str, int]] = {}
     for current in g.live([node]):
         name = g.ops[current]

@@ -14,16 +14,13 @@ not taken is discarded by a select and never multiplied by zero, since it may be
 from __future__ import annotations
 
 import heapq
-from collections.abc import Hashable, Iterable, Mapping
-from typing import TypeVar
+from collections.abc import Iterable, Mapping
 
 from sympy import S
 
 from arael.symbolic.forward import forward
 from arael.symbolic.terms import Term, Terms
-from arael.symbolic.varying import arguments, branches, rank_of_seeds, varying
-
-Seed = TypeVar("Seed", bound=Hashable)
+from arael.symbolic.varying import Seed, arguments, branches, rank_of_seeds, varying
 
 
 def eliminate(

@@ -8,15 +8,14 @@ an output.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from sympy import Add, S
 
 from arael.symbolic.functions import select
 from arael.symbolic.terms import Term, Terms
-from arael.symbolic.varying import arguments, branches, rank_of_seeds, varying
+from arael.symbolic.varying import Seed, arguments, branches, rank_of_seeds, varying
 
-Seed = TypeVar("Seed", bound=Hashable)
 Entries = dict[Hashable, Term]
 
 

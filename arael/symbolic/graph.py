@@ -279,4 +279,4 @@ class Graph:
         `inputs` are the keys of its inputs in order, by default all those of the graph; ValueError
         if an output needs another one.
         """
-        return write_tape(self, list(outputs), inputs)
+        return write_tape(self, Graph(), list(outputs), inputs)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal
 
 from arael.symbolic.graph import Graph
-from arael.symbolic.varying import arguments, rank_of_seeds, varying
+from arael.symbolic.varying import Seed, arguments, rank_of_seeds, varying
 
 if TYPE_CHECKING:
     from arael.symbolic.sharing import Shared
 
-Seed = TypeVar("Seed", bound=Hashable)
 Method = Literal["forward", "eliminate"]
 
 LARGEST_FOR_ELIMINATION = 4000

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
-from typing import Any, Generic, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, Generic
 
 import sympy as sp
 from sympy import S, Symbol
@@ -14,8 +14,8 @@ from arael.symbolic.functions import MAKERS, OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.terms import Term, Terms
+from arael.symbolic.varying import Seed
 
-Seed = TypeVar("Seed", bound=Hashable)
 Rows = list[dict[Seed, Term]]
 
 

@@ -12,57 +12,40 @@ if TYPE_CHECKING:
     from arael.symbolic.graph import Graph
 
 
-class _Writer:
-    """A tape in the making; nodes that differ only in prescribed derivatives meet again here."""
+def write_tape(
+    g: Graph, tape: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | None = None
+) -> Tape:
+    """Make the tape that `Graph.tape` documents, by way of the empty graph `tape`.
 
-    def __init__(self) -> None:
-        self.entries: dict[tuple[str, tuple[int, ...]], int] = {}
-        self.constants: dict[float, int] = {}
-        self.places: list[int] = []
-
-    def append(self, name: str, args: tuple[int, ...], place: int) -> int:
-        known = self.entries.get((name, args))
-        if known is None:
-            known = self.entries[(name, args)] = len(self.places)
-            self.places.append(place)
-        return known
-
-    def constant(self, value: float, place: int) -> int:
-        index = self.constants.setdefault(value, len(self.constants))
-        return self.append("const", (index,), place)
-
-
-def write_tape(g: Graph, outputs: Sequence[int], inputs: Sequence[Hashable] | None = None) -> Tape:
-    """Make the tape that `Graph.tape` documents."""
+    Nodes that differ only in prescribed derivatives are one node there.
+    """
     numbers = {key: i for i, key in enumerate(g.inputs if inputs is None else inputs)}
     live = g.live(outputs)
     turned = _turned(g, live, outputs)
     dropped = {g.args[node][0] for node in turned}
-    tape = _Writer()
     written: dict[int, int] = {}
     for node in live:
-        name, args, place = g.ops[node], g.args[node], g.places[node]
+        name, args, tape.place = g.ops[node], g.args[node], g.places[node]
         if node in dropped:
             continue
         if name == "input":
             key = g.inputs[args[0]]
             if key not in numbers:
                 raise ValueError(f"the program needs input {key!r}, which it is not given")
-            written[node] = tape.append(name, (numbers[key],), place)
+            written[node] = tape.intern(name, (numbers[key],))
         elif name == "const":
-            written[node] = tape.constant(g.constants[args[0]], place)
+            written[node] = tape.const(g.constants[args[0]])
         elif g.is_free(node):
             written[node] = written[args[0]]
         elif node in turned:
-            place, (name, *operands) = g.places[args[0]], turned[node]
-            terms = [tape.constant(a, place) if isinstance(a, float) else written[a]
-                     for a in operands]  # fmt: skip
-            written[node] = tape.append(name, tuple(terms), place)
+            tape.place, (name, *operands) = g.places[args[0]], turned[node]
+            terms = (tape.const(a) if isinstance(a, float) else written[a] for a in operands)
+            written[node] = tape.intern(name, tuple(terms))
         else:
-            written[node] = tape.append(name, tuple(written[a] for a in args), place)
+            written[node] = tape.intern(name, tuple(written[a] for a in args))
     return Tape(
-        ops=tuple(name for name, _ in tape.entries),
-        args=tuple(args for _, args in tape.entries),
+        ops=tuple(tape.ops),
+        args=tuple(tape.args),
         constants=tuple(tape.constants),
         outputs=tuple(written[node] for node in outputs),
         places=tuple(tape.places),

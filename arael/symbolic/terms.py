@@ -28,9 +28,9 @@ _LARGEST_NUMERATOR = 1 << 20
 _LONGEST = 40
 
 
-def exact(value: float) -> Term | None:
-    """`value` as a SymPy number if it is a short binary fraction."""
-    if value != value or abs(value) > _LARGEST_NUMERATOR:
+def exact(value: float, largest: float = _LARGEST_NUMERATOR) -> Term | None:
+    """`value` as a SymPy number if it is a short binary fraction of at most `largest`."""
+    if not abs(value) <= largest:
         return None
     numerator, denominator = value.as_integer_ratio()
     return Rational(numerator, denominator) if denominator <= _LARGEST_DENOMINATOR else None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from typing import TypeVar
 
 from arael.operations import OPERATIONS
 from arael.symbolic.graph import Graph, closure
 
-Seed = TypeVar("Seed")
+Seed = TypeVar("Seed", bound=Hashable)
 
 # Constant wherever they have a derivative: it is zero, also where they jump.
 FLAT = frozenset(one.name for one in OPERATIONS.values() if one.flat)
@@ -36,11 +36,9 @@ def branches(g: Graph, node: int) -> tuple[int, int, int] | None:
     name, args = g.ops[node], g.args[node]
     if name == "select":
         return args[0], args[1], args[2]
-    if name == "min":
-        return g.op("le", args[0], args[1]), args[0], args[1]
-    if name == "max":
-        return g.op("le", args[1], args[0]), args[0], args[1]
-    return None
+    if name not in ("min", "max"):
+        return None
+    return g.op("le", *(args if name == "min" else args[::-1])), args[0], args[1]
 
 
 def varying(graph: Graph, outputs: Iterable[int], seeds: Mapping[int, object]) -> list[int]:

@@ -148,3 +148,9 @@ def test_a_calculated_giant_is_not_written_out() -> None:
     for write in (sym.text, sym.latex, sym.c, sym.python):
         with pytest.raises(AraelError, match="E0653"):
             write(f)
+
+
+def test_c_of_nested_composed_functions_is_bounded() -> None:
+    nested = sym.parse("digamma(digamma(digamma(digamma(x))))")
+    with pytest.raises(AraelError, match="E0653"):
+        sym.c(nested)

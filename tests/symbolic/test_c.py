@@ -102,12 +102,3 @@ def test_prescribed_derivatives_print_as_their_value() -> None:
     g = Graph()
     x = g.input("x")
     assert c(g, g.op("exp", g.custom(g.op("sin", x), [(x, x)]))) == "exp(sin(x))"
-
-
-def test_printing_is_bounded() -> None:
-    g = Graph()
-    node = g.input("x")
-    for _ in range(40):
-        node = g.op("sin", g.op("mul", node, node))
-    with pytest.raises(ValueError, match="written out"):
-        c(g, node)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 
 from arael.operations import OPERATIONS, Operation
+from arael.operations.constants import CONSTANTS, Constant
 from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.operators import Scalar
 
@@ -40,8 +39,8 @@ class ScalarFunction:
         return self.build(g, *args)
 
 
-def _constant(name: str, number: float, value: str) -> ScalarFunction:
-    return ScalarFunction(name, 0, lambda g: g.const(number), value, "0")
+def _constant(name: str, one: Constant) -> ScalarFunction:
+    return ScalarFunction(name, 0, lambda g: g.const(one.number), one.text, "0")
 
 
 def _function(one: Operation) -> ScalarFunction:
@@ -70,10 +69,6 @@ def _build(one: Operation) -> Callable[..., int]:
 SCALARS: Mapping[str, ScalarFunction] = MappingProxyType(
     {
         **{one.name: _function(one) for one in OPERATIONS.values() if one.function},
-        "pi": _constant("pi", math.pi, "3.14159..."),
-        "e": _constant("e", math.e, "2.71828..."),
-        "epsilon": _constant(
-            "epsilon", sys.float_info.epsilon, "2^-52, the spacing of binary64 at 1"
-        ),
+        **{name: _constant(name, one) for name, one in CONSTANTS.items()},
     }
 )

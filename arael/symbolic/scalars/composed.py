@@ -16,14 +16,8 @@ from arael.symbolic.operators import Scalar
 # Minimax fit of atan(x)/x - 1 in powers of x^2 on 0 .. 1 (Lawson's reweighting); largest error of
 # atan 5.03e-8. The leading 1 keeps value and slope exact at 0.
 _FAST_ATAN = (
-    1.0,
-    -0.33331659,
-    0.19962704,
-    -0.139765819,
-    0.0979423402,
-    -0.0577735816,
-    0.0230401298,
-    -0.00435540399,
+    *(1.0, -0.33331659, 0.19962704, -0.139765819),
+    *(0.0979423402, -0.0577735816, 0.0230401298, -0.00435540399),
 )
 
 # Bernoulli numbers B_2k / 2k, k = 1 .. 6: Abramowitz and Stegun, Handbook, 6.3.18.
