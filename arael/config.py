@@ -193,6 +193,10 @@ class LmConfig:
         """A checked copy with some settings changed; AraelError E1010 for unknown or bad ones."""
         if not settings and self.__dict__.get("_checked"):
             return self  # frozen, and no check needs repeating
+        observer = settings.get("observer")
+        if callable(observer):  # a function of each call: all else is checked and known as without
+            rest = {name: value for name, value in settings.items() if name != "observer"}
+            return self.with_(**rest)._observed_by(observer)
         # 1, 1.0 and True are equal, but not equally valid.
         key = tuple((name, type(value), value) for name, value in settings.items())
         made = self.__dict__.setdefault("_made", {})
@@ -213,6 +217,13 @@ class LmConfig:
             if len(made) >= _MOST_MADE:
                 made.clear()
             made[key] = found
+        return found
+
+    def _observed_by(self, observer: Observer) -> LmConfig:
+        """A copy of a checked configuration with another observer, which is callable."""
+        found = object.__new__(type(self))
+        kept = {name: value for name, value in self.__dict__.items() if name != "_made"}
+        found.__dict__.update(kept, observer=observer)
         return found
 
     def chosen_strategy(self) -> str:

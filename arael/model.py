@@ -287,6 +287,23 @@ class Model(Displayed, Fields):
         """Minimise the cost and store the solution; see `arael.solving.solve`."""
         return solving.solve(self, config, solver, passes, **settings)
 
+    def prepare(
+        self,
+        solver: str = "auto",
+        passes: str | Pass | LayoutPass | Iterable[str | Pass | LayoutPass] | None = None,
+        **settings: Any,
+    ) -> None:
+        """Build the problem, so that the next solve begins at once.
+
+        For programs whose first solve must not take longer than the following ones. No value
+        changes, and edits between this call and the solve count as usual. See
+        `arael.preparation.prepare`.
+        """
+        # imported here: start-up time
+        from arael.preparation import prepare
+
+        prepare(self, solver, passes, **settings)
+
     def plot(self) -> Figure:
         """Draw the points of the model and their links from above; else the pattern of its Hessian.
 

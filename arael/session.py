@@ -95,7 +95,6 @@ class Session:
         self, problem: Problem, name: str, options: Mapping[str, Any]
     ) -> tuple[LinearSolver, float]:
         """A linear solver for the problem, the cached one if it fits, and the seconds spent."""
-        self.counts.solves += 1
         starts = problem.structure.system.starts
         known = self._linear
         if (

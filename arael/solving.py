@@ -108,11 +108,7 @@ def solve(
     base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**{**one.config, **settings}) for one in schedule]
-    given = [freeze] if isinstance(freeze, str) or not isinstance(freeze, Iterable) else [*freeze]
-    if not all(isinstance(path, str) for path in given):
-        raise wrong_argument("solve", "freeze", "paths of parameters", freeze)
-    frozen = held_by(layout, given) if given else frozenset()
-    check_paths(layout, [*given, *(p for one in schedule for p in (*one.freeze, *one.free))])
+    frozen = frozen_by(layout, schedule, freeze)
     began = time.perf_counter()
     results: list[Result] = []
     use = model._store.use
@@ -122,9 +118,9 @@ def solve(
         shown(False if trace is not None else progress) as watch,
     ):
         if session is session_of(model):  # not a solve within a solve
-            _change_over(model, session)
+            change_over(model, session)
         for one, pass_config in zip(schedule, configs, strict=True):
-            _set_root(model, one)
+            set_root(model, one)
             write = _writer(trace, pass_config.verbose)
             if len(schedule) > 1 and write is not None:
                 write(f"pass {one.name}")
@@ -135,11 +131,9 @@ def solve(
                 pass_config = replace(pass_config, time_limit=left)
             if watch is not None and not pass_config.verbose:
                 pass_config = replace(pass_config, observer=watch.with_(pass_config.observer))
-            with use.lock:
-                problem = session.refreshed(_posed(model)[1], frozen)
-                if problem is None:
-                    problem = session.keep(problem_of(model, frozen, keep_idle=True))
+            problem = current_problem(model, session, frozen)
             problem.check_start()
+            session.counts.solves += 1
             linear, seconds = session.linear(problem, solver, options)
             try:
                 with blas_threads(pass_config.num_threads):
@@ -161,7 +155,34 @@ def solve(
     return joined(results, layout.name)
 
 
-def _change_over(model: Solvable, session: Session) -> None:
+def frozen_by(
+    layout: Layout, schedule: Iterable[LayoutPass], freeze: str | Iterable[str]
+) -> frozenset[str]:
+    """Paths that `freeze` names, and their parts; those of the passes are checked too.
+
+    Raises
+    ------
+    AraelError
+        E1010 what is no path; E1012 a path that names no parameter.
+    """
+    given = [freeze] if isinstance(freeze, str) or not isinstance(freeze, Iterable) else [*freeze]
+    if not all(isinstance(path, str) for path in given):
+        raise wrong_argument("solve", "freeze", "paths of parameters", freeze)
+    paths = [*given, *(p for one in schedule for p in (*one.freeze, *one.free))]
+    if not paths:
+        return frozenset()
+    check_paths(layout, paths)
+    return held_by(layout, given)
+
+
+def current_problem(model: Solvable, session: Session, frozen: frozenset[str]) -> Problem:
+    """The problem of the session at the current values, a new one if the structure changed."""
+    with model._store.use.lock:
+        found = session.refreshed(_posed(model)[1], frozen)
+        return found or session.keep(problem_of(model, frozen, keep_idle=True))
+
+
+def change_over(model: Solvable, session: Session) -> None:
     """Take kernels that were compiled meanwhile in place of the expression machine."""
     known = model._compiled
     if getattr(known, "meanwhile", None) is None:
@@ -238,7 +259,8 @@ def _threadpools(scipy: bool, suitesparse: bool) -> Any:
     return ThreadpoolController()
 
 
-def _set_root(model: Solvable, one: LayoutPass) -> None:
+def set_root(model: Solvable, one: LayoutPass) -> None:
+    """Set the data of the root that a pass sets."""
     root = model._store.tables[""]
     for setting in one.settings:
         column = root.column(setting.column)

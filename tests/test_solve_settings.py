@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -106,3 +108,29 @@ def test_the_same_settings_give_the_same_configuration_and_bad_ones_never_pass()
     def observe(record: object) -> None: ...
 
     assert base.with_(observer=observe) is not base.with_(observer=observe)
+
+
+def test_a_configuration_with_an_observer_is_checked_and_known_as_the_one_without() -> None:
+    def first(record: object) -> None:
+        """Observe."""
+
+    def second(record: object) -> None:
+        """Observe."""
+
+    base = LmConfig.of(rel_precision=1e-7)
+    found = base.with_(max_iters=7, observer=first)
+    assert found == dataclasses.replace(base, max_iters=7, observer=first)
+    assert base.observer is None and base.with_(max_iters=7).observer is None
+    assert found.with_(max_iters=8).observer is first  # nothing made without it is taken
+    assert found.with_(observer=second).observer is second
+    assert found.with_(observer=None).observer is None
+    for settings in ({"max_iters": -1}, {"max_iter": 3}):
+        with pytest.raises(arael.AraelError) as caught:
+            LmConfig.of(observer=first, **settings)
+        assert code_of(caught) == "E1010"
+    with pytest.raises(arael.AraelError) as caught:
+        LmConfig.of(observer=3)
+    assert code_of(caught) == "E1010"
+    with pytest.raises(arael.AraelError) as caught:  # not checked before
+        LmConfig(max_iters=-1).with_(observer=first)
+    assert code_of(caught) == "E1010"

@@ -81,6 +81,8 @@ class System:
     @cached_property
     def bounded(self) -> tuple[Bounded, ...]:
         """The bounded scalars that move, of each entity that has some."""
+        if not ((self.low != -np.inf) | (self.high != np.inf)).any():
+            return ()
         found = []
         for number, (entity, blocks) in enumerate(
             zip(self.layout.entities, self.blocks, strict=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.session import session_of
-from arael.solving import problem_of
+from arael.solving import current_problem
 from arael.starts.chordal import chordal_poses
 from arael.starts.columns import graph_of, put, residuals_of, rotation_column
 from arael.starts.graph import PoseGraph, Poses
@@ -99,7 +99,8 @@ def initialise(model: Any, how: How = "auto") -> Start:
     store = getattr(model, "_store", None)
     if store is None:
         raise wrong_argument("initialise", "model", "an instance of a model", model)
-    if not can_initialise(model):
+    rotation = rotation_column(store)
+    if not rotation:
         raise AraelError(
             Diagnostic(
                 "E0843",
@@ -113,20 +114,18 @@ def initialise(model: Any, how: How = "auto") -> Start:
     began = time.perf_counter()
     store.check_complete()
     with store.use.solving(), session_of(model).held() as session:
-        chosen, costs = _choose(model, how, session)
+        chosen, costs = _choose(model, how, session, rotation)
     return Start(chosen, costs, time.perf_counter() - began)
 
 
-def _choose(model: Any, how: str, session: Any) -> tuple[str, dict[str, float]]:
-
+def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dict[str, float]]:
     store = model._store
-    problem = session.keep(problem_of(model))
+    problem = current_problem(model, session, frozenset())
     costs = {"file": problem.cost()}
     near = _NEAR * residuals_of(store)
     at_noise = how == "auto" and costs["file"] < _AT_NOISE * residuals_of(store)
     if how == "file" or at_noise or not store.tables["edges"].size:
         return "file", costs
-    rotation = rotation_column(store)
     graph = graph_of(store, rotation)
     if (graph.fixed_position & graph.fixed_rotation).all():
         return "file", costs

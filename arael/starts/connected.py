@@ -26,5 +26,8 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     ends = np.ascontiguousarray(a, np.int64), np.ascontiguousarray(b, np.int64)
     _, labels = connected(alone, nothing, ends[0], ends[1], np.zeros(count, np.uint8))
     # Labels are numbered in order of their first nodes.
-    first = np.flatnonzero(np.diff(np.maximum.accumulate(labels), prepend=-1))
+    top = np.maximum.accumulate(labels)
+    new = np.ones(count, np.bool_)
+    np.greater(top[1:], top[:-1], out=new[1:])
+    first = np.flatnonzero(new)
     return np.asarray(first[labels], np.int64)

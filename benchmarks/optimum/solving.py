@@ -51,6 +51,7 @@ class Ending:
     costs, counts : cost and attempts at the start and after each iteration
     cpu, wall : seconds to the end, of each run
     times : of each run, seconds of the processor at each of `costs`
+    setup : seconds of the processor to read the problem and to build it in the system
     """
 
     system: str
@@ -89,6 +90,11 @@ class Ending:
     def to_end(self) -> float:
         """Seconds of the processor until the system says that it is done, the median."""
         return statistics.median(self.cpu) if self.cpu else math.nan
+
+    @property
+    def with_setup(self) -> float:
+        """The same with set-up."""
+        return self.setup + self.to_end
 
     @property
     def to_end_wall(self) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import arael
+from arael.runtime.assembly.scatter_plan import scatter_plan
 from arael.runtime.levenberg.record import RECORD
 from arael.scenes import benchmark_config, make_scene
 from benchmarks import demo_seeds, problems
@@ -81,7 +82,8 @@ def test_an_end_is_compared_with_the_best_known_cost(
 def test_the_summary_sets_arael_beside_the_best_peer(solved: Solved) -> None:
     text = "\n".join(summary([solved]))
     row = (
-        "| ring | yes | 4 | 5.00 | 3 ! (gtsam GN) | 20.0 (gtsam GN) | 0.25 | 3 / 3 | 3.50 / 3.50 |"
+        "| ring | yes | 4 | 5.00 | 3 ! (gtsam GN) | 20.0 (gtsam GN) | 0.25 | 3 / 3 | 3.50 / 3.50 "
+        "| 100 / 105 | 100 / 120 |"
     )
     assert row in text
     assert "(within 1e-06): 1 of 1" in text
@@ -111,7 +113,8 @@ def test_the_chapter_has_a_table_a_problem_and_reasons(solved: Solved) -> None:
     text = "\n".join(chapter([solved]))
     assert "#### ring" in text
     assert (
-        "| gtsam GN | 3 | converged, sparse | 10 | at best | 3 | 3.50 | 20.0 | 20.0 | 100 |" in text
+        "| gtsam GN | 3 | converged, sparse | 10 | at best | 3 | 3.50 | 20.0 | 20.0 | 100 "
+        "| 120 |" in text
     )
     assert "- g2o: g2opy is not installed" in text
     assert "- GTSAM 4: GN: --init auto" in text
@@ -251,6 +254,7 @@ def test_the_times_of_attempts_are_those_of_the_processor(monkeypatch: pytest.Mo
             return SimpleNamespace(history=history, start_cost=3.0, status="converged", plan=plan)
 
     monkeypatch.setattr(arael_peer, "can_initialise", lambda instance: False)
+    monkeypatch.setattr(arael_peer, "order_again", lambda instance: None)
     kind = SimpleNamespace(state=lambda instance: {}, last_pass=None)
     system, path = arael_peer.Arael(Waits(), kind, 1), Steps()
     assert system.solve("default", path, 10) == "converged, dense"
@@ -258,3 +262,32 @@ def test_the_times_of_attempts_are_those_of_the_processor(monkeypatch: pytest.Mo
     assert (path.costs, path.counts) == ([3.0, 2.0], [0, 1])
     # Scaled from the clock's time it would be an eleventh of that.
     assert 0.5 * spent < path.times[1] <= spent
+
+
+@pytest.mark.parametrize("way", ["default", "file"])
+def test_set_up_builds_the_problem_and_the_clock_holds_pattern_and_analysis(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    path = tmp_path / "ring.g2o"
+    graphs.ring(path, poses=40)
+    kind = problems.KINDS["pose_graph"]
+    system = arael_peer.Arael(kind.load(str(path)), kind, 1, str(path))
+    system.fresh()
+    session = system.instance.session
+    assert (session.counts.problems, session.counts.analyses) == (1, 0)
+    structure = session.earlier.structure
+    assert structure.partition == []
+    made: list[Any] = []
+
+    def planned(*given: Any) -> Any:
+        made.append(scatter_plan(*given))
+        return made[-1]
+
+    monkeypatch.setattr(arael_peer, "scatter_plan", planned)
+    steps = Steps()
+    assert system.solve(way, steps, 100).startswith("converged")
+    (plan,) = made
+    assert plan is not structure.plan
+    assert plan.pattern.same_as(structure.pattern)
+    assert plan._shares.keys() == structure.plan._shares.keys() != set()
+    assert (session.counts.problems, session.counts.analyses) == (1, 1)
