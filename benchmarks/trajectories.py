@@ -17,13 +17,16 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import importlib.util  # noqa: E402
 import sys  # noqa: E402
 from collections.abc import Callable  # noqa: E402
+from functools import partial  # noqa: E402
 from pathlib import Path  # noqa: E402
 from types import ModuleType  # noqa: E402
 from typing import Any, NamedTuple  # noqa: E402
 
 import numpy as np  # noqa: E402
 from scipy.optimize import least_squares  # noqa: E402
+from scipy.optimize._numdiff import approx_derivative, group_columns  # noqa: E402
 from scipy.sparse import csr_matrix, lil_matrix  # noqa: E402
+from scipy.spatial.transform import Rotation  # noqa: E402
 
 from benchmarks.recipes import least  # noqa: E402
 
@@ -40,6 +43,8 @@ class Beside(NamedTuple):
     residuals : the same residuals of a vector, for SciPy
     start : the vector that is the start of the model
     reads : for each residual the numbers of the variables that it reads
+    exact : SciPy factorises the dense Jacobian, differentiated by its sparsity: its iterative solver
+        does not end on badly scaled problems
     """
 
     name: str
@@ -47,6 +52,7 @@ class Beside(NamedTuple):
     residuals: Callable[[Any], Any]
     start: Any
     reads: list[Any]
+    exact: bool = False
 
     def sparsity(self) -> csr_matrix:
         """Pattern of the Jacobian."""
@@ -58,6 +64,18 @@ class Beside(NamedTuple):
     def by_scipy(self, pattern: csr_matrix | None = None, **settings: Any) -> Any:
         """The solution of `least_squares`."""
         pattern = self.sparsity() if pattern is None else pattern
+        if self.exact:
+            groups = group_columns(pattern)
+
+            def jacobian(x: Any) -> Any:
+                found = approx_derivative(
+                    self.residuals, x, method="2-point", sparsity=(pattern, groups)
+                )
+                return found.toarray()
+
+            return least_squares(
+                self.residuals, self.start, jac=jacobian, x_scale="jac", **settings
+            )
         return least_squares(
             self.residuals, self.start, jac_sparsity=pattern, x_scale="jac", **settings
         )
@@ -120,10 +138,75 @@ def range_slam(script: ModuleType, field: Any) -> Beside:
     return Beside("range SLAM", lambda: script.problem(field), residuals, start, reads)
 
 
+def rotation_of(q: Any) -> Rotation:
+    """Rotations of quaternions (..., 4), scalar first."""
+    return Rotation.from_quat(np.roll(q, -1, axis=-1))
+
+
+def visual_inertial(script: ModuleType, run: Any) -> Beside:
+    """States of position, rotation vector, velocity, biases; then scale and direction of gravity.
+
+    The residual is written with the rotations of SciPy, from the columns of the preintegration.
+    """
+    model = script.problem(run)
+    n = len(run.pos)
+    nav = model.states.nav
+    imu = {name: np.array(value) for name, value in script.motions(run).columns().items()}
+    t = imu["duration"][:, None]
+    base = rotation_of(np.array(nav.q.value))
+    down = np.array(model.down.value)
+    plane = np.linalg.svd(down[None])[2][1:]  # two axes across the start of gravity
+
+    def times(name: str, v: Any) -> Any:
+        return np.einsum("nij,nj->ni", imu[name], v)
+
+    def residuals(x: Any) -> Any:
+        p, turn, v, bg, ba = np.split(x[:-3].reshape(n, 15), 5, axis=1)
+        q = base * Rotation.from_rotvec(turn)
+        g = down + x[-2:] @ plane
+        g = 9.81 * g / np.linalg.norm(g)
+        dg, da = bg[:-1] - imu["gyro_bias"], ba[:-1] - imu["accel_bias"]
+        middle = rotation_of(imu["rotation"]) * Rotation.from_rotvec(times("rotation_by_gyro", dg))
+        back = q[:-1].inv()
+        dv = back.apply(v[1:] - v[:-1] - g * t) - imu["velocity"]
+        dp = back.apply(p[1:] - p[:-1] - v[:-1] * t - g * t**2 / 2) - imu["position"]
+        motion = np.hstack([
+            (middle.inv() * back * q[1:]).as_rotvec(),
+            dv - times("velocity_by_gyro", dg) - times("velocity_by_accel", da),
+            dp - times("position_by_gyro", dg) - times("position_by_accel", da),
+        ])  # fmt: skip
+        walk = np.hstack([np.diff(bg, axis=0) / 1e-4, np.diff(ba, axis=0) / 1e-3]) / np.sqrt(t)
+        sight = np.hstack([
+            (x[-3] * p - run.seen_pos) / script.POS_SIGMA,
+            (rotation_of(run.seen_q).inv() * q).as_rotvec() / script.Q_SIGMA,
+        ])  # fmt: skip
+        return np.concatenate([times("whiten", motion).ravel(), walk.ravel(), sight.ravel()])
+
+    common = [15 * n, 15 * n + 1, 15 * n + 2]
+    reads: list[Any] = []
+    for row in range(n - 1):
+        reads += [[*range(15 * row, 15 * row + 30), *common[1:]]] * 9
+    for row in range(n - 1):
+        reads += [[*range(15 * row + 9, 15 * row + 15), *range(15 * row + 24, 15 * row + 30)]] * 6
+    for row in range(n):
+        reads += [[*range(15 * row, 15 * row + 6), common[0]]] * 6
+    states = np.hstack([
+        np.array(nav.pos.value), np.zeros((n, 3)), np.array(nav.vel.value),
+        np.array(nav.gyro_bias.value), np.array(nav.accel_bias.value),
+    ])  # fmt: skip
+    start = np.concatenate([states.ravel(), [1, 0, 0]])
+    make = partial(script.problem, run)
+    return Beside("visual-inertial, 51 pictures", make, residuals, start, reads, exact=True)
+
+
 def cases() -> list[Beside]:
     """The problems of the table."""
     ranges = example("range_slam")
-    return [range_slam(ranges, ranges.make_field())]
+    inertial = example("imu_preintegration")
+    return [
+        range_slam(ranges, ranges.make_field()),
+        visual_inertial(inertial, inertial.make_run()),
+    ]
 
 
 def measured(one: Beside) -> str:
