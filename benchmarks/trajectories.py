@@ -243,15 +243,39 @@ def visual_inertial(script: ModuleType, run: Any) -> Beside:
     return Beside("visual-inertial, 51 pictures", make, residuals, start, reads, exact=True)
 
 
+def spline(script: ModuleType, flight: Any, make: Callable[[], Any]) -> Beside:
+    """Knots: positions, and rotation vectors on the right of their starts."""
+    knots = script.start(flight)
+    base = rotation_of(knots[:, 3:])
+    at_pos, at_q = script.place(flight.pos_times), script.place(flight.q_times)
+    seen = rotation_of(flight.q).inv()
+
+    def residuals(x: Any) -> Any:
+        found = x.reshape(-1, 6)
+        turns = base * Rotation.from_rotvec(found[:, 3:])
+        pos = script.evaluate(turns, found[:, :3], *at_pos)[1] - flight.pos
+        turn = (seen * script.evaluate(turns, found[:, :3], *at_q)[0]).as_rotvec()
+        return np.concatenate([pos.ravel() / script.POS_SIGMA, turn.ravel() / script.Q_SIGMA])
+
+    reads: list[Any] = []
+    for first in np.concatenate([at_pos[0], at_q[0]]):
+        reads += [list(range(6 * first, 6 * first + 24))] * 3
+    start = np.hstack([knots[:, :3], np.zeros((len(knots), 3))]).ravel()
+    return Beside("spline, 23 knots", make, residuals, start, reads, exact=True)
+
+
 def cases() -> list[Beside]:
     """The problems of the table."""
     ranges = example("range_slam")
     inertial = example("imu_preintegration")
     landmarks = example("landmark_slam_2d")
+    splines = example("spline_trajectory")
+    flight = splines.make_flight()
     return [
         range_slam(ranges, ranges.make_field()),
         visual_inertial(inertial, inertial.make_run()),
         landmark_slam(landmarks, landmarks.make_park()),
+        spline(splines, flight, lambda: splines.problem(flight)),
     ]
 
 
