@@ -7,6 +7,7 @@ from arael.geometry.covariances import (
     ellipsoid,
     whiten,
 )
+from arael.geometry.preintegration import Preintegrated, preintegrate
 from arael.geometry.quaternions import (
     quat_conjugate,
     quat_exp,
@@ -30,11 +31,13 @@ from arael.geometry.rotations import (
 
 __all__ = [
     "PinholeCamera",
+    "Preintegrated",
     "compose_covariance",
     "decompose_covariance",
     "ellipsoid",
     "euler_angles",
     "level_axes",
+    "preintegrate",
     "quat_conjugate",
     "quat_exp",
     "quat_from_euler",
