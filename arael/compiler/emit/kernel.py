@@ -201,8 +201,8 @@ def _emit_evaluate(
             # After the products of one residual: before them, the kernel of `linear` takes a tenth
             # more time (GCC 12, AVX-512). That of `bundle_adjustment`, with two, takes an eighth
             # more if they are added up after its products.
-            late = r == 1
-            if late:
+            last = r == 1
+            if last:
                 with w.block("if not derive:"):
                     emit_squares(w, plan.sources[:r])
             else:
@@ -218,7 +218,7 @@ def _emit_evaluate(
                 with w.block("else:"):
                     mark = len(w.lines)
                     accumulate.emit_block(w, number, plan)
-                    if late:
+                    if last:
                         _emit_total(w, plan.sources[:r])
                     if len(w.lines) == mark:
                         w.line("pass")
