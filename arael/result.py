@@ -109,7 +109,7 @@ class Result(Displayed):
 
     @property
     def converged(self) -> bool:
-        """Whether the status says that the problem is solved."""
+        """Whether the status is one of a solved problem."""
         return self.status in CONVERGED
 
     @property

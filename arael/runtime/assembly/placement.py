@@ -43,7 +43,7 @@ class Placement:
         return self.rows, self.gradient_at, self.block_at, self.turn
 
     def arrays(self, order: Ints | None) -> list[NDArray[Any]]:
-        """Copies of rows, gradient_at, block_at and turn, of instances as `order` says."""
+        """Copies of rows, gradient_at, block_at and turn, of instances in the order `order`."""
         return [a.copy() if order is None else a[order] for a in self.in_order()]
 
 

@@ -75,7 +75,7 @@ class Execution(NamedTuple):
     ----------
     widths : per group, instances that are evaluated together: its lanes
     concurrent : per group, whether threads may evaluate it; otherwise it is left whole
-    overwrites : per group, whether it overwrites blocks as `LaneTargets.first` says
+    overwrites : per group, whether it overwrites blocks as in `LaneTargets.first`
     """
 
     widths: tuple[int, ...]
