@@ -32,7 +32,7 @@ GRAPHS = ("g2o", "toro")
     "--output-format",
     type=click.Choice([f for f in formats.FORMATS if f not in formats.READ_ONLY]),
     metavar="FORMAT",
-    help="Format of OUT, in place of what its ending says.",
+    help="Format of OUT, in place of the one of its ending.",
 )
 @click.option(
     "--times",

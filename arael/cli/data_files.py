@@ -33,7 +33,7 @@ def data_options(function: F) -> F:
             "format",
             type=click.Choice(list(formats.FORMATS)),
             metavar="FORMAT",
-            help="Format of DATA, in place of what its ending or content says.",
+            help="Format of DATA, in place of that of its ending or content.",
         ),
     ):
         function = option(function)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     "--output-format",
     type=click.Choice([f for f in formats.FORMATS if f not in formats.READ_ONLY]),
     metavar="FORMAT",
-    help="Format of the output, in place of what its ending says.",
+    help="Format of the output, in place of the one of its ending.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--pass", "passes", multiple=True, metavar="NAME", help="Run this pass only.")

@@ -37,8 +37,8 @@ cdef double SHRINK_ACCEPTED = 0.5
 cdef double GROW = 2
 # By how much a step on a line shrinks.
 cdef double HALVE = 0.5
-# Length of a state, of the Gauss-Newton step, up to which it is no scale for the first step; neither
-# where such a step would change the cost by less than so many times its rounding noise.
+# Length of a state, relative to the Gauss-Newton step, up to which it limits no first step; nor
+# does it where such a step would change the cost by less than so many times its rounding noise.
 cdef double NEGLIGIBLE = 1e-8
 cdef double VISIBLE = 1e3
 
