@@ -264,17 +264,43 @@ def spline(script: ModuleType, flight: Any, make: Callable[[], Any]) -> Beside:
     return Beside("spline, 23 knots", make, residuals, start, reads, exact=True)
 
 
+def gnss(script: ModuleType, drive: Any) -> Beside:
+    """Positions and clocks of the epochs; the loss in the residual."""
+    n = len(drive.true_pos)
+    made = script.problem(drive)
+    made.solve(passes=["rough", "wide"])
+    start = np.column_stack([np.array(made.epochs.pos.value), np.array(made.epochs.clock.value)])
+    begun = made.serialize()
+
+    def make() -> Any:
+        model = script.problem(drive)
+        model.deserialize(begun)
+        return model
+
+    def residuals(x: Any) -> Any:
+        at = x.reshape(n, 4)[drive.epoch]
+        away = np.linalg.norm(drive.satellite - at[:, :3], axis=1)
+        wrong = (away + at[:, 3] - drive.range) / drive.sigma
+        return cauchy(wrong, 3.0)
+
+    reads: list[Any] = [list(range(4 * row, 4 * row + 4)) for row in drive.epoch]
+    name = f"GNSS, {n} epochs"
+    return Beside(name, make, residuals, start.ravel(), reads, n < 50, "fine")
+
+
 def cases() -> list[Beside]:
     """The problems of the table."""
     ranges = example("range_slam")
     inertial = example("imu_preintegration")
     landmarks = example("landmark_slam_2d")
+    receiver = example("gnss")
     splines = example("spline_trajectory")
     flight = splines.make_flight()
     return [
         range_slam(ranges, ranges.make_field()),
         visual_inertial(inertial, inertial.make_run()),
         landmark_slam(landmarks, landmarks.make_park()),
+        gnss(receiver, receiver.make_drive()),
         spline(splines, flight, lambda: splines.problem(flight)),
     ]
 

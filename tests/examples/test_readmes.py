@@ -12,7 +12,7 @@ FOLDERS = sorted(path for path in EXAMPLES.iterdir() if path.is_dir())
 WITH_PICTURE = (
     "bench_band", "bench_investigate", "bench_sparse", "jacobian_demo",
     "linear_demo", "loc_demo", "loc_global_demo", "slam_demo", "user_function_demo",
-    "range_slam", "spline_trajectory", "landmark_slam_2d", "imu_preintegration",
+    "range_slam", "gnss", "spline_trajectory", "landmark_slam_2d", "imu_preintegration",
 )  # fmt: skip
 
 
