@@ -69,6 +69,5 @@ def test_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
     assert "3128 residuals, 112 parameters" in text
     out = tmp_path / "solved.json"
     assert run(["solve", "--interpret", str(MODEL), str(data), "-o", str(out)]) == 0
-    shown = capsys.readouterr().out
     solved = json.loads(out.read_text())
     assert solved["cameras"][0]["f"] == pytest.approx([612, 609], abs=2)
