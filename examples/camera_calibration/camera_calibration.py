@@ -195,7 +195,7 @@ def report(rig: Any, result: Any) -> list[str]:
     ]
     for name, value, one, truth in zip(names, values, sigma, true, strict=True):
         lines.append(
-            f"  {name:15} {value:8.4g} +- {one:<7.2g} error {(value - truth) / one:+.1f} sigma"
+            f"  {name:15} {value:10.4g} +- {one:<8.2g} error {(value - truth) / one:+.1f} sigma"
         )
     mount = rig.cameras[1].mount
     off = 1e3 * np.linalg.norm(mount.translation - LENSES[1].t)
