@@ -277,6 +277,24 @@ class Model(Displayed, Fields):
 
     marginalize = marginalise
 
+    def _saved_priors(self) -> Any:
+        # imported here: start-up time
+        from arael.windows import saved
+
+        return saved.dump(self._store)
+
+    def _checked_priors(self, store: Store, given: Any, name: str) -> Any:
+        # imported here: start-up time
+        from arael.windows import saved
+
+        return saved.read(store, given, name)
+
+    def _restore_priors(self, found: Any) -> None:
+        # imported here: start-up time
+        from arael.windows import saved
+
+        saved.restore(self._store, found)
+
     def solve(
         self,
         config: LmConfig | None = None,

@@ -59,14 +59,15 @@ def read(store: Store, content: bytes, name: str) -> None:
         report.run(lambda: json_text.refuse_duplicates(content, name, reader.keys, report))
         store.adopt(fresh)
         return
-    # imported here: few models have priors
-    from arael.windows import saved
-
-    reader.keys += saved.keys_in(priors) + 1
+    reader.keys += _keys_in(priors) + 1
     report.run(lambda: json_text.refuse_duplicates(content, name, reader.keys, report))
-    found = saved.read(fresh, priors, name)
+    model = store.model()
+    if model is None:
+        store.adopt(fresh)
+        return
+    found = model._checked_priors(fresh, priors, name)
     store.adopt(fresh)
-    saved.restore(store, found)
+    model._restore_priors(found)
 
 
 def _decode(content: bytes, name: str) -> Any:
@@ -79,6 +80,13 @@ def _decode(content: bytes, name: str) -> Any:
     finally:
         if collecting:
             gc.enable()
+
+
+def _keys_in(given: Any) -> int:
+    """Number of keys of all objects."""
+    if isinstance(given, dict):
+        return len(given) + sum(map(_keys_in, given.values()))
+    return sum(map(_keys_in, given)) if isinstance(given, list) else 0
 
 
 class _Reader:

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.io.json_reader import PRIORS
 from arael.io.refs import refs_as_data
 from arael.runtime.layout import Column
 from arael.runtime.store import Store, Table
@@ -31,10 +32,7 @@ def dump(store: Store) -> bytes:
     store.check_complete()
     root = _objects(store.root, store.root.fields)[0]
     if store.residuals is not None and store.residuals.priors:
-        # imported here: few models have priors
-        from arael.windows import saved
-
-        root[saved.KEY] = saved.dump(store)
+        root[PRIORS] = store.model()._saved_priors()
     lines = []
     for name, value in root.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):

@@ -134,10 +134,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     @property
     def priors(self) -> Mapping[str, CodeResidual]:
         """Those of them that `Model.marginalise` added, by name."""
-        # imported here: the circle of residuals and what adds them
-        from arael.windows.marginalisation import priors
-
-        return priors(self._model)
+        return {k: v for k, v in self.code.items() if getattr(v.function, "is_prior", False)}
 
     @property
     def updates(self) -> Mapping[str, CodeUpdate]:

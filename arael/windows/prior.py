@@ -40,6 +40,8 @@ class Prior:
     undetermined : directions of the rows that left last which no residual determined
     """
 
+    is_prior = True
+
     def __init__(
         self,
         parts: Sequence[Part],

@@ -48,13 +48,6 @@ def dump(store: Store) -> list[dict[str, Any]]:
     return found
 
 
-def keys_in(given: Any) -> int:
-    """Number of keys of all objects."""
-    if isinstance(given, dict):
-        return len(given) + sum(map(keys_in, given.values()))
-    return sum(map(keys_in, given)) if isinstance(given, list) else 0
-
-
 def read(store: Store, given: Any, name: str) -> Read:
     """Check the priors of a file against the rows that were read.
 
