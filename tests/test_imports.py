@@ -90,6 +90,7 @@ MAY_IMPORT = {
     },
     "face": {*DATA, "analysis", "display", "io", "runtime"},
     "sym": {*DATA, "check", "compiler", "operations", "runtime", "symbolic", "syntax"},
+    "windows": {*DATA, "analysis", "face", "geometry", "io", "residuals", "runtime", "solving"},
     "calculator": {*DATA, "check", "sym", "syntax"},
     "residuals": {*DATA, "check", "compiled_model", "compiler", "face", "runtime", "syntax"},
 }

@@ -228,11 +228,21 @@ SETTINGS = {
 }
 
 
+def by_position(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with arguments by keyword taken by position."""
+    named = inspect.signature(function).parameters.values()
+    keywords = [p.name for p in named if p.kind is p.KEYWORD_ONLY]
+    if not keywords:
+        return function
+    first = len(named) - len(keywords)
+    return lambda *a: function(*a[:first], **dict(zip(keywords, a[first:], strict=True)))
+
+
 def of_geometry(n: int) -> dict[str, tuple[Callable[..., Any], list[Any]]]:
     functions = {name: getattr(geometry, name) for name in geometry.__all__}
     return {
         f"geometry.{name} of {n}": (
-            function,
+            by_position(function),
             [np.eye(3)[:n].squeeze() for _ in inspect.signature(function).parameters],
         )
         for name, function in functions.items()

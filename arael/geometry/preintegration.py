@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from arael.geometry.arrays import Array, as_array
+from arael.diagnostics.arguments import wrong_argument
+from arael.geometry.arrays import Array, as_array, as_numbers
 from arael.geometry.quaternions import quat_from_matrix
 from arael.geometry.rotation_vectors import rotation_from_vector
 from arael.geometry.rotations import skew
@@ -92,18 +93,22 @@ def preintegrate(
 
     Raises
     ------
-    ValueError
-        Arrays of other shapes, or a noise that is not positive.
+    AraelError
+        E1031 or E0828 for arrays of other shapes, or a noise that is not positive.
     """
     rates, forces = as_array(gyro, (3,), "gyro"), as_array(accel, (3,), "accel")
     if rates.ndim != 3 or rates.shape != forces.shape:
-        raise ValueError(
-            f"gyro and accel must both be (n, k, 3); they are {rates.shape} and {forces.shape}"
-        )
-    if not (gyro_noise > 0 and accel_noise > 0):
-        raise ValueError("gyro_noise and accel_noise must be positive")
+        shape = f"an array (n, k, 3) as `gyro`, of shape {rates.shape}"
+        raise wrong_argument("preintegrate", "accel", shape, forces)
+    for name, density in (("gyro_noise", gyro_noise), ("accel_noise", accel_noise)):
+        found = as_numbers(density, name)
+        if found.shape != () or not found > 0:
+            raise wrong_argument("preintegrate", name, "a positive noise density", density)
     n, count = rates.shape[:2]
-    steps = np.broadcast_to(np.asarray(dt, dtype=np.float64), (n, count))
+    durations = as_numbers(dt, "dt")
+    if durations.shape not in ((), (n, count)):
+        raise wrong_argument("preintegrate", "dt", f"a number or an array {(n, count)}", durations)
+    steps = np.broadcast_to(durations, (n, count))
     bias_g = np.broadcast_to(as_array(gyro_bias, (3,), "gyro_bias"), (n, 3)).copy()
     bias_a = np.broadcast_to(as_array(accel_bias, (3,), "accel_bias"), (n, 3)).copy()
 

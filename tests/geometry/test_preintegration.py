@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import arael
 from arael.geometry import preintegrate
 
 NOISE = {"gyro_noise": 2e-3, "accel_noise": 3e-2}
@@ -97,11 +98,11 @@ def test_samples_of_no_duration_change_nothing() -> None:
 @pytest.mark.parametrize(
     ("gyro", "noise", "message"),
     [
-        (np.zeros((4, 3)), NOISE, r"must both be \(n, k, 3\); they are \(4, 3\)"),
-        (np.zeros((1, 3, 3)), NOISE, r"must both be \(n, k, 3\)"),
-        (np.zeros((1, 4, 3)), {**NOISE, "gyro_noise": 0.0}, "must be positive"),
+        (np.zeros((4, 3)), NOISE, r"as `gyro`, of shape \(4, 3\)"),
+        (np.zeros((1, 3, 3)), NOISE, r"as `gyro`, of shape \(1, 3, 3\)"),
+        (np.zeros((1, 4, 3)), {**NOISE, "gyro_noise": 0.0}, "a positive noise density, found 0.0"),
     ],
 )
 def test_wrong_arguments(gyro, noise, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(arael.AraelError, match=message):
         preintegrate(gyro, np.zeros((1, 4, 3)), DT, **noise)
