@@ -9,7 +9,9 @@ the file.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
+import pickle
 from collections import deque
 from dataclasses import dataclass
 from functools import cache
@@ -115,13 +117,13 @@ def generate(text: str) -> dict[str, Any]:
     """JSON form of the tables of grammar `text`; the same text gives the same tables."""
     # imported here: start-up time
     from lark import Lark
-    from lark.grammar import Rule
-    from lark.lexer import PatternStr, TerminalDef
 
     lark = Lark(text, parser="lalr", lexer="basic", start=list(STARTS), maybe_placeholders=True)
-    # What Lark stores of a parser and its stand-alone generator reads: plain data.
-    stored, memo = lark.memo_serialize([TerminalDef, Rule])
-    table = stored["parser"]["parser"]
+    # What `Lark.save` writes for `Lark.load`: plain data, as a pickle of our own making.
+    buffer = io.BytesIO()
+    lark.save(buffer)
+    saved = pickle.loads(buffer.getvalue())
+    table, memo = saved["data"]["parser"]["parser"], saved["memo"]
     states = _actions(table)
     numbers = _number_states(states, [table["start_states"][s] for s in STARTS])
     known = {(r.origin.name, *(s.name for s in r.expansion)): i for i, r in enumerate(lark.rules)}
@@ -165,7 +167,7 @@ def generate(text: str) -> dict[str, Any]:
 
     words, symbols, patterns = {}, {}, {}
     for t in sorted(lark.terminals, key=lambda t: t.name):
-        if not isinstance(t.pattern, PatternStr):
+        if t.pattern.type != "str":
             patterns[t.name] = t.pattern.to_regexp()
         elif t.pattern.value.isidentifier():
             words[t.pattern.value] = t.name
