@@ -78,10 +78,10 @@ def _measure(precision: str, poses: int) -> dict[str, object]:
     problem = Problem(compiled.layout, model._store, compiled.kernels)
     number = [g.label for g in compiled.layout.groups].index("PointFrine.bearing")
     evaluation = problem.evaluation
-    room = evaluation.room()
+    workspace = evaluation.workspace()
     return {
         "observations": len(problem.structure.active[number]),
-        "linearise": timed(lambda: evaluation.linearised(room), RUNS).runs,
+        "linearise": timed(lambda: evaluation.linearised(workspace), RUNS).runs,
         "cost": timed(lambda: evaluation.group_cost(number), RUNS).runs,
     }
 

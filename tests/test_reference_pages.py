@@ -61,14 +61,14 @@ def test_every_public_name_is_in_the_reference(name: str) -> None:
     assert re.search(rf"^::: arael\.{name}$", API, re.MULTILINE), name
 
 
-@pytest.mark.parametrize("room", [geometry, sym, scenes, io, metrics], ids=lambda r: r.__name__)
-def test_every_name_of_the_open_rooms_is_in_the_reference(room: object) -> None:
-    # A room as a whole shows what of it has a docstring; what has none is named beside it.
-    whole = f"::: {room.__name__}\n" in API  # type: ignore[attr-defined]
-    for name in room.__all__:  # type: ignore[attr-defined]
+@pytest.mark.parametrize("package", [geometry, sym, scenes, io, metrics], ids=lambda r: r.__name__)
+def test_every_name_of_the_open_packages_is_in_the_reference(package: object) -> None:
+    # A package as a whole shows what of it has a docstring; what has none is named beside it.
+    whole = f"::: {package.__name__}\n" in API  # type: ignore[attr-defined]
+    for name in package.__all__:  # type: ignore[attr-defined]
         described = whole and (
-            getattr(getattr(room, name), "__module__", "").startswith("arael.")
-            and not getattr(getattr(room, name), "__qualname__", "").startswith("_function")
+            getattr(getattr(package, name), "__module__", "").startswith("arael.")
+            and not getattr(getattr(package, name), "__qualname__", "").startswith("_function")
         )
         assert described or re.search(rf"\b{name}\b", API), name
 

@@ -80,19 +80,19 @@ def _lines_of(source: Source, marks: list[Mark]) -> dict[int, list[tuple[int, in
     return lines
 
 
-def _cut(line: str, marks: list[tuple[int, int, Mark]], room: int) -> tuple[str, list[_Piece]]:
+def _cut(line: str, marks: list[tuple[int, int, Mark]], width: int) -> tuple[str, list[_Piece]]:
     """Return the line as shown and its marks in columns; long lines are cut around the marks."""
     low, high = 0, len(line)
     before = after = ""
-    if high > room:
+    if high > width:
         left = min((s for s, _, _ in marks), default=0)
         low = max(0, min(left - _CONTEXT, high - 1))
-        if left < room - _CONTEXT:
+        if left < width - _CONTEXT:
             low = 0
         before = "..." if low else ""
         columns = cells(before)
         high = low
-        while high < len(line) and columns + char_width(line[high]) <= room - 3:
+        while high < len(line) and columns + char_width(line[high]) <= width - 3:
             columns += char_width(line[high])
             high += 1
         after = "..." if high < len(line) else ""

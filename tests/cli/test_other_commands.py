@@ -247,8 +247,8 @@ def test_every_code_of_the_command_line_is_explained(arael: Arael) -> None:
     folder = Path(__file__).parents[2] / "arael"
     text = "".join(
         file.read_text()
-        for room in ("cli", "plot", "demo", "scenes")
-        for file in sorted((folder / room).glob("*.py"))
+        for package in ("cli", "plot", "demo", "scenes")
+        for file in sorted((folder / package).glob("*.py"))
     )
     for code in OWN:
         assert f'"{code}"' in text

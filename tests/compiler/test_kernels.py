@@ -60,7 +60,7 @@ def check_against_oracle(model: Model, tolerance: float = KERNEL_TOLERANCE) -> N
 
 def check_in_used_workspace(problem: Problem, oracle: Oracle, tolerance: float) -> None:
     """Nothing is left of what the arrays held, though some of it is stored over, not emptied."""
-    workspace = problem.evaluation.room()
+    workspace = problem.evaluation.workspace()
     for array in workspace:
         array[:] = np.nan
     _, gradient, values = problem.evaluation.linearised(workspace)

@@ -55,10 +55,10 @@ def test_message(number: int, sketch: type, update: bool) -> None:
 
 
 def test_all_codes_of_the_room_are_shown_and_explained() -> None:
-    room = Path(arael.__file__).parent / "residuals"
+    package = Path(arael.__file__).parent / "residuals"
     raised = {
         code
-        for path in room.glob("*.py")
+        for path in package.glob("*.py")
         for code in re.findall(r'"(E076\d)"', path.read_text(encoding="utf-8"))
     }
     said = set(re.findall(r"error\[(E076\d)\]", PAGE.read_text(encoding="utf-8")))

@@ -19,7 +19,7 @@ def evaluation() -> Any:
 
 
 def test_arrays_of_another_type_are_refused(evaluation: Any) -> None:
-    gradient, values = evaluation.room()
+    gradient, values = evaluation.workspace()
     with pytest.raises(TypeError, match=r"float64.*found float32"):
         evaluation.linearised((gradient.astype(np.float32), values))
     with pytest.raises(TypeError, match=r"float64.*found int64"):
@@ -27,13 +27,13 @@ def test_arrays_of_another_type_are_refused(evaluation: Any) -> None:
 
 
 def test_arrays_that_are_too_short_are_refused(evaluation: Any) -> None:
-    gradient, values = evaluation.room()
+    gradient, values = evaluation.workspace()
     with pytest.raises(ValueError, match=f"at least {len(values)} scalars, found 0"):
         evaluation.linearised((gradient, values[:0]))
 
 
 def test_arrays_with_gaps_and_read_only_ones_are_refused(evaluation: Any) -> None:
-    gradient, values = evaluation.room()
+    gradient, values = evaluation.workspace()
     gaps = np.zeros(2 * len(gradient) + 2)[::2]
     with pytest.raises(ValueError, match="not C-contiguous"):
         evaluation.linearised((gaps, values))
@@ -43,7 +43,7 @@ def test_arrays_with_gaps_and_read_only_ones_are_refused(evaluation: Any) -> Non
 
 
 def test_arrays_that_fit_are_used_in_place(evaluation: Any) -> None:
-    gradient, values = evaluation.room()
+    gradient, values = evaluation.workspace()
     _, found, _ = evaluation.linearised((gradient, values))
     assert found.base is gradient
     assert found[0] != 0

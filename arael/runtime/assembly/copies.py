@@ -27,15 +27,15 @@ class Copies:
     Attributes
     ----------
     placed : per group rows, gradient_at, block_at and turn of its instances, in their order
-    gradient_room, value_room : scalars of the arrays, with trash and copies
+    gradient_extent, value_extent : scalars of the arrays, with trash and copies
     gradient_sums, value_sums : (m, 3) int64
         Target, copy and count of what is added at the end, by target, then by share.
     nowhere : (shares,) int64, where in the values goes what is not solved for
     """
 
     placed: Sequence[list[NDArray[Any]]]
-    gradient_room: int
-    value_room: int
+    gradient_extent: int
+    value_extent: int
     gradient_sums: Ints
     value_sums: Ints
     nowhere: Ints
@@ -128,10 +128,10 @@ class _Split:
             return None
         every = mine.copy()
         every[1:, nb] = True  # a trash of its own for each share
-        gradient_at, gradient_room = _places(every, self.sizes, pattern.size + self.trash)
-        diagonal_at, room = _places(every, self.sizes**2, pattern.value_count + self.trash**2)
-        places = room + np.cumsum(pairs[:, 2]) - pairs[:, 2]
-        value_room = room + int(pairs[:, 2].sum())
+        gradient_at, gradient_extent = _places(every, self.sizes, pattern.size + self.trash)
+        diagonal_at, extent = _places(every, self.sizes**2, pattern.value_count + self.trash**2)
+        places = extent + np.cumsum(pairs[:, 2]) - pairs[:, 2]
+        value_extent = extent + int(pairs[:, 2].sum())
         first = np.append(pattern.offsets[:-1], pattern.size)
         diagonal = pattern.value_start[pattern.column_start[:-1]]
         diagonal = np.append(diagonal, pattern.value_count)
@@ -155,8 +155,8 @@ class _Split:
                 _redirect(block_at[a:b], blocks[a:b], move, pattern, table)
         return Copies(
             self.placed,
-            gradient_room,
-            value_room,
+            gradient_extent,
+            value_extent,
             _by_target(gradient_sums),
             _by_target(value_sums),
             np.append(diagonal_at[1:, nb], pattern.value_count),
@@ -192,9 +192,9 @@ def _places(wanted: NDArray[np.bool_], sizes: Ints, begin: int) -> tuple[Ints, i
     end = begin
     for share in range(len(wanted)):
         end = -(-end // _LINE) * _LINE
-        room = np.where(wanted[share], sizes, 0)
-        at[share] = end + np.cumsum(room) - room
-        end += int(room.sum())
+        extent = np.where(wanted[share], sizes, 0)
+        at[share] = end + np.cumsum(extent) - extent
+        end += int(extent.sum())
     return at, -(-end // _LINE) * _LINE
 
 

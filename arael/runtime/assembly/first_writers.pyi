@@ -12,6 +12,6 @@ def find_firsts(
     order: Sequence[int],
     may: Sequence[bool],
     nowhere: Any,
-    room: int,
+    extent: int,
     near: int,
 ) -> tuple[list[NDArray[np.uint8]], NDArray[np.int64]]: ...

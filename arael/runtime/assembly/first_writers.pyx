@@ -21,7 +21,7 @@ cdef struct Place:
     uint8_t nowhere     # whether it stands for what is not solved for
 
 
-def find_firsts(list block_at, list turns, counts, list areas, order, may, nowhere, int64_t room,
+def find_firsts(list block_at, list turns, counts, list areas, order, may, nowhere, int64_t extent,
                 int64_t near):
     """First writers of all off-diagonal pairs, and the ranges of values that they do not store.
 
@@ -34,7 +34,7 @@ def find_firsts(list block_at, list turns, counts, list areas, order, may, nowhe
     order : groups in the order in which they write any one place
     may : by group, whether it may store
     nowhere : places of what is not solved for
-    room : scalars of the values
+    extent : scalars of the values
     near : gap up to which what is emptied is joined, in scalars
 
     Returns
@@ -54,18 +54,18 @@ def find_firsts(list block_at, list turns, counts, list areas, order, may, nowhe
             if area and (not least or area < least):
                 least = area
     if not least:
-        return first, np.array([[0, room]], dtype=np.int64)
-    places = room // least + 1
+        return first, np.array([[0, extent]], dtype=np.int64)
+    places = extent // least + 1
     place = <Place*>calloc(places, sizeof(Place))
     if place == NULL:
         raise MemoryError
     try:
         for at in nowhere:
-            if not 0 <= at <= room:
-                raise IndexError(f"place {at} of {room}")
+            if not 0 <= at <= extent:
+                raise IndexError(f"place {at} of {extent}")
             place[at // least].nowhere = True
         for g in order:
-            check(block_at[g], turns[g], areas[g], counts[g], room)
+            check(block_at[g], turns[g], areas[g], counts[g], extent)
             visit(place, least, step, block_at[g], counts[g], areas[g])
             step += len(block_at[g])
         step = 0
@@ -73,12 +73,12 @@ def find_firsts(list block_at, list turns, counts, list areas, order, may, nowhe
             if may[g]:
                 choose(place, least, step, block_at[g], turns[g], counts[g], areas[g], first[g])
             step += len(block_at[g])
-        return first, between(place, places, room, near)
+        return first, between(place, places, extent, near)
     finally:
         free(place)
 
 
-cdef check(block_at, turn, areas, Py_ssize_t count, int64_t room):
+cdef check(block_at, turn, areas, Py_ssize_t count, int64_t extent):
     """Raise unless the arrays of a group belong together and name places that are there."""
     cdef Py_ssize_t k
     cdef const int64_t* at = <const int64_t*>address(block_at, np.int64)
@@ -86,8 +86,8 @@ cdef check(block_at, turn, areas, Py_ssize_t count, int64_t room):
             or count > len(block_at) * block_at.shape[2]):
         raise ValueError("the arrays of a group differ in shape")
     for k in range(block_at.size):
-        if not 0 <= at[k] <= room:
-            raise IndexError(f"place {at[k]} of {room}")
+        if not 0 <= at[k] <= extent:
+            raise IndexError(f"place {at[k]} of {extent}")
 
 
 cdef visit(
@@ -155,7 +155,7 @@ cdef choose(
             to += pairs
 
 
-cdef between(const Place* places, Py_ssize_t count, int64_t room, int64_t near):
+cdef between(const Place* places, Py_ssize_t count, int64_t extent, int64_t near):
     """(m, 2) what lies between stored blocks, short ones of these included."""
     cdef Py_ssize_t k, stored = 0, rows = 0
     cdef int64_t low = 0, high = -1, end = 0, begin
@@ -167,7 +167,7 @@ cdef between(const Place* places, Py_ssize_t count, int64_t room, int64_t near):
     for k in range(count + 1):
         if k < count and not places[k].area:
             continue
-        begin = room if k == count else places[k].start
+        begin = extent if k == count else places[k].start
         if begin > end or high < 0 or k == count:
             if high >= 0 and end - high >= near:
                 if low < high:

@@ -51,7 +51,7 @@ def plan_firsts(
     order: Sequence[int],
     may: Sequence[bool],
     nowhere: Ints,
-    room: int,
+    extent: int,
     parts: int,
 ) -> Firsts:
     """Find the first writers of all blocks.
@@ -63,7 +63,7 @@ def plan_firsts(
     order : groups in the order in which they write any one place
     may : by group, whether it may store
     nowhere : where what is not solved for goes
-    room : scalars of the values
+    extent : scalars of the values
     parts : in how many the emptying is shared
     """
     found, between = find_firsts(
@@ -74,7 +74,7 @@ def plan_firsts(
         order,
         may,
         nowhere,
-        room,
+        extent,
         _NEAR,
     )
     return Firsts(found, *_cut(between, parts))

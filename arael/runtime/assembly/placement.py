@@ -63,15 +63,15 @@ def pattern_and_placements(
     active : per group, its active rows
     """
     used = []
-    room = behind = 0
+    extent = behind = 0
     for group, ways, rows in zip(groups, slot_rows, active, strict=True):
         of = [np.ascontiguousarray(ways[use.slot]) for use in group.uses]
         blocks = [system.blocks[use.entity] for use in group.uses]
         used.append(used_rows(of, blocks, len(rows), system.size))
-        room += len(rows) * (pair_count(len(of)) - len(of))
+        extent += len(rows) * (pair_count(len(of)) - len(of))
         if group.lead:
             behind += leads_behind(used[-1][2], group.lead[0])
-    keys = np.empty(room, dtype=np.int64)
+    keys = np.empty(extent, dtype=np.int64)
     nb, count = len(system.sizes), 0
     for (_, _, block), chosen in zip(used, coupled, strict=True):
         count = add_keys(block, chosen, nb, keys, count)

@@ -39,14 +39,14 @@ def check_shares(
     )
     none = np.zeros(0, dtype=np.int64)
     gradient = _Copies(
-        "gradient", shares.gradient_sums, pattern.size, trash, shares.gradient_room, none
+        "gradient", shares.gradient_sums, pattern.size, trash, shares.gradient_extent, none
     )
     values = _Copies(
         "values",
         shares.value_sums,
         pattern.value_count,
         trash**2,
-        shares.value_room,
+        shares.value_extent,
         shares.nowhere,
     )
     require(
@@ -69,14 +69,14 @@ class _Copies:
     """Copies of targets by the offset of each of their scalars."""
 
     def __init__(
-        self, name: str, sums: Ints, own: int, trash: int, room: int, nowhere: Ints
+        self, name: str, sums: Ints, own: int, trash: int, extent: int, nowhere: Ints
     ) -> None:
         self.own = own
-        target = np.arange(room)
-        taken = np.zeros(room, dtype=bool)
+        target = np.arange(extent)
+        taken = np.zeros(extent, dtype=bool)
         taken[: own + trash] = True
         for to, begin, count in sums.tolist():
-            inside = count > 0 and begin >= own + trash and begin + count <= room
+            inside = count > 0 and begin >= own + trash and begin + count <= extent
             require(inside, "copies", f"a copy of {name} lies outside of its range")
             require(0 <= to <= own - count, "copies", f"a copy of {name} has no target")
             require(~taken[begin : begin + count], "copies", f"copies of {name} overlap")
@@ -86,7 +86,7 @@ class _Copies:
             if begin == own:
                 continue
             end = begin + trash
-            require(begin >= own + trash and end <= room, "copies", f"trash of {name}")
+            require(begin >= own + trash and end <= extent, "copies", f"trash of {name}")
             require(~taken[begin:end], "copies", f"trash and copies of {name} overlap")
             taken[begin:end] = True
         ordered = sums[np.lexsort((sums[:, 1], sums[:, 0]))] if len(sums) else sums
@@ -153,9 +153,9 @@ def _check_offsets(
     require(_by_instance(lanes.row, n) == rows, "offsets", f"rows of `{label}`")
     require(_by_instance(lanes.turn, n) == turn, "offsets", f"orientations of `{label}`")
     found, places = _by_instance(lanes.gradient_at, n), _by_instance(lanes.block_at, n)
-    in_range = (found >= 0) & (found < shares.gradient_room)
+    in_range = (found >= 0) & (found < shares.gradient_extent)
     require(in_range, "offsets", f"the gradient of `{label}` is out of range")
-    in_range = (places >= 0) & (places < shares.value_room)
+    in_range = (places >= 0) & (places < shares.value_extent)
     require(in_range, "offsets", f"the blocks of `{label}` are out of range")
     solved = at != pattern.size
     require(
@@ -212,7 +212,7 @@ def _check_runs(group: Group, n: int, lanes: LaneTargets) -> None:
 def _check_cleared(shares: Shares) -> None:
     cleared, ends = shares.cleared, shares.cleared_ends
     if len(cleared):
-        inside = cleared[0, 0] >= 0 and cleared[-1, 1] <= shares.value_room
+        inside = cleared[0, 0] >= 0 and cleared[-1, 1] <= shares.value_extent
         require(inside, "cleared", "ranges lie outside of the values")
     require(cleared[:, 0] < cleared[:, 1], "cleared", "a range is empty")
     require(cleared[1:, 0] >= cleared[:-1, 1], "cleared", "ranges overlap")
@@ -229,10 +229,10 @@ def _check_cleared(shares: Shares) -> None:
 def _check_separate_and_firsts(
     groups: Sequence[Group], execution: Execution, shares: Shares, written: list[NDArray[Any]]
 ) -> None:
-    zeroed = np.zeros(shares.value_room, dtype=bool)
+    zeroed = np.zeros(shares.value_extent, dtype=bool)
     for begin, end in shares.cleared.tolist():
         zeroed[begin:end] = True
-    overwritten = np.zeros(shares.value_room, dtype=bool)
+    overwritten = np.zeros(shares.value_extent, dtype=bool)
     writes = np.concatenate(written) if written else np.zeros((0, 6), dtype=np.int64)
     # Groups that are left whole run after all others, one after the other.
     whole = ~np.array(execution.concurrent, dtype=bool) if shares.count > 1 else None

@@ -120,7 +120,7 @@ class Shares:
     bounds : per group (count + 1,) int64, blocks of lanes at which its shares begin and end
     orders : per group, its instances in the order of the lanes, or None: as they come
     placed : per group, its targets in lane order
-    gradient_room, value_room : scalars of the arrays, with trash and the places of the shares
+    gradient_extent, value_extent : scalars of the arrays, with trash and the places of the shares
     gradient_sums, value_sums : (m, 3) int64
         Target, source and count of what is added at the end, by target, then by share.
     nowhere : where in the values goes what is not solved for, by share
@@ -132,8 +132,8 @@ class Shares:
     bounds: tuple[Ints, ...]
     orders: tuple[Ints | None, ...]
     placed: tuple[LaneTargets, ...]
-    gradient_room: int
-    value_room: int
+    gradient_extent: int
+    value_extent: int
     gradient_sums: Ints
     value_sums: Ints
     nowhere: Ints
@@ -199,10 +199,10 @@ def plan_shares(
         shared_rows(lanes.row, group.lead, len(p.rows))
         for lanes, group, p in zip(placed, groups, placements, strict=True)
     ]
-    if count == 1 and found.value_room <= _CACHED:
+    if count == 1 and found.value_extent <= _CACHED:
         # All values are zeroed and every contribution is added.
         first = [np.zeros(lanes.block_at.shape[:2], dtype=np.uint8) for lanes in placed]
-        cleared, ends = np.array([[0, found.value_room]], dtype=np.int64), np.array([0, 1])
+        cleared, ends = np.array([[0, found.value_extent]], dtype=np.int64), np.array([0, 1])
     else:
         firsts = plan_firsts(
             groups,
@@ -214,7 +214,7 @@ def plan_shares(
             sorted(range(len(groups)), key=lambda g: count > 1 and not free[g]),
             stores,
             found.nowhere,
-            found.value_room,
+            found.value_extent,
             count,
         )
         first, cleared, ends = firsts.first, firsts.cleared, firsts.ends
@@ -226,8 +226,8 @@ def plan_shares(
             lanes._replace(run=run, first=one)
             for lanes, run, one in zip(placed, runs_of, first, strict=True)
         ),
-        found.gradient_room,
-        found.value_room,
+        found.gradient_extent,
+        found.value_extent,
         found.gradient_sums,
         found.value_sums,
         found.nowhere,

@@ -6,8 +6,8 @@ from libc.stdint cimport int64_t
 
 cdef class Totals:
     cdef readonly bint single              # f32 if true, else f64
-    cdef readonly Py_ssize_t gradient_room  # scalars of J'r with all that lies behind it
-    cdef readonly Py_ssize_t value_room     # the same of the values of J'J
+    cdef readonly Py_ssize_t gradient_extent  # scalars of J'r with all that lies behind it
+    cdef readonly Py_ssize_t value_extent     # the same of the values of J'J
     cdef const int64_t* diagonal_at         # [size] offsets of the diagonal in the values
     cdef object _keep                       # arrays that the pointers point into
     cdef object _arrays                     # of the solves, once one was there

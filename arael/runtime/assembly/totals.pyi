@@ -11,8 +11,8 @@ class Totals:
     """What is done to the arrays before and after contributions are added to them."""
 
     single: bool
-    gradient_room: int
-    value_room: int
+    gradient_extent: int
+    value_extent: int
 
     def __init__(
         self,

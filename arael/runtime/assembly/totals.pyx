@@ -49,7 +49,7 @@ cdef class Totals:
 
     def __init__(self, plan, held, held_values, diagonal_at, bint single):
         self.single = single
-        self.gradient_room, self.value_room = plan.gradient_room, plan.value_room
+        self.gradient_extent, self.value_extent = plan.gradient_extent, plan.value_extent
         self._keep = []
         self._all = (plan.cleared, plan.cleared_ends, held, held_values)
         self.diagonal_at = self._kept(diagonal_at)
@@ -100,7 +100,7 @@ cdef class Totals:
     ) noexcept nogil:
         cdef Py_ssize_t item = 4 if self.single else 8, k
         if self._some == NULL:
-            clear_lines(<char*>gradient, self.gradient_room * item, part, parts)
+            clear_lines(<char*>gradient, self.gradient_extent * item, part, parts)
         for k in range(self._some_count * part // parts, self._some_count * (part + 1) // parts):
             memset(<char*>gradient + self._some[2 * k] * item, 0,
                    (self._some[2 * k + 1] - self._some[2 * k]) * item)
@@ -136,8 +136,8 @@ cdef class Totals:
         dtype = np.dtype(np.float32 if self.single else np.float64)
         cdef Py_ssize_t item = dtype.itemsize
         return (
-            np.frombuffer(bytes_at(gradient, self.gradient_room * item), dtype),
-            np.frombuffer(bytes_at(values, self.value_room * item), dtype),
+            np.frombuffer(bytes_at(gradient, self.gradient_extent * item), dtype),
+            np.frombuffer(bytes_at(values, self.value_extent * item), dtype),
         )
 
     def kept(self):
@@ -150,7 +150,7 @@ cdef class Totals:
     def zeros(self):
         """Zeroed arrays for J'r and the values of J'J, with trash cells and copies behind them."""
         dtype = np.float32 if self.single else np.float64
-        return np.zeros(self.gradient_room, dtype), np.zeros(self.value_room, dtype)
+        return np.zeros(self.gradient_extent, dtype), np.zeros(self.value_extent, dtype)
 
 
 def within(at, runs):

@@ -254,15 +254,15 @@ cdef class Evaluation(Groups):
         self.raise_failure()
         return cost
 
-    def linearised(self, room=None):
+    def linearised(self, workspace=None):
         """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state.
 
-        They are made in `room`, as `room()` makes it, whatever it holds by now; in new room if
-        there is none.
+        They are made in the arrays `workspace` of `workspace()`, whatever these hold by now; in new
+        ones if None.
         """
-        gradient, values = self.room() if room is None else room
-        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_room)
-        cdef void* second = writable(values, self.dtype, self.totals.value_room)
+        gradient, values = self.workspace() if workspace is None else workspace
+        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_extent)
+        cdef void* second = writable(values, self.dtype, self.totals.value_extent)
         cdef double cost
         with nogil:
             cost = self.linearise(first, second, None)
@@ -282,10 +282,10 @@ cdef class Evaluation(Groups):
     def group_linearised(self, Py_ssize_t g, gradient, values):
         """Cost of one group at the accepted state; its J'r and J'J are added to the arrays.
 
-        `gradient` and `values` are as `room` makes them.
+        `gradient` and `values` are as `workspace` makes them.
         """
-        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_room)
-        cdef void* second = writable(values, self.dtype, self.totals.value_room)
+        cdef void* first = writable(gradient, self.dtype, self.totals.gradient_extent)
+        cdef void* second = writable(values, self.dtype, self.totals.value_extent)
         cdef Lanes lanes = self.lanes.adding(self.states.current, g)
         cdef Py_ssize_t share
         cdef double cost

@@ -114,7 +114,7 @@ cdef class Groups:
         self.raise_failure()
         self.states.accept()
 
-    def room(self):
+    def workspace(self):
         """Zeros for J'r and for the values of J'J, with what lies behind them."""
         return self.totals.zeros()
 

@@ -52,7 +52,7 @@ cdef class InnerSteps:
         self.count, self._floor = partition.count, floor
         self._lanes = ComponentLanes(evaluation, partition)
         self._entities = <const Entity*>address(entities, ENTITY, self.count + 1)
-        gradient, values = evaluation.room()
+        gradient, values = evaluation.workspace()
         vectors = np.zeros((2, max(evaluation.size, 1)), dtype=evaluation.dtype)
         largest = int(entities["size"].max(initial=1))
         numbers = np.zeros((LENGTHS + 2) * (self.count + 1) + largest * (largest + 1))

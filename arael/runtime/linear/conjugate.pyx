@@ -274,8 +274,8 @@ cdef void complete(
 def _table(pattern):
     """Blocks of a pattern in the form of the kernel, with an end marker."""
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-    room = -(-pattern.sizes // PADDING) * PADDING
-    begin = np.cumsum(room) - room
+    lengths = -(-pattern.sizes // PADDING) * PADDING
+    begin = np.cumsum(lengths) - lengths
     table = np.zeros(len(columns) + 1, dtype=BLOCK)
     table["place"][: len(columns)] = pattern.value_start
     table["row"][: len(columns)] = begin[pattern.rows]

@@ -26,7 +26,7 @@ cdef class _Graph:
     variables; an element lists its variables.
     """
 
-    cdef Py_ssize_t n, free, room
+    cdef Py_ssize_t n, free, capacity
     cdef int[::1] at, length, elements, weight, degree, kind
     cdef Py_ssize_t[::1] start
     cdef int[::1] head, tail, after, before     # doubly linked queues by degree
@@ -43,7 +43,7 @@ cdef class _Graph:
         self.start = np.array(start, dtype=np.intp)
         self.length = np.diff(start).astype(np.intc)
         self.at = np.empty(edges + edges // 4 + 2 * n + 1, dtype=np.intc)
-        self.room = len(self.at)
+        self.capacity = len(self.at)
         np.asarray(self.at)[:edges] = neighbours
         self.free = edges
         self.weight = np.array(weights, dtype=np.intc)
@@ -233,7 +233,7 @@ cdef void _form(_Graph g, int pivot) noexcept nogil:
     if parts == 0:
         first = g.start[pivot]          # fits into the pivot's list
     else:
-        if g.free + min(<Py_ssize_t>g.degree[pivot], g.n) > g.room:
+        if g.free + min(<Py_ssize_t>g.degree[pivot], g.n) > g.capacity:
             g.compress()
         first = g.free
     end = first

@@ -66,8 +66,8 @@ def reduce(pattern, eliminated):
     r.kept = np.flatnonzero(~eliminated)
     number = np.cumsum(~eliminated) - 1
     widths = sizes[r.kept]
-    room = -(-widths // PADDING) * PADDING
-    begin = np.concatenate(([0], np.cumsum(room))).astype(np.int64)
+    lengths = -(-widths // PADDING) * PADDING
+    begin = np.concatenate(([0], np.cumsum(lengths))).astype(np.int64)
     r.padded_size = int(begin[-1])
     local = np.arange(int(widths.sum())) - np.repeat(np.cumsum(widths) - widths, widths)
     r.scalars = np.ascontiguousarray(np.repeat(offsets[r.kept], widths) + local, dtype=np.int64)

@@ -119,9 +119,9 @@ cdef class SparseSolver(LinearSolver):
     # Members that depend on the number of threads.
     cdef object _alone, _together, _stacks, _hold
     cdef void* _waiting                 # update matrices of roots of bundles
-    cdef void** _room                   # of each thread: stacks, then a front's part of x
+    cdef void** _workspaces                   # of each thread: stacks, then a front's part of x
     cdef int* _busy
-    cdef int _rooms
+    cdef int _workspace_count
     cdef Py_ssize_t _behind             # scalars of the stacks
     cdef Py_ssize_t _bundles
     cdef const long long* _ends         # [bundles + 2] of their lists; the last is the top
@@ -192,20 +192,20 @@ cdef class SparseSolver(LinearSolver):
         self.threads = threads
         stacks = self._together if threads > 1 else self._alone
         cdef int count = max(1, min(threads, stacks.bundles))
-        if stacks is self._stacks and count == self._rooms:
+        if stacks is self._stacks and count == self._workspace_count:
             return
         named = self._keep[0].view(FRONT)[1:, 0]
         named["update"], named["shared"] = stacks.update, stacks.shared
-        waiting = aligned(stacks.shared_room, self.dtype)
-        rooms = [aligned(stacks.room + self._widest, self.dtype) for _ in range(count)]
-        places = np.array([room.ctypes.data for room in rooms], dtype=np.uintp)
+        waiting = aligned(stacks.shared_extent, self.dtype)
+        workspaces = [aligned(stacks.extent + self._widest, self.dtype) for _ in range(count)]
+        places = np.array([one.ctypes.data for one in workspaces], dtype=np.uintp)
         busy = np.zeros(count, dtype=np.intc)
         sequence = 1 + stacks.sequence
         failures = np.zeros((2, stacks.bundles + 1), dtype=np.int64)
-        self._hold = (waiting, rooms, places, busy, sequence, failures, stacks.ends)
-        self._rooms, self._bundles, self._behind = count, stacks.bundles, stacks.room
+        self._hold = (waiting, workspaces, places, busy, sequence, failures, stacks.ends)
+        self._workspace_count, self._bundles, self._behind = count, stacks.bundles, stacks.extent
         self._waiting = writable(waiting, self.dtype)
-        self._room = <void**>writable(places, np.uintp, count)
+        self._workspaces = <void**>writable(places, np.uintp, count)
         self._busy = <int*>writable(busy, np.intc, count)
         self._ends = <const long long*>address(stacks.ends, np.int64)
         self._sequence = <const long long*>address(sequence, np.int64)
@@ -266,7 +266,7 @@ cdef class SparseSolver(LinearSolver):
             s = self._sequence[i]
             if found and not self._fronts[s].bundled:
                 continue
-            status = self._front(s, self.threads, values, diagonal, rhs, <real*>self._room[0])
+            status = self._front(s, self.threads, values, diagonal, rhs, <real*>self._workspaces[0])
             if status and self._fronts[s].bundled:
                 return status
             if status:
@@ -277,11 +277,11 @@ cdef class SparseSolver(LinearSolver):
         self, Py_ssize_t b, const real* values, const real* diagonal, const real* rhs
     ) noexcept nogil:
         cdef Py_ssize_t i
-        cdef int place = claim(self._busy, self._rooms)
+        cdef int place = claim(self._busy, self._workspace_count)
         self._failed[b] = 0
         for i in range(self._ends[b], self._ends[b + 1]):
             self._pivot[b] = self._front(
-                self._sequence[i], 1, values, diagonal, rhs, <real*>self._room[place])
+                self._sequence[i], 1, values, diagonal, rhs, <real*>self._workspaces[place])
             if self._pivot[b]:
                 self._failed[b] = self._sequence[i]
                 break
@@ -289,7 +289,7 @@ cdef class SparseSolver(LinearSolver):
 
     cdef Py_ssize_t _front(
         self, Py_ssize_t s, int threads, const real* values, const real* diagonal, const real* rhs,
-        real* room
+        real* workspace
     ) noexcept nogil:
         """Assemble and factor a front whose children are done; 0 or 1 + the failing scalar."""
         cdef Py_ssize_t i, status
@@ -310,8 +310,8 @@ cdef class SparseSolver(LinearSolver):
         if threads > 1 and f.columns * (f.columns + f.below) > WIDE:
             distribute(threads, PIECES, extend_piece, &columns)
         else:
-            self._extend_columns(s, 0, f.columns, room)
-        status = eliminate(f, threads, triangle, storage + f.panel, self._update(f, room),
+            self._extend_columns(s, 0, f.columns, workspace)
+        status = eliminate(f, threads, triangle, storage + f.panel, self._update(f, workspace),
                            <real*>self._inverse + f.first, self._large)
         if status:
             return 1 + self._scalar[f.first + status - 1]
@@ -319,15 +319,15 @@ cdef class SparseSolver(LinearSolver):
         if threads > 1 and f.below * f.below > WIDE:
             distribute(threads, PIECES, extend_piece, &columns)
         elif f.below:
-            self._extend_update(s, 0, f.below, room)
+            self._extend_update(s, 0, f.below, workspace)
         return 0
 
-    cdef real* _update(self, const Front* f, real* room) noexcept nogil:
-        """Address of a front's update matrix, for the workspace `room`."""
-        return (<real*>self._waiting if f.shared else room) + f.update
+    cdef real* _update(self, const Front* f, real* workspace) noexcept nogil:
+        """Address of a front's update matrix, within `workspace`."""
+        return (<real*>self._waiting if f.shared else workspace) + f.update
 
     cdef void _extend_columns(
-        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* workspace
     ) noexcept nogil:
         """Add the children's update matrices to some of a front's columns."""
         cdef Py_ssize_t i
@@ -338,11 +338,11 @@ cdef class SparseSolver(LinearSolver):
             c = self._fronts + self._children[i] + 1
             tiles.extend_columns(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                f.columns, <const real*>self._update(c, room), c.low, storage + f.triangle,
+                f.columns, <const real*>self._update(c, workspace), c.low, storage + f.triangle,
                 f.tall, storage + f.panel, f.low, begin, end, c.below, f.below)
 
     cdef void _extend_update(
-        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* room
+        self, Py_ssize_t s, Py_ssize_t begin, Py_ssize_t end, real* workspace
     ) noexcept nogil:
         """Add the children's update matrices to some columns of a front's update matrix."""
         cdef Py_ssize_t i
@@ -352,10 +352,11 @@ cdef class SparseSolver(LinearSolver):
             c = self._fronts + self._children[i] + 1
             tiles.extend_update(
                 self._runs + 3 * (c - 1).runs, c.inside - (c - 1).runs, c.runs - (c - 1).runs,
-                f.columns, <const real*>self._update(c, room), c.low, self._update(f, room),
+                f.columns, <const real*>self._update(c, workspace), c.low,
+                self._update(f, workspace),
                 f.low, begin, end, c.below, f.below)
 
-    cdef void _descend(self, Py_ssize_t s, const real* b, real* room) noexcept nogil:
+    cdef void _descend(self, Py_ssize_t s, const real* b, real* workspace) noexcept nogil:
         """The forward sweep over a front whose children are done.
 
         The contributions of a front to the rows below it are stored in place of its update matrix.
@@ -368,12 +369,12 @@ cdef class SparseSolver(LinearSolver):
         cdef real* storage = <real*>self._factor_storage
         cdef real* side = storage + f.panel + f.below
         cdef real* x = <real*>self._x + f.first
-        cdef real* update = self._update(f, room)
+        cdef real* update = self._update(f, workspace)
         for i in range(f.columns):
             x[i] = b[self._scalar[f.first + i]]
         for k in range((f - 1).children, f.children):
             c = self._fronts + self._children[k] + 1
-            from_ = self._update(c, room)
+            from_ = self._update(c, workspace)
             for j in range((c - 1).runs, c.inside):
                 run = self._runs + 3 * j
                 to = run[2]
@@ -388,7 +389,7 @@ cdef class SparseSolver(LinearSolver):
         tiles.multiply(f.below, f.columns, storage + f.panel, f.low, x, update)
         for k in range((f - 1).children, f.children):
             c = self._fronts + self._children[k] + 1
-            from_ = self._update(c, room)
+            from_ = self._update(c, workspace)
             for j in range(c.inside, c.runs):
                 run = self._runs + 3 * j
                 to = run[2] - f.columns
@@ -410,15 +411,15 @@ cdef class SparseSolver(LinearSolver):
 
     cdef void _descend_bundle(self, Py_ssize_t k, const real* b) noexcept nogil:
         cdef Py_ssize_t i
-        cdef int place = claim(self._busy, self._rooms)
+        cdef int place = claim(self._busy, self._workspace_count)
         for i in range(self._ends[k], self._ends[k + 1]):
-            self._descend(self._sequence[i], b, <real*>self._room[place])
+            self._descend(self._sequence[i], b, <real*>self._workspaces[place])
         release(self._busy, place)
 
     cdef void _ascend_bundle(self, Py_ssize_t k, real* b) noexcept nogil:
         cdef Py_ssize_t i
-        cdef int place = claim(self._busy, self._rooms)
-        cdef real* work = <real*>self._room[place] + self._behind
+        cdef int place = claim(self._busy, self._workspace_count)
+        cdef real* work = <real*>self._workspaces[place] + self._behind
         for i in range(self._ends[k + 1] - 1, self._ends[k] - 1, -1):
             self._ascend(self._sequence[i], b, work)
         release(self._busy, place)
@@ -454,22 +455,22 @@ cdef void extend_piece(void* work, Py_ssize_t item) noexcept nogil:
     cdef Columns* c = <Columns*>work
     if (<SparseSolver>c.solver).single:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <float*>(<SparseSolver>c.solver)._room[0])
+                    <float*>(<SparseSolver>c.solver)._workspaces[0])
     else:
         extend_part(<SparseSolver>c.solver, c, item,
-                    <double*>(<SparseSolver>c.solver)._room[0])
+                    <double*>(<SparseSolver>c.solver)._workspaces[0])
 
 
 cdef void extend_part(
-    SparseSolver solver, const Columns* c, Py_ssize_t item, real* room
+    SparseSolver solver, const Columns* c, Py_ssize_t item, real* workspace
 ) noexcept nogil:
     cdef const Front* f = solver._fronts + c.front
     cdef Py_ssize_t n = f.below if c.update else f.columns
     cdef Py_ssize_t begin = n * item // PIECES, end = n * (item + 1) // PIECES
     if c.update:
-        solver._extend_update(c.front, begin, end, room)
+        solver._extend_update(c.front, begin, end, workspace)
     else:
-        solver._extend_columns(c.front, begin, end, room)
+        solver._extend_columns(c.front, begin, end, workspace)
 
 
 cdef Py_ssize_t eliminate(

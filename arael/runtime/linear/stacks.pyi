@@ -8,8 +8,8 @@ class Stacks:
     ends: NDArray[Any]
     update: NDArray[Any]
     shared: NDArray[Any]
-    room: int
-    shared_room: int
+    extent: int
+    shared_extent: int
 
 def place_updates(
     parents: NDArray[Any], sizes: NDArray[Any], bundle: NDArray[Any], bundles: int, pad: int

@@ -25,11 +25,11 @@ cdef class Stacks:
         its parent is not in the bundle, in the shared workspace.
     shared : (ns,) bool
         Whether it is the shared one.
-    room, shared_room : int
+    extent, shared_extent : int
         Scalars of both workspaces.
     """
 
-    cdef readonly object sequence, ends, update, shared, bundles, room, shared_room
+    cdef readonly object sequence, ends, update, shared, bundles, extent, shared_extent
 
 
 def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
@@ -92,5 +92,5 @@ def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
     found.sequence = np.argsort(group, kind="stable").astype(np.int64)
     found.ends = np.searchsorted(np.sort(group), np.arange(bundles + 2)).astype(np.int64)
     found.update, found.shared = updates, apart
-    found.room, found.shared_room = int(peaks.sum(axis=1).max()), int(waiting)
+    found.extent, found.shared_extent = int(peaks.sum(axis=1).max()), int(waiting)
     return found

@@ -218,11 +218,11 @@ cdef floating** begin(
     cdef Py_ssize_t k, w, pointers = p._registers * sizeof(void*)
     cdef Py_ssize_t fixed = p._states + p._data
     cdef size_t size = workspace_of(p, sizeof(floating))
-    cdef char* room = <char*>malloc(size) if size <= most_workspace else NULL
-    cdef floating** registers = <floating**>room
-    cdef floating* memory = <floating*>(room + pointers)
+    cdef char* workspace = <char*>malloc(size) if size <= most_workspace else NULL
+    cdef floating** registers = <floating**>workspace
+    cdef floating* memory = <floating*>(workspace + pointers)
     cdef floating value
-    if room == NULL:
+    if workspace == NULL:
         exhausted[0] = True
         return NULL
     for k in range(p._registers):

@@ -49,7 +49,7 @@ def lanes_of(array: np.ndarray) -> np.ndarray:
 
 
 def plan(
-    places: list[list[int]], room: int, parts: int = 1, may: list[bool] | None = None
+    places: list[list[int]], extent: int, parts: int = 1, may: list[bool] | None = None
 ) -> tuple:
     """Groups whose instances write to these blocks, 0 for nowhere."""
     placed = []
@@ -66,15 +66,15 @@ def plan(
         range(len(places)),
         may or [True] * len(places),
         np.array([NOWHERE]),
-        room,
+        extent,
         parts,
     )
     return found, placed
 
 
-def played(found: Firsts, placed: list, counts: list[int], room: int) -> np.ndarray:
+def played(found: Firsts, placed: list, counts: list[int], extent: int) -> np.ndarray:
     """What the blocks come to if every instance adds, or stores, its number to each scalar."""
-    values = np.full(room, np.nan)
+    values = np.full(extent, np.nan)
     for begin, end in found.cleared:
         values[begin:end] = 0
     number = 0
@@ -95,14 +95,14 @@ def played(found: Firsts, placed: list, counts: list[int], room: int) -> np.ndar
 def test_as_if_all_had_been_emptied(places: list[list[int]], parts: int, near: int) -> None:
     before, firsts._NEAR = firsts._NEAR, near
     try:
-        room = SIZE * 13 + 5
-        found, placed = plan(places, room, parts)
+        extent = SIZE * 13 + 5
+        found, placed = plan(places, extent, parts)
     finally:
         firsts._NEAR = before
-    expected = np.zeros(room)
+    expected = np.zeros(extent)
     for number, block in enumerate((b for p in places for b in p), start=1):
         expected[SIZE * block : SIZE * (block + 1)] += number
-    values = played(found, placed, [len(p) for p in places], room)
+    values = played(found, placed, [len(p) for p in places], extent)
     np.testing.assert_array_equal(values[SIZE:], expected[SIZE:])
     # The parts are the whole, one after the other.
     assert found.ends[0] == 0
@@ -148,14 +148,14 @@ def test_bearings_store_their_blocks(
     # Where shares end, blocks of lanes are of two poses.
     assert plan.placed[number].first[:, PAIR].mean() > (0.1 if fine else 0.7)
     emptied = (plan.cleared[:, 1] - plan.cleared[:, 0]).sum()
-    assert emptied < (0.95 if fine else 0.7) * plan.value_room
+    assert emptied < (0.95 if fine else 0.7) * plan.value_extent
     found = []
     for threads in (1, 2, 3):
         evaluation.threads = threads
-        room = evaluation.room()
-        for array in room:
+        extent = evaluation.workspace()
+        for array in extent:
             array[:] = np.nan
-        found.append(evaluation.linearised(room))
+        found.append(evaluation.linearised(extent))
     expected = Problem(problem.layout, problem.store).evaluation.linearised()
     tolerance = 1e-12 if precision == "f64" else 1e-4
     pattern = problem.structure.pattern

@@ -393,7 +393,7 @@ def test_two_shares_that_write_to_the_same_block_are_found(valid: ScatterPlan) -
     shares = valid.shares[0]
     placed = list(shares.placed)
     for g, lanes in enumerate(placed):
-        target = np.arange(shares.value_room)
+        target = np.arange(shares.value_extent)
         for to, begin, count in shares.value_sums.tolist():
             target[begin : begin + count] = np.arange(to, to + count)
         placed[g] = lanes._replace(block_at=frozen(target[lanes.block_at]))

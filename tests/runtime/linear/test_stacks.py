@@ -31,7 +31,7 @@ def check(stacks: Stacks, parent: Ints, size: Ints, group: Ints) -> None:
         assert seen[children].all()
         seen[s] = True
         begin, end = stacks.update[s], stacks.update[s] + size[s]
-        assert 0 <= begin <= end <= (stacks.shared_room if stacks.shared[s] else stacks.room)
+        assert 0 <= begin <= end <= (stacks.shared_extent if stacks.shared[s] else stacks.extent)
         for other in waiting:
             if stacks.shared[s] != stacks.shared[other]:
                 continue
@@ -73,5 +73,5 @@ def test_one_thread_needs_less() -> None:
     bundle = np.array([0, 0, 1, 1, 2, 2, 3, 3, -1], dtype=np.int64)
     alone = place_updates(parent, size, np.full(9, -1, dtype=np.int64), 0, 8)
     together = place_updates(parent, size, bundle, 4, 8)
-    assert (alone.room, alone.shared_room) == (104 + 40, 0)
-    assert (together.room, together.shared_room) == (104, 40)
+    assert (alone.extent, alone.shared_extent) == (104 + 40, 0)
+    assert (together.extent, together.shared_extent) == (104, 40)

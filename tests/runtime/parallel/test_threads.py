@@ -197,7 +197,7 @@ class TestEvaluation:
         instance = scene()
         evaluation = problem_of(instance).evaluation
         _, gradient, values = evaluation.linearised()
-        g, v = evaluation.room()
+        g, v = evaluation.workspace()
         cost = sum(evaluation.group_linearised(k, g, v) for k in range(len(instance.layout.groups)))
         assert cost == pytest.approx(evaluation.total_cost(), rel=1e-12)
         np.testing.assert_allclose(g[: len(gradient)], gradient, rtol=1e-9, atol=1e-9)
