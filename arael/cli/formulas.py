@@ -15,7 +15,7 @@ from arael.compiler.entities import model_state
 from arael.compiler.groups import Derivatives, derivatives
 from arael.compiler.scalar_programs import Functions
 from arael.runtime.machine.tape import NATIVE
-from arael.symbolic.functions import MAKERS
+from arael.symbolic.derivatives import MAKERS
 
 
 def formulas(

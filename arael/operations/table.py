@@ -58,7 +58,7 @@ def _whole(x: float) -> bool:
     return math.isfinite(x) and x == math.floor(x)
 
 
-_OWN = "arael.symbolic.functions"
+_OWN = "arael.symbolic.derivatives"
 _COMPOSED = "arael.symbolic.scalars.composed"
 
 _NOT_NEGATIVE = Domain("x >= 0", lambda x: x >= 0)

@@ -20,7 +20,7 @@ from arael.operations import OPERATIONS
 from arael.runtime.machine.programs import evaluate as run
 from arael.sym.functions import OWN, UserFunction
 from arael.sym.values import Value, as_value, by_variable, entries, free_vars, type_of, variables
-from arael.symbolic.functions import OPERATION_OF
+from arael.symbolic.derivatives import OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.sharing import Writer
 

@@ -1,7 +1,7 @@
 """The functions of the table of operations as SymPy functions.
 
 A record whose SymPy function is SymPy's own is that function, others are classes: values, LaTeX and
-text in Python come from the record, derivatives from `arael.symbolic.functions`.
+text in Python come from the record, derivatives from `arael.symbolic.derivatives`.
 
 SymPy's `Abs`, `Max` and the like are not differentiated as a solver needs it: at kinks and jumps
 they give a ``DiracDelta``, a ``Heaviside`` or, over complex symbols, the derivative of ``re(x)``.
@@ -26,7 +26,7 @@ from arael.operations.constants import CONSTANTS
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
 from arael.sym.limits import MAX_SUPERSCRIPT
-from arael.symbolic import functions as core
+from arael.symbolic import derivatives as core
 from arael.symbolic.graph import Graph, Prescribed
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.sharing import real
@@ -132,7 +132,7 @@ def _class(one: Record, slope: Callable[..., Any]) -> Any:
 
 @cache
 def _slope(made: Any, count: int, argindex: int) -> Any:
-    """Derivative of a class of `arael.symbolic.functions`, of `core.FORMAL`.
+    """Derivative of a class of `arael.symbolic.derivatives`, of `core.FORMAL`.
 
     There it is over the operations of graphs, in which a condition is a number.
     """

@@ -14,7 +14,7 @@ from sympy.printing.str import StrPrinter
 from arael.check.typed import MatrixType, QuaternionType, TransformType, ValueType, VectorType
 from arael.sym.limits import MAX_WRITTEN_OUT
 from arael.sym.values import Value, as_value, entries, require_size, size, type_of
-from arael.symbolic.functions import OPERATION_OF
+from arael.symbolic.derivatives import OPERATION_OF
 
 
 def text(value: Any) -> str:

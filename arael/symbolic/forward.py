@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from sympy import Add, S
 
-from arael.symbolic.functions import select
+from arael.symbolic.derivatives import select
 from arael.symbolic.terms import Term, Terms
 from arael.symbolic.varying import Seed, arguments, branches, rank_of_seeds, varying
 

@@ -41,7 +41,7 @@ class Prescribed:
     name : as the model spells it
     native : whether its value is known to native code only; else calls have a node of their value
     partials : makes the partial derivatives, one per argument, from a graph and the arguments; None
-        of a function of `arael.symbolic.functions`, which SymPy differentiates
+        of a function of `arael.symbolic.derivatives`, which SymPy differentiates
     """
 
     name: str

@@ -35,9 +35,9 @@ def jacobian(
     """Differentiate `outputs` by every seed, by the method that gives the shorter program.
 
     Every operation is differentiated by SymPy, once for all its uses
-    (`arael.symbolic.functions.partials`). The chain rule joins these derivatives in forward mode or
-    by vertex elimination, with a symbol for every value and for every sum, so that expressions stay
-    small. `sympy.cse` finds what they have in common.
+    (`arael.symbolic.derivatives.partials`). The chain rule joins these derivatives in forward mode
+    or by vertex elimination, with a symbol for every value and for every sum, so that expressions
+    stay small. `sympy.cse` finds what they have in common.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import sympy as sp
 from sympy import S, Symbol
 
 from arael.runtime.machine.tape import PRIMITIVES
-from arael.symbolic.functions import MAKERS, OPERATION_OF
+from arael.symbolic.derivatives import MAKERS, OPERATION_OF
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.terms import Term, Terms

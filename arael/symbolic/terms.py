@@ -12,7 +12,7 @@ from typing import Any
 
 from sympy import Add, Rational, S, Symbol
 
-from arael.symbolic.functions import CONSTANTS, FORMAL, FUNCTION_OF, MAKERS, VALUE, partials
+from arael.symbolic.derivatives import CONSTANTS, FORMAL, FUNCTION_OF, MAKERS, VALUE, partials
 from arael.symbolic.graph import Graph
 
 Term = Any
