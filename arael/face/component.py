@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from arael.face.valued import Valued
 from arael.runtime.store.messages import UnknownFieldError, describe, error, problem, shorten
 
 if TYPE_CHECKING:
     from arael.face.parameter import Parameter
 
 
-class Component(NDArrayOperatorsMixin):
+class Component(Valued):
     """Value, flags and bounds of one component, of one row (``pose.pos.z``) or of many.
 
     In arithmetic, NumPy functions, comparisons and formatting it stands for its value.
@@ -112,28 +112,6 @@ class Component(NDArrayOperatorsMixin):
     def _flag(self, flags: Any) -> Any:
         part = self._flags(flags)[..., self._index]
         return part if part.ndim else bool(part)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
-        """Conversion to a NumPy array: its value."""
-        value = np.asarray(self.value, dtype=dtype)
-        return value.copy() if copy else value
-
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        values = [np.asarray(x.value) if isinstance(x, Component) else x for x in inputs]
-        if any(isinstance(x, Component) for x in kwargs.get("out", ())):
-            return NotImplemented
-        return getattr(ufunc, method)(*values, **kwargs)
-
-    __hash__ = None  # type: ignore[assignment]  # compared by value
-
-    def __float__(self) -> float:
-        return float(self.value)
-
-    def __getitem__(self, index: Any) -> Any:
-        return np.asarray(self.value)[index]
-
-    def __format__(self, how: str) -> str:
-        return format(self.value, how) if how else repr(self)
 
     def __repr__(self) -> str:
         text = np.array2string(np.asarray(self.value), precision=6, threshold=12, edgeitems=2)

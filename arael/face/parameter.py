@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
 from arael.face.forms import Forms
+from arael.face.valued import Valued
 from arael.runtime.layout import Column
 from arael.runtime.store import Table
 from arael.runtime.store.bounds import (
@@ -37,7 +37,7 @@ def taken(array: Array, rows: Rows) -> Any:
     return part
 
 
-class Parameter(NDArrayOperatorsMixin, Forms):
+class Parameter(Valued, Forms):
     """Value and flags of a parameter: of one row (``poses[3].pos``) or of many (``poses.pos``).
 
     In arithmetic, NumPy functions, comparisons, indexing and formatting it stands for its value:
@@ -292,28 +292,6 @@ class Parameter(NDArrayOperatorsMixin, Forms):
         flags[rows] = array
         if self._whole and name != "fixed" and array.shape == ():
             self._table.optimize_new[f"{self._path}.{name}"] = bool(array)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        """Conversion to a NumPy array: its value."""
-        value = np.asarray(self.value, dtype=dtype)
-        return value.copy() if copy else value
-
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        values = [np.asarray(x.value) if isinstance(x, Parameter) else x for x in inputs]
-        if any(isinstance(x, Parameter) for x in kwargs.get("out", ())):
-            return NotImplemented
-        return getattr(ufunc, method)(*values, **kwargs)
-
-    __hash__ = None  # type: ignore[assignment]  # compared by value
-
-    def __float__(self) -> float:
-        return float(self.value)
-
-    def __getitem__(self, index: Any) -> Any:
-        return np.asarray(self.value)[index]
-
-    def __format__(self, how: str) -> str:
-        return format(self.value, how) if how else repr(self)
 
     def __repr__(self) -> str:
         flags = "".join(
