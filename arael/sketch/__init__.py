@@ -1,0 +1,1 @@
+"""The 2D sketch editor: geometry tied by constraints and dimensions."""
