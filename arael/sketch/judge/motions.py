@@ -92,9 +92,7 @@ class _Search:
                 break
             velocity = self.part.basis[:, column]
             if self._take(velocity):
-                result.append(
-                    Motion(self._described(velocity), self._moving(velocity), velocity)
-                )
+                result.append(Motion(self._described(velocity), self._moving(velocity), velocity))
         return result
 
     # --- the space of free directions -------------------------------------------------------
@@ -131,14 +129,26 @@ class _Search:
         if not points:
             return
         along_x, along_y, turn = self._rigid(points)
-        yield f"{names} can move along x", along_x
-        yield f"{names} can move along y", along_y
-        center = self._center(along_x, along_y, turn)
-        if center is not None:
-            x, y = center
-            velocity = turn - y * 0.0  # a copy
-            velocity = turn + y * along_x - x * along_y
-            yield f"{names} can turn about {self._place(x, y)}", velocity
+        held = self._held()
+        if not held:
+            yield f"{names} can move along x", along_x
+            yield f"{names} can move along y", along_y
+        center = self._center(along_x, along_y, turn) if not held else held[0]
+        x, y = center
+        if all(math.hypot(hx - x, hy - y) <= 1e-9 * self._size() for hx, hy in held):
+            yield f"{names} can turn about {self._place(x, y)}", turn + y * along_x - x * along_y
+
+    def _size(self) -> float:
+        return float(np.abs(self.values).max(initial=0.0)) or 1.0
+
+    def _held(self) -> list[tuple[float, float]]:
+        """Points of the part's entities that are fixed."""
+        return [
+            (float(self.values[at]), float(self.values[at + 1]))
+            for entity in self.entities
+            for at in point_offsets(entity).values()
+            if self.part.unknown_of[at] < 0
+        ]
 
     def _points(self) -> list[tuple[int, int]]:
         """Offset in the document and unknown of the x of every point of the part that moves."""
@@ -165,24 +175,19 @@ class _Search:
                     turn[rotation] = 1.0
         return along_x, along_y, turn
 
-    def _center(
-        self, along_x: Floats, along_y: Floats, turn: Floats
-    ) -> tuple[float, float] | None:
-        """About which point the part can turn; of those possible one that is drawn."""
+    def _center(self, along_x: Floats, along_y: Floats, turn: Floats) -> tuple[float, float]:
+        """About which point the part can turn, if it can; its middle if about any."""
         shifts = np.column_stack([along_x, along_y])
-        outside = shifts - self.free @ (self.free.T @ shifts)
-        away = turn - self.free @ (self.free.T @ turn)
-        # turn + y along_x - x along_y is to lie in the space: solve for (y, -x).
         scale = np.linalg.norm(shifts, axis=0)
-        weights, *_ = np.linalg.lstsq(outside / scale, -away, rcond=1e-8)
-        y, x = weights[0] / scale[0], -weights[1] / scale[1]
-        free = np.linalg.norm(outside, axis=0) <= _OUTSIDE * scale
-        if free.all():
-            # It moves freely: it turns about its middle.
-            xs = [self.values[at] for at, _ in self._points()]
-            ys = [self.values[at + 1] for at, _ in self._points()]
-            return float(np.mean(xs)), float(np.mean(ys))
-        return float(x), float(y)
+        outside = (shifts - self.free @ (self.free.T @ shifts)) / scale
+        away = turn - self.free @ (self.free.T @ turn)
+        if (np.linalg.norm(outside, axis=0) <= _OUTSIDE).all():
+            points = np.array([self.values[at : at + 2] for at, _ in self._points()])
+            x, y = points.mean(axis=0)
+            return float(x), float(y)
+        # turn + y along_x - x along_y is to lie in the space: solved for (y, -x).
+        weights, *_ = np.linalg.lstsq(outside, -away, rcond=1e-8)
+        return float(-weights[1] / scale[1]), float(weights[0] / scale[0])
 
     def _single(self, entity: Entity) -> Iterator[tuple[str, Floats]]:
         """One entity, with everything else at rest."""
@@ -200,8 +205,9 @@ class _Search:
                     f"{name} can become longer at {end}",
                     self._shift([here], direction),
                 )
-                yield f"{name} can turn about {self._other(name, end)}", self._shift(
-                    [here], (-direction[1], direction[0])
+                yield (
+                    f"{name} can turn about {self._other(name, end)}",
+                    self._shift([here], (-direction[1], direction[0])),
                 )
         elif entity.kind in ("circle", "arc", "ellipse", "earc"):
             yield from self._round(entity)
@@ -308,13 +314,12 @@ class _Search:
     def _deed(self, entity: Entity, velocity: Floats) -> str:
         """What one entity does."""
         points = {
-            name: velocity[u : u + 2]
+            name: velocity[u : u + 2] if (u := int(self.part.unknown_of[at])) >= 0 else np.zeros(2)
             for name, at in point_offsets(entity).items()
-            if (u := int(self.part.unknown_of[at])) >= 0
         }
         fastest = max((float(np.hypot(*v)) for v in points.values()), default=0.0)
         top = float(np.abs(velocity).max())
-        if entity.kind == "line" and len(points) == 2:
+        if entity.kind == "line":
             along = np.array(self._unit(entity.at, entity.at + 2))
             across = np.array([-along[1], along[0]])
             v1, v2 = points["p1"], points["p2"]
@@ -350,7 +355,7 @@ class _Search:
 
     def _place(self, x: float, y: float) -> str:
         """A point that is drawn there, else coordinates."""
-        size = float(np.abs(self.values).max(initial=1.0))
+        size = self._size()
         for entity in self.entities:
             for point, at in point_offsets(entity).items():
                 if math.hypot(self.values[at] - x, self.values[at + 1] - y) <= 1e-6 * size:
