@@ -125,7 +125,7 @@ class Judge:
                 if abs(weight) > _MEMBER * top:
                     members[system.owners[other]] = None
         members.pop(name, None)
-        named = tuple(self._named(members)) + (name,)
+        named = (*self._named(members), name)
         if self._only_here(name, len(dependent)):
             return Verdict(name, "here", named, gained)
         if contradicts:
