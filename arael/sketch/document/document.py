@@ -257,7 +257,7 @@ class Document:
         Parameters
         ----------
         name : empty for the next free one
-        flags : ``construction``, ``quiet``, ``style``, ``text``
+        flags : ``construction``, ``quiet``, ``style``, ``text``, ``clockwise``
         """
         given = np.asarray(numbers, dtype=np.float64).ravel()
         expected = ENTITIES[kind]

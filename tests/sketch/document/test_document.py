@@ -235,6 +235,14 @@ def test_every_kind_has_points_inside_of_its_numbers() -> None:
             assert x in ("x", f"{name}.x"), (kind, name)
 
 
+def test_an_arc_that_was_drawn_clockwise_starts_where_its_numbers_end() -> None:
+    document = Document()
+    with document.transaction("x"):
+        arc = document.add_entity("arc", [0, 0, 1, 0, 0, 1, 1], clockwise=True)
+    assert document.point_at("A0.start") == arc.at + 4
+    assert document.point_at("A0.end") == arc.at + 2
+
+
 def test_entities_are_immutable() -> None:
     with pytest.raises(AttributeError):
         Entity("L0", "line", 0, 4).name = "L1"  # type: ignore[misc]

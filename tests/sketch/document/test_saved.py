@@ -24,7 +24,12 @@ def everything() -> Document:
         document.set_setting("unit", "in")
         for kind, table in ENTITIES.items():
             count = 8 if table.poles else len(table.values)
-            document.add_entity(kind, 0.1 + np.arange(count) / 3, construction=kind == "line")
+            document.add_entity(
+                kind,
+                0.1 + np.arange(count) / 3,
+                construction=kind == "line",
+                clockwise=kind == "arc",
+            )
         document.add_entity("line", [0, 0, 0.1, -0.0], style="dashed", quiet=True)
         put = document.put
         put("parameters", Parameter("width", Amount("12 mm", 12.0)))
@@ -103,6 +108,7 @@ WRONG = [
     ("entities.1.name", "P0", "used twice"),
     ("entities.1.values", [1, 2, 3], "has 4 numbers"),
     ("entities.6.values", [1.0] * 10, "has 8 numbers"),
+    ("entities.1.clockwise", True, "has no direction"),
     ("entities.1.style", "wavy", "not a style"),
     ("constraints.1.kind", "near", r"constraints\[1\]: `near`"),
     ("constraints.1.args", ["L0.p2"], "does not take L0.p2"),
