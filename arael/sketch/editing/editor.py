@@ -101,7 +101,7 @@ class Editor:
         self.document = document
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
-        self.judge = Judge(self.layout)
+        self.judge = Judge(self.layout, self.solver)
         self._points = Points(document)
         self._together = 0
 
@@ -177,6 +177,7 @@ class Editor:
         quiet: bool = False,
         style: Style = "solid",
         text: str = "",
+        clockwise: bool = False,
     ) -> Added:
         """A new entity, its ends connected to points that are within 1e-3.
 
@@ -185,6 +186,7 @@ class Editor:
         kind, numbers : as `arael.sketch.document.kinds.ENTITIES` says
         connect : whether ends and centres become coincident with points near them
         tangent : whether a line or arc that continues another within 1 degree becomes tangent
+        clockwise : of an arc: it starts where its numbers end
 
         Raises
         ------
@@ -196,7 +198,13 @@ class Editor:
         check_extent(kind, given, size)
         with self.document.transaction(f"add {kind}"):
             entity = self.document.add_entity(
-                kind, given, construction=construction, quiet=quiet, style=style, text=text
+                kind,
+                given,
+                construction=construction,
+                quiet=quiet,
+                style=style,
+                text=text,
+                clockwise=clockwise,
             )
             connected = self._connect(entity) if connect else []
             tangents = self._tangents(entity, connected) if connect and tangent else []
@@ -318,9 +326,9 @@ class Editor:
         if verdict.kind == "impossible":
             drop = self._cheapest(verdict.members, name)
             raise refusals.impossible(name, verdict.members, drop)
-        if verdict.kind in ("redundant", "here") and not force:
+        if verdict.kind == "redundant" and not force:
             drop = self._cheapest(verdict.members, name)
-            raise refusals.redundant(name, verdict.members, drop, verdict.kind == "here")
+            raise refusals.redundant(name, verdict.members, drop)
         self._settle(name)
 
     def _judge_all(self, names: Sequence[str]) -> None:
