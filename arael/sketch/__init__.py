@@ -1,0 +1,1 @@
+"""A parametric sketch in the plane: geometry tied by constraints and dimensions."""
