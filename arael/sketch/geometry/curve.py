@@ -6,6 +6,7 @@ circles, evenly in the eccentric angle on ellipses, and as the polynomial's own 
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import hypot
 from typing import NamedTuple, Self
 
@@ -165,7 +166,7 @@ class Curve(msgspec.Struct, frozen=True):
             ends = [*cuts[1:], cuts[0] + 1.0]
             return [Piece(self.part(a, b), a, b) for a, b in zip(cuts, ends, strict=True)]
         cuts = [0.0, *sorted({t for t in at if 0.0 < t < 1.0}), 1.0]
-        return [piece for a, b in zip(cuts, cuts[1:], strict=False) for piece in self._cut(a, b)]
+        return [piece for a, b in pairwise(cuts) for piece in self._cut(a, b)]
 
     def _cut(self, start: float, end: float) -> list[Piece]:
         return [Piece(self.part(start, end), start, end)]

@@ -310,9 +310,7 @@ def _knot(i: int, m: int) -> float:
     return float(min(max(i - 3, 0), m))
 
 
-def _blossom(
-    poles: tuple[Point, ...], m: int, k: int, u: float, v: float, w: float
-) -> Point:
+def _blossom(poles: tuple[Point, ...], m: int, k: int, u: float, v: float, w: float) -> Point:
     """Polar form of span `k` at three arguments, by de Boor's triangle."""
     row = list(poles[k : k + 4])
     for r, argument in ((1, u), (2, v), (3, w)):

@@ -38,9 +38,7 @@ def conics_angles(other: Conic, conic: Conic) -> Iterator[float]:
     rx, ry = other.radii
     center = _scaled(other.local(conic.middle), rx, ry)
     right = _scaled(subtract(other.local(conic.at_angle(0.0)), other.local(conic.middle)), rx, ry)
-    up = _scaled(
-        subtract(other.local(conic.at_angle(0.5 * pi)), other.local(conic.middle)), rx, ry
-    )
+    up = _scaled(subtract(other.local(conic.at_angle(0.5 * pi)), other.local(conic.middle)), rx, ry)
     for quarter in range(4):
         c, s = round(cos(quarter * pi / 2)), round(sin(quarter * pi / 2))
         a = c * right[0] + s * up[0], c * right[1] + s * up[1]
