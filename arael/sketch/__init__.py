@@ -1,1 +1,1 @@
-"""A parametric sketch in the plane: geometry tied by constraints and dimensions."""
+"""The 2D sketch editor: geometry tied by constraints and dimensions."""

@@ -1,0 +1,1 @@
+"""What a sketch is: entities, constraints, dimensions, parameters, groups; undo; JSON."""
