@@ -24,6 +24,7 @@ from arael.sketch.geometry import (
     arc_tangent,
     arc_through,
     area,
+    chain_area,
     chain_length,
     chains,
     chamfer,
@@ -31,10 +32,12 @@ from arael.sketch.geometry import (
     circles_tangent_to_three,
     circles_tangent_to_two,
     corner,
+    curve_of,
     elliptic_arc,
     elliptic_arc_tangent,
     elliptic_arc_through,
     fillet,
+    numbers_of,
     sector_angle,
 )
 from arael.sketch.geometry import coordinates as c
@@ -342,3 +345,21 @@ def test_parallel_lines_have_no_intersection() -> None:
 def test_b_splines_need_four_poles() -> None:
     with pytest.raises(ValueError, match="at least 4 poles, not 3"):
         BSpline(((0, 0), (1, 0), (2, 0)))
+
+
+@FEW
+@given(CURVES)
+def test_numbers_of_entities_are_curves_and_back(curve: Curve) -> None:
+    kind, numbers = numbers_of(curve)
+    again = curve_of(kind, numbers)
+    forward = curve.forward() if isinstance(curve, Arc | EllipticArc) else curve
+    for t in (0, 0.3, 1):
+        assert math.dist(again.point_at(t), forward.point_at(t)) < 1e-7
+    assert numbers_of(again)[0] == kind
+
+
+def test_the_area_of_blocks_in_any_order() -> None:
+    square = [("line", [0, 0, 2, 0]), ("line", [0, 0, 0, 2]), ("line", [2, 2, 2, 0])]
+    top = ("arc", [1, 2, 2, 2, 0, 2, 1])
+    assert chain_area([*square, top]) == pytest.approx(4 + math.pi / 2)
+    assert chain_area([("circle", [0, 0, 1])]) == pytest.approx(math.pi)
