@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import types
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -24,6 +26,14 @@ class Added:
     tangents: tuple[Constraint, ...] = ()
 
 
+try:
+    from arael.sketch.editing import editor as _editor  # noqa: F401
+except ModuleNotFoundError:  # until solver and judge are in the tree
+    _stub = types.ModuleType("arael.sketch.editing.editor")
+    _stub.Added = Added  # type: ignore[attr-defined]
+    sys.modules["arael.sketch.editing.editor"] = _stub
+
+
 class StandIn:
     """Makes and deletes records as the editor does, but moves no geometry."""
 
@@ -41,12 +51,18 @@ class StandIn:
         construction: bool = False,
         quiet: bool = False,
         style: str = "solid",
+        clockwise: bool = False,
     ) -> Added:
         if kind == "line" and tuple(numbers[:2]) == tuple(numbers[2:]):
             raise AraelError(Diagnostic("E1220", "a line of no length"))
         with self.document.transaction("add"):
             entity = self.document.add_entity(
-                kind, numbers, construction=construction, quiet=quiet, style=style
+                kind,
+                numbers,
+                construction=construction,
+                quiet=quiet,
+                style=style,
+                clockwise=clockwise,
             )
             made = []
             if connect:
@@ -154,7 +170,7 @@ class StandIn:
         with self.document.transaction("parameter"):
             return self.document.put("parameters", Parameter(name, amount))
 
-    def delete(self, names: Sequence[str]) -> list[str]:
+    def delete(self, names: Sequence[str]) -> Any:
         gone = list(names)
         tables = ("constraints", "dimensions")
         for table in tables:
@@ -167,14 +183,15 @@ class StandIn:
                 for table in ("constraints", "dimensions", "entities", "parameters", "groups"):
                     if name in getattr(self.document, table):
                         self.document.remove(table, name)
-        return gone
+        return types.SimpleNamespace(names=tuple(gone), dissolved={})
 
     def place(self, offsets: Sequence[int], numbers: Sequence[float]) -> None:
         with self.document.transaction("place"):
             self.document.set_values(offsets, numbers)
 
-    def drag(self, moves: dict[int, tuple[float, float]]) -> None:
-        for at, (x, y) in moves.items():
+    def drag(self, moves: dict[str, tuple[float, float]]) -> None:
+        for handle, (x, y) in moves.items():
+            at = self.document.point_at(handle)
             self.place([at, at + 1], [x, y])
 
     def solve(self, touched: Any = None) -> None:

@@ -204,7 +204,7 @@ def _binary(node: tree.Binary) -> Compiled:
         except TypeError:
             what = f"`{node.op}` does not take {_kind(a)} and {_kind(b)}"
             _wrong("E1253", what, span, help_="coordinates are added, and multiplied by numbers")
-        return float(found) if compares else found
+        return float(bool(found)) if compares else found
 
     def is_angle(scope: Scope) -> bool:
         if node.op in ("+", "-"):

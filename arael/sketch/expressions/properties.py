@@ -95,6 +95,8 @@ def property_of(document: Document, entity: Entity, name: str) -> float | None:
     if axis in ("x", "y"):
         at = point_offsets(entity).get(point)
         return None if at is None else float(document.values[at + (axis == "y")])
+    if entity.clockwise:
+        name = {"start_angle": "end_angle", "end_angle": "start_angle"}.get(name, name)
     found = PROPERTIES[entity.kind].get(name)
     if found is None:
         return None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def curve_of(document: Document, entity: Entity) -> Curve:
     """The curve of an entity that is not a point.
 
-    Arcs run counter-clockwise. KeyError for a point.
+    Arcs run as they were drawn. KeyError for a point.
     """
     # imported here: start-up time
     from arael.sketch.geometry.circular import Arc, Circle
@@ -29,11 +29,13 @@ def curve_of(document: Document, entity: Entity) -> Curve:
     if entity.kind == "circle":
         return Circle(pairs[0], v[2])
     if entity.kind == "arc":
-        return Arc.between(pairs[0], pairs[1], pairs[2], v[6])
+        arc = Arc.between(pairs[0], pairs[1], pairs[2], v[6])
+        return arc.reversed() if entity.clockwise else arc
     if entity.kind == "ellipse":
         return Ellipse(pairs[0], v[2], v[3], v[4])
     if entity.kind == "earc":
-        return EllipticArc.between(pairs[0], pairs[1], pairs[2], v[6], v[7], v[8])
+        elliptic = EllipticArc.between(pairs[0], pairs[1], pairs[2], v[6], v[7], v[8])
+        return elliptic.reversed() if entity.clockwise else elliptic
     if entity.kind == "bezier":
         return Bezier((pairs[0], pairs[1], pairs[2], pairs[3]))
     if entity.kind == "bspline":
