@@ -126,8 +126,9 @@ def report(measured: Sequence[Measured]) -> list[str]:
         if any(m.found["arael"].times for m in same) and len(names) > 1:
             lines += ["", "Relative to arael's:", ""]
             lines += table(["sketch", *names], _rows(same, _ratio))
-        lines += ["", "Largest residual of the answer, by NumPy, as a length:", ""]
-        lines += table(["sketch", *names], _rows(same, lambda o, _: _small(o.residual)))
+        if any(o.times for m in same for o in m.found.values()):
+            lines += ["", "Largest residual of the answer, by NumPy, as a length:", ""]
+            lines += table(["sketch", *names], _rows(same, lambda o, _: _small(o.residual)))
         if task == "drag":
             lines += ["", "Largest distance of a point from where it was:", ""]
             lines += table(["sketch", *names], _rows(same, lambda o, _: _small(o.moved)))

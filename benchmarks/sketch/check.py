@@ -83,7 +83,8 @@ def moved(before: np.ndarray, after: np.ndarray) -> float:
 
 
 def _norm(vectors: np.ndarray) -> np.ndarray:
-    return np.hypot(vectors[..., 0], vectors[..., 1])
+    found: np.ndarray = np.hypot(vectors[..., 0], vectors[..., 1])
+    return found
 
 
 def _along(sketch: Sketch, points: np.ndarray, lines: np.ndarray) -> np.ndarray:

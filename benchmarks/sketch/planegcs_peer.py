@@ -35,7 +35,8 @@ class System:
             self.radii.append(self.numbers)  # the number that is given to its radius
             self.numbers += 1
             self.circles.append(self.solver.add_circle(self.points[c], radius))
-        self.arcs, self.arms = [], []
+        self.arcs: list[int] = []
+        self.arms: list[dict[int, int]] = []
         for arc in sketch.arcs:
             self._arc(*arc)
         self.values: list[int] = []

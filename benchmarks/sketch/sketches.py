@@ -251,7 +251,7 @@ def links(count: int, frames: int = 40) -> Sketch:
     signs = np.array([1 if i % 2 else -1 for i in range(count)])
     steps = np.column_stack([np.full(count, step[0]), signs * step[1]])
     points = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-    reach = 0.3 * count
+    reach = 0.1 * count
     turns = np.linspace(0, np.pi / 2, frames // 2 + 1)[1:]
     out = points[-1] + reach * np.column_stack([np.cos(turns) - 1, np.sin(turns)])
     return Sketch(

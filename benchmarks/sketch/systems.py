@@ -18,6 +18,7 @@ from typing import Any
 
 from benchmarks.measure import environment, pinned
 from benchmarks.peers import native, rust_peer
+from benchmarks.peers.runner import AbsentError
 from benchmarks.sketch import check, sketches, writing
 from benchmarks.systems import Plan, reason
 
@@ -98,7 +99,7 @@ def run(system: str, case: Case, plan: Plan, folder: Path) -> Outcome:
     try:
         if said is None:
             said = _said(system, case, plan, folder)
-    except rust_peer.AbsentError as why:
+    except AbsentError as why:
         return Outcome(reason=str(why))
     except subprocess.TimeoutExpired:
         said = {"absent": f"not done in {TIMEOUT} s"}
@@ -166,7 +167,7 @@ def prepare(plan: Plan) -> None:
         sys.stderr.write(f"building the program for ezpz and rust (in {native.BUILD}) ...\n")
         try:
             program()
-        except rust_peer.AbsentError as why:
+        except AbsentError as why:
             sys.stderr.write(f"  {why}\n")
 
 

@@ -192,7 +192,11 @@ pub fn run(task: &str, d: &Drawing, budget: f64) -> Found {
             let taken = requests[at];
             let mut inside = true;
             found.times = repeated(budget, |_| {
-                if inside { drop(requests.remove(at)) } else { requests.insert(at, taken) }
+                if inside {
+                    let _ = requests.remove(at);
+                } else {
+                    requests.insert(at, taken);
+                }
                 inside = !inside;
                 said = system.analyse(&requests).0;
             });
