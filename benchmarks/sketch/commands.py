@@ -15,10 +15,11 @@ def random_commands(sketch: Sketch, draw: random.Random) -> Iterator[str]:
     arcs = [f"A{len(circles) + i}" for i in range(len(sketch.arcs))]
     ends = [f"{line}.{end}" for line in lines for end in ("p1", "p2")]
     ends += [f"{round_}.center" for round_ in circles + arcs]
-    low, high = sketch.points.min(axis=0), sketch.points.max(axis=0)
+    extremes = (sketch.points.min(axis=0).tolist(), sketch.points.max(axis=0).tolist())
+    corners = list(zip(*extremes, strict=True))
 
     def place() -> str:
-        return ",".join(repr(round(draw.uniform(a, b), 3)) for a, b in zip(low, high, strict=True))
+        return ",".join(repr(round(draw.uniform(a, b), 3)) for a, b in corners)
 
     def number(high: float = 50) -> str:
         return repr(round(draw.uniform(0.1, high), 3))
