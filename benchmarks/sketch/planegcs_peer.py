@@ -1,7 +1,7 @@
 """FreeCAD's planegcs by the package `planegcs`, its three methods in turn as FreeCAD tries them.
 
-Its diagnosis (QR of the dense Jacobian) is part of every solve; the package passes on neither the
-count of freedoms nor the lists of redundant and conflicting constraints.
+Its diagnosis is part of the first solve after constraints changed; the package passes on neither
+the count of freedoms nor the lists of redundant and conflicting constraints.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def resolve(sketch: Sketch, budget: float) -> dict[str, Any]:
 
 def freedom(sketch: Sketch, budget: float) -> dict[str, Any]:
     """Not to be had."""
-    raise AbsentError("part of every solve; the package does not pass it on")
+    raise AbsentError("part of a solve after an edit; the package does not pass it on")
 
 
 def _with(sketch: Sketch, rule: Rule, budget: float) -> dict[str, Any]:
