@@ -144,7 +144,7 @@ def _curve_length(document: Document, entity: Entity) -> float:
 
     if entity.kind == "line":
         return _length(document, (entity.name,), "")
-    return curve_of(entity.kind, document.numbers_of(entity.name).tolist()).length
+    return curve_of(entity.kind, document.numbers_of(entity.name).tolist()).length()
 
 
 def _total_length(document: Document, args: tuple[str, ...], mode: str) -> float:

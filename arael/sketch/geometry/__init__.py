@@ -9,6 +9,7 @@ from arael.sketch.geometry.arcs import (
     elliptic_arc_tangent,
     elliptic_arc_through,
 )
+from arael.sketch.geometry.blocks import chain_area, curve_of, numbers_of
 from arael.sketch.geometry.chains import Chain, Link, area, chain_length, chains
 from arael.sketch.geometry.circles import (
     TangentCircle,
@@ -71,6 +72,7 @@ __all__ = [
     "arc_tangent",
     "arc_through",
     "area",
+    "chain_area",
     "chain_length",
     "chains",
     "chamfer",
@@ -78,6 +80,7 @@ __all__ = [
     "circles_tangent_to_three",
     "circles_tangent_to_two",
     "corner",
+    "curve_of",
     "distance",
     "elliptic_arc",
     "elliptic_arc_tangent",
@@ -89,6 +92,7 @@ __all__ = [
     "midpoint",
     "mirror",
     "normal",
+    "numbers_of",
     "project",
     "rotate",
     "scale",

@@ -160,8 +160,8 @@ def elliptic_arc_tangent(
     center = middle[0] - k * lift[0], middle[1] - k * lift[1]
     half = acos(weight)
     # unit vectors of that frame: towards the apex, and along the chord
-    radius = weight / (1.0 - weight * weight)  # |apex - centre| = radius / w, in units of lift
-    up = (lift[0] * radius, lift[1] * radius)
+    rise = weight / (1.0 - weight * weight)  # |apex - centre| = radius / w, in units of lift
+    up = (lift[0] * rise, lift[1] * rise)
     scale = 0.5 / sin(half)
     right = (chord[0] * scale, chord[1] * scale)
     c, s = cos(half), sin(half)

@@ -40,7 +40,7 @@ def circles_tangent_to_two(a: Line, b: Line, radius: float) -> list[TangentCircl
     for s, t in product((1.0, -1.0), repeat=2):
         # signed distances s r and t r from the two lines: cross(d, x) = s r, cross(e, x) = t r + k
         f, g = s * radius, t * radius + cross(e, w)
-        center = (f * e[0] - g * d[0]) / -sine, (f * e[1] - g * d[1]) / -sine
+        center = (f * e[0] - g * d[0]) / sine, (f * e[1] - g * d[1]) / sine
         center = a.p1[0] + center[0], a.p1[1] + center[1]
         found.append(_tangent(Circle(center, radius), (a, b)))
     return found
