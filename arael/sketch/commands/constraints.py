@@ -128,7 +128,7 @@ def _groups(kind: str, operands: Sequence[Operand]) -> list[tuple[str, ...]]:
 def _constrain(kind: str) -> Callable[[Session, Words], Reply]:
     def run(session: Session, words: Words) -> Reply:
         words.refuse_together("outside", "inside")
-        operands = words.operands("an entity or point")
+        operands = words.operands("an entity or point", whole=True)
         words.end()
         mode = next((word for word in ("outside", "inside") if word in words.flags), "")
         made = [
