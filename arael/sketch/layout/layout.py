@@ -182,6 +182,10 @@ class Layout:
                     return f"{name}.{hidden.names[column - at]}"
         return ""
 
+    def entity_at(self, offset: int) -> str:
+        """Name of the entity that a number of the document belongs to."""
+        return self._entity_at[offset]
+
     def _members(self, offset: int) -> list[int]:
         """Offsets of the numbers that share a column with one."""
         root = self._root[offset]
