@@ -764,11 +764,12 @@ class Layout:
         struct = rows.struct(row)
         table = rows.tables[struct]
         uses = [
-            self.name_of(int(at)) if at >= 0 else tuple(rows.unknowns.values(int(at)))[:width]
+            self.name_of(int(at)) if at >= 0 else rows.unknowns.values(int(at))[:width].tolist()
             for at, width in zip(rows.uses(row), table.widths, strict=True)
         ]
         value = rows.data(row, "value") if "value" in table.fields else 0.0
-        return struct, tuple(uses), value
+        # Values are compared but for rounding: those of sums are divided by their factors.
+        return struct, tuple(uses), float(f"{value:.9g}")
 
 
 def _acts(record: Record) -> bool:

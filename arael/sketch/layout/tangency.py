@@ -229,7 +229,8 @@ def smooth(plan: Plan, what: Constraint, args: list[Operand], values: Values, _:
             others = second.poles[:3]
             # Both begin where they meet: going on straight turns the sign of the curvature.
             s = towards(values, others[0], others[1])
-            side = 1.0 if dot(u, s) > 0 else -1.0
+            # Only where they fold back on each other is it the same.
+            side = 1.0 if dot(u, s) > 0.5 * math.hypot(*u) * math.hypot(*s) else -1.0
             plan.add(
                 "SmoothSplines",
                 *poles,
