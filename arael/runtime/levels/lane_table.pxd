@@ -1,6 +1,6 @@
 # Instances of one constraint in lane order, in arrays that grow and are edited in place.
 
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, uint8_t
 
 from arael.runtime.kernel cimport Kernel, Lanes
 from arael.runtime.levels.unknown_windows cimport UnknownWindows
@@ -44,6 +44,7 @@ cdef class LaneTable:
     cdef double* _defaults               # [fields], NaN where the data must be given
     cdef double* _lane_data              # [blocks][data][W]
     cdef int32_t* _lane_row              # [blocks][uses][W]
+    cdef uint8_t* _run                   # [blocks] zeros: no lanes share rows
     cdef const void** _state             # [uses]
     cdef const Kernel* _kernel           # or NULL
     cdef void* _program                  # Program, or NULL

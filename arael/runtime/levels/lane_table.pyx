@@ -11,9 +11,9 @@ from arael.runtime.levels.unknown_windows cimport UnknownWindows
 from arael.runtime.machine.program cimport Program
 from arael.runtime.machine.tape_program cimport TapeProgram
 from libc.math cimport NAN
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, uint8_t
 from libc.stdlib cimport calloc, free, realloc
-from libc.string cimport memcpy
+from libc.string cimport memcpy, memset
 
 from arael.runtime.machine.program import WIDTH
 from arael.runtime.machine.programs import group_program
@@ -131,6 +131,7 @@ cdef class LaneTable:
         free(self.arrays.entry)
         free(self._lane_data)
         free(self._lane_row)
+        free(self._run)
 
     @property
     def residuals(self):
@@ -167,8 +168,11 @@ cdef class LaneTable:
         self.arrays.entry = <double*>grown(self.arrays.entry, capacity * self.arrays.entries, sizeof(double))
         self._lane_data = <double*>grown(self._lane_data, capacity * self._data, sizeof(double))
         self._lane_row = <int32_t*>grown(self._lane_row, capacity * self._uses, sizeof(int32_t))
+        self._run = <uint8_t*>grown(self._run, capacity // self._width, 1)
+        memset(self._run, 0, capacity // self._width)
         self._capacity = capacity
         self._lanes.data, self._lanes.row = self._lane_data, self._lane_row
+        self._lanes.run = self._run
 
     cdef Py_ssize_t append(
         self, Py_ssize_t first, const int32_t* refs, const double* fields
