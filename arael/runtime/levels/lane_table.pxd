@@ -44,7 +44,7 @@ cdef class LaneTable:
     cdef double* _defaults               # [fields], NaN where the data must be given
     cdef double* _lane_data              # [blocks][data][W]
     cdef int32_t* _lane_row              # [blocks][uses][W]
-    cdef uint8_t* _run                   # [blocks] 0: lanes have rows of their own
+    cdef uint8_t* _run                   # [blocks] zeros: no lanes share rows
     cdef const void** _state             # [uses]
     cdef const Kernel* _kernel           # or NULL
     cdef void* _program                  # Program, or NULL

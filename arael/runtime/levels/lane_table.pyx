@@ -120,7 +120,6 @@ cdef class LaneTable:
 
     def __dealloc__(self):
         free(self._registers)
-        free(self._run)
         free(self._scratch)
         free(self._defaults)
         free(self._state)
@@ -132,6 +131,7 @@ cdef class LaneTable:
         free(self.arrays.entry)
         free(self._lane_data)
         free(self._lane_row)
+        free(self._run)
 
     @property
     def residuals(self):
@@ -168,10 +168,9 @@ cdef class LaneTable:
         self.arrays.entry = <double*>grown(self.arrays.entry, capacity * self.arrays.entries, sizeof(double))
         self._lane_data = <double*>grown(self._lane_data, capacity * self._data, sizeof(double))
         self._lane_row = <int32_t*>grown(self._lane_row, capacity * self._uses, sizeof(int32_t))
-        self._capacity = capacity
-        # No block has lanes that all share the rows of their lead.
         self._run = <uint8_t*>grown(self._run, capacity // self._width, 1)
         memset(self._run, 0, capacity // self._width)
+        self._capacity = capacity
         self._lanes.data, self._lanes.row = self._lane_data, self._lane_row
         self._lanes.run = self._run
 

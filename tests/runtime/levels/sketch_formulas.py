@@ -20,11 +20,12 @@ def smaller(*lengths: float) -> float:
 
 
 def turn(u: complex, v: complex) -> float:
-    return float(np.angle(v / u))
+    return float(np.angle(v * np.conj(u)))
 
 
 def sweep(v: Values) -> float:
-    return float(turn(v["start"] - v["center"], v["end"] - v["center"]) % (2 * np.pi))
+    turned = turn(v["start"] - v["center"], v["end"] - v["center"])
+    return turned if turned > 0 else turned + 2 * np.pi
 
 
 def beside(p: complex, a: complex, b: complex) -> float:
@@ -54,10 +55,10 @@ def plane(*points: complex) -> list[float]:
     return [part for point in points for part in (point.real, point.imag)]
 
 
-def ellipse_angle(v: Values, p: str = "p", end: str = "") -> float:
-    """Eccentric direction: angle of the point on the unit circle that the ellipse comes from."""
-    u = (v[p] - v["center" + end]) * np.exp(-1j * v["rot" + end])
-    return float(np.angle(complex(u.real / v["rx" + end], u.imag / v["ry" + end])))
+def ellipse_angle(v: Values, p: str) -> float:
+    """Angle of the point on the unit circle of which an ellipse is the image."""
+    u = (v[p] - v["center"]) * np.exp(-1j * v["rot"])
+    return float(np.angle(complex(u.real / v["rx"], u.imag / v["ry"])))
 
 
 def ellipse_normal(v: Values, end: str = "") -> complex:
@@ -128,6 +129,13 @@ def image_along(v: Values) -> complex:
     return complex(v["q"] - v["p"] - unit * (v["along"] + 1j * v["left"]))
 
 
+def ellipse_area(v: Values) -> float:
+    """Area between an arc of an ellipse and its chord: that of a circle, stretched."""
+    first, last = ellipse_angle(v, "start"), ellipse_angle(v, "end")
+    turned = (last - first) % (2 * np.pi)
+    return float(v["side"] * v["rx"] * v["ry"] * (turned - np.sin(turned)) / 2)
+
+
 def sweep_guard(v: Values) -> float:
     u, w = v["start"] - v["center"], v["end"] - v["center"]
     angle = turn(u, w)
@@ -149,9 +157,7 @@ FORMULAS: dict[str, Formula] = {
     "Parallel": lambda v: apart(v, 0, np.sin),
     "Perpendicular": lambda v: apart(v, 0, np.cos),
     "Angle": lambda v: apart(v, v["value"], np.sin),
-    "XAngle": lambda v: (
-        abs(v["b"] - v["a"]) * np.sin(np.angle(v["b"] - v["a"]) - v["value"])
-    ),
+    "XAngle": lambda v: abs(v["b"] - v["a"]) * np.sin(np.angle(v["b"] - v["a"]) - v["value"]),
     "Collinear": lambda v: [beside(v[end], v["a"], v["b"]) for end in "cd"],
     "EqualAngle": equal_angle,
     "EqualLength": lambda v: abs(v["b"] - v["a"]) - abs(v["d"] - v["c"]),
@@ -219,9 +225,8 @@ FORMULAS: dict[str, Formula] = {
     "ArcArea": lambda v: (
         v["side"] * (v["r"] ** 2 * sweep(v) / 2 - v["r"] ** 2 * np.sin(sweep(v)) / 2) - v["value"]
     ),
-    "SplineCurvature": lambda v: (
-        curvature(v["p0"], v["p1"], v["p2"], v["factor"]) - v["value"]
-    ),
+    "EllipseArcArea": lambda v: ellipse_area(v) - v["value"],
+    "SplineCurvature": lambda v: curvature(v["p0"], v["p1"], v["p2"], v["factor"]) - v["value"],
     "EllipseCurvature": lambda v: (
         1 / (v["rx"] * v["ry"]) ** 2 / abs(ellipse_normal(v)) ** 3 - v["value"]
     ),
@@ -232,11 +237,11 @@ FORMULAS: dict[str, Formula] = {
 
 # Fields that are no lengths; what else is a number of the model's fields scales with the drawing.
 PURE = {
-    "side", "turn", "basis", "factor", "factor_p", "factor_q", "weight", "rot", "rot_a", "rot_b", "t",
+    "side", "turn", "basis", "factor", "factor_p", "factor_q", "weight", "rot", "t",
 }  # fmt: skip
 ANGLES = {"Angle", "XAngle", "Sweep", "RotatedImage", "AxisAngle", "AxesAngle", "TurnGuard"}
 # The power of a length that residuals and `value` are, where it is not 1.
 POWERS = {
     "AngleMeasure": 0, "XAngleMeasure": 0, "SweepMeasure": 0, "LineArea": 2, "ArcArea": 2,
-    "SplineCurvature": -1, "EllipseCurvature": -1, "SegmentGuard": 2,
+    "EllipseArcArea": 2,    "SplineCurvature": -1, "EllipseCurvature": -1, "SegmentGuard": 2,
 }  # fmt: skip
