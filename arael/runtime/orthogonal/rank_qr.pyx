@@ -680,9 +680,9 @@ cdef class RankQR:
 
     def restore(self, int equation):
         """Put an equation back that was dropped."""
-        if 0 <= equation < self.m:
-            part = self.numbers[self.start[equation]:self.start[equation + 1]]
-            self._refuse(0 if np.isfinite(part).all() else equation + 1)
+        cdef uint8_t yes = 1
+        if 0 <= equation < self.m and not_finite(1, self.start + equation, self.entries, &yes):
+            self._refuse(equation + 1)
         self._switch(equation, True)
 
     def append(self, unknowns, values, priority=0):

@@ -81,3 +81,13 @@ def test_edits_that_cannot_be(edit: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         edit(factor)  # type: ignore[operator]
     assert factor.m == 2
+
+
+def test_an_equation_that_is_not_finite_is_not_restored() -> None:
+    made = sparse(np.eye(2))
+    factor = made.analysed()
+    factor.factor([1.0, np.inf], active=[True, False])
+    assert factor.rank == 1
+    with pytest.raises(ValueError, match="equation 1 has an entry that is not finite"):
+        factor.restore(1)
+    assert factor.rank == 1
