@@ -91,6 +91,10 @@ class Place:
         return self.at.y
 
 
+#: Names of points, and none.
+_POINT = re.compile(r"(?:|p1|p2|pos|start|end|center|pole\d+)\Z")
+
+
 class Words:
     """The words behind a command, taken one after the other.
 
@@ -259,7 +263,11 @@ class Words:
         named = self.session.resolve(token.text)
         parts = split_handle(named)
         document = self.session.document
-        if parts is not None and parts.name.rstrip("0123456789") not in ("C", "d", "M"):
+        if (
+            named == token.text
+            and parts is not None
+            and parts.name.rstrip("0123456789") not in ("C", "d", "M")
+        ):
             try:
                 document.point_at(named) if parts.point else document.entity(named)
             except AraelError as error:
@@ -268,19 +276,32 @@ class Words:
         near = closest(name, [*self.session.state.variables, *document.entities])
         hint = f"did you mean `{near[0]}`?" if near else "`list` shows what there is"
         variable = self.session.variable(name)
-        if isinstance(variable, float | Vec):
+        if isinstance(variable, str) and document.find(variable) is None:
+            hint = f"`{name}` is `{variable}`, which is not in the sketch any more"
+        elif isinstance(variable, float | Vec):
             hint = f"`{name}` is a {'number' if isinstance(variable, float) else 'coordinate'}"
         fail("E1256", f"expected {what}, found `{token.text[:60]}`", token.span, "", hint)
 
-    def operands(self, what: str = "", *classes: str, least: int = 1) -> list[Operand]:
-        """Take all words up to the first that names no entity or point; `selection` is spread."""
+    def operands(
+        self, what: str = "", *classes: str, least: int = 1, whole: bool = False
+    ) -> list[Operand]:
+        """Take all words up to the first that names no entity or point; `selection` is spread.
+
+        Parameters
+        ----------
+        what, classes : as of `operand`
+        least : E1251 if there are fewer
+        whole : all remaining words are to be operands
+        """
         found: list[Operand] = []
         while self.items:
             if self.items[0].text == "selection":
                 found += self.selected(*classes)
                 continue
-            if self.find(self.items[0]) is None and (
-                len(found) >= least and not self._looks_like_handle(self.items[0])
+            if (
+                not whole
+                and self.find(self.items[0]) is None
+                and (len(found) >= least and not self._looks_like_handle(self.items[0]))
             ):
                 break
             found.append(self.operand(what, *classes))
@@ -290,7 +311,11 @@ class Words:
 
     def _looks_like_handle(self, token: Token) -> bool:
         parts = split_handle(token.text)
-        return parts is not None and parts.name.rstrip("0123456789") in ("L", "A", "EA", "P", "S")
+        return (
+            parts is not None
+            and parts.name.rstrip("0123456789") in ("L", "A", "EA", "P", "S")
+            and _POINT.match(parts.point) is not None
+        )
 
     def selected(self, *classes: str) -> list[Operand]:
         """Take the word ``selection``: the selected entities and points of these classes."""

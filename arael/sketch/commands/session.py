@@ -25,7 +25,7 @@ from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.expressions.vectors import Vec
 
 if TYPE_CHECKING:
-    Editor = Any
+    from arael.sketch.editing.editor import Editor
 
 Variable = str | float | Vec
 """A name that stands for another one, a number, or a coordinate."""
