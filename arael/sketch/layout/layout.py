@@ -168,6 +168,20 @@ class Layout:
             used[self.columns_of(name)] = True
         return np.flatnonzero(used)
 
+    def roots(self) -> NDArray[np.int64]:
+        """By offset in the document's values the column it is read from; -1 where it is fixed."""
+        count = len(self.document.values)
+        return np.where(self._use[:count] >= 0, self._root[:count], -1)
+
+    def equations(self) -> list[int]:
+        """Rows of `rows` that are equations: not those that sums only read."""
+        found = []
+        for laid in self._laid.values():
+            for row in (*laid.rows, *laid.sums):
+                count = self.rows.tables[self.rows.struct(row)].residuals
+                found += range(row, row + count)
+        return found
+
     def name_of(self, column: int) -> str:
         """Name of an unknown: ``L0.p1.x``, of a hidden one ``C3.contact.x``; empty if unused."""
         offset = int(self._source[column]) if column < len(self._source) else -1
