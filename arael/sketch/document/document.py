@@ -120,19 +120,23 @@ class Document:
         Raises
         ------
         AraelError
-            E1201: there is none; close names are proposed.
+            E1201: there is none; those of the same kind are named.
         """
         found = self.entities.get(name)
         if found is None:
-            near = closest(name, self.entities)
             raise AraelError(
-                Diagnostic(
-                    "E1201",
-                    f"no entity `{name}` in the sketch",
-                    help=(f"did you mean `{near[0]}`?" if near else "`list` shows what there is",),
-                )
+                Diagnostic("E1201", f"no entity `{name}` in the sketch", help=(self._like(name),))
             )
         return found
+
+    def _like(self, name: str) -> str:
+        prefix = name.rstrip("0123456789")
+        same = [other for other in self.entities if other.rstrip("0123456789") == prefix]
+        if not same:
+            return "`list` shows what there is"
+        return f"there {'is' if len(same) == 1 else 'are'} {', '.join(same[:8])}" + (
+            f" and {len(same) - 8} more" if len(same) > 8 else ""
+        )
 
     def point_at(self, handle: str) -> int:
         """Offset in `values` of the x of a point: ``L0.p1``, ``A0.center``, ``P0``.
@@ -253,7 +257,7 @@ class Document:
         Parameters
         ----------
         name : empty for the next free one
-        flags : ``construction``, ``quiet``, ``style``, ``text``
+        flags : ``construction``, ``quiet``, ``style``, ``text``, ``clockwise``
         """
         given = np.asarray(numbers, dtype=np.float64).ravel()
         expected = ENTITIES[kind]

@@ -31,10 +31,16 @@ def split_handle(text: str) -> Handle | None:
 
 
 def point_offsets(entity: Entity) -> dict[str, int]:
-    """Offset in ``document.values`` of the x of every named point of an entity."""
+    """Offset in ``document.values`` of the x of every named point of an entity.
+
+    The numbers of an arc run counter-clockwise; one that was drawn clockwise starts at their end.
+    """
     kind = ENTITIES[entity.kind]
     if not kind.poles:
-        return {name: entity.at + offset for name, offset in kind.points}
+        found = {name: entity.at + offset for name, offset in kind.points}
+        if entity.clockwise:
+            found["start"], found["end"] = found["end"], found["start"]
+        return found
     count = entity.size // 2
     offsets = {f"pole{i + 1}": entity.at + 2 * i for i in range(count)}
     return {"p1": entity.at, "p2": entity.at + 2 * (count - 1), **offsets}

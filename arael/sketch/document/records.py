@@ -31,6 +31,8 @@ class Entity:
     quiet : without its own dimensions and centre in the drawing
     style : of its line
     text : of a text outline's frame, else empty
+    clockwise : of an arc: it was drawn clockwise, so its ``start`` is where its numbers end. The
+        numbers of every arc run counter-clockwise
     """
 
     name: str
@@ -41,6 +43,7 @@ class Entity:
     quiet: bool = False
     style: Style = "solid"
     text: str = ""
+    clockwise: bool = False
 
 
 @dataclass(frozen=True, slots=True)

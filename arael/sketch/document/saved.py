@@ -51,6 +51,7 @@ class _Entity(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     quiet: bool = False
     style: str = "solid"
     text: str = ""
+    clockwise: bool = False
 
 
 class _Group(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -99,6 +100,7 @@ def to_json(document: Document) -> bytes:
                 e.quiet,
                 e.style,
                 e.text,
+                e.clockwise,
             )
             for e in document.entities.values()
         ],
@@ -223,6 +225,8 @@ class _Reader:
         style = saved.style
         if style not in STYLES:
             raise self._wrong(place, f"`{style[:40]}` is not a style")
+        if saved.clockwise and saved.kind not in ("arc", "earc"):
+            raise self._wrong(place, f"a {saved.kind} has no direction")
         if kind.most and len(saved.values) > 2 * kind.most:
             raise self._wrong(place, f"a {saved.kind} has {2 * kind.most} numbers")
         try:
@@ -234,6 +238,7 @@ class _Reader:
                 quiet=saved.quiet,
                 style=_style(style),
                 text=saved.text,
+                clockwise=saved.clockwise,
             )
         except ValueError as error:
             raise self._wrong(place, str(error)) from None

@@ -1,0 +1,1 @@
+"""Edits of a sketch: each validated, solved, judged, and one step of undo."""

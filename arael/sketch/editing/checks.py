@@ -1,0 +1,126 @@
+"""What is refused before anything is solved: duplicates, geometry without extent, wrong values."""
+
+from __future__ import annotations
+
+import math
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.sketch.document.document import Document
+from arael.sketch.document.records import Amount, Constraint, Dimension, Entity
+from arael.sketch.editing.operands import same_relation
+
+#: Lines and radii shorter than this part of the sketch's size have no direction.
+SMALLEST = 1e-9
+
+
+def check_extent(kind: str, numbers: list[float], size: float) -> None:
+    """Refuse a line without length, a circle without radius, an arc without sweep.
+
+    Raises
+    ------
+    AraelError
+        E1220
+    """
+    least = SMALLEST * size
+    if kind == "line":
+        _least(kind, "length", math.dist(numbers[:2], numbers[2:]), least)
+    elif kind in ("circle", "arc"):
+        _least(kind, "radius", numbers[-1], least)
+    elif kind in ("ellipse", "earc"):
+        _least(kind, "radius", numbers[-3], least)
+        _least(kind, "second radius", numbers[-2], least)
+    elif kind in ("bezier", "bspline"):
+        spread = max(math.dist(numbers[:2], numbers[i : i + 2]) for i in range(2, len(numbers), 2))
+        _least(kind, "extent", spread, least)
+
+
+def _least(kind: str, what: str, found: float, least: float) -> None:
+    if not found > least:
+        raise AraelError(
+            Diagnostic(
+                "E1220",
+                f"a {kind} needs a {what} above zero, found {found:g}",
+                help=("give it points that are apart",),
+            )
+        )
+
+
+def check_new_constraint(document: Document, kind: str, args: tuple[str, ...]) -> None:
+    """Refuse a relation that is there already; AraelError E1221 with its name."""
+    for other in document.constraints.values():
+        if other.kind == kind and same_relation(kind, args, other.args):
+            raise _duplicate(kind, args, other)
+
+
+def _duplicate(kind: str, args: tuple[str, ...], other: Constraint) -> AraelError:
+    state = "" if other.active else ", switched off"
+    return AraelError(
+        Diagnostic(
+            "E1221",
+            f"`{kind} {' '.join(args)}` is there already: `{other.name}`{state}",
+            help=("`delete " + other.name + "` takes it out",),
+        )
+    )
+
+
+def same_dimension(document: Document, kind: str, args: tuple[str, ...]) -> Dimension | None:
+    """A dimension of the same quantity, which a new value replaces."""
+    return next(
+        (
+            one
+            for one in document.dimensions.values()
+            if one.kind == kind and same_relation(kind, args, one.args)
+        ),
+        None,
+    )
+
+
+#: Quantities that must be above zero, for lines and circles to have an extent.
+_POSITIVE = frozenset(
+    {"length", "radius", "diameter", "radius_b", "sweep", "arc_length", "total_length", "area"}
+)
+
+
+def check_amounts(kind: str, amounts: tuple[Amount | None, Amount | None, Amount | None]) -> None:
+    """Refuse values that the quantity cannot have; AraelError E1220.
+
+    Parameters
+    ----------
+    amounts : value, low, high
+    """
+    value, low, high = amounts
+    if value is not None:
+        _check_value(kind, value)
+    if high is not None and kind in _POSITIVE and not high.number > 0.0:
+        _check_value(kind, high)
+    if low is not None and high is not None and low.number > high.number:
+        raise AraelError(
+            Diagnostic(
+                "E1220",
+                f"the range of `{kind}` is empty: {low.number:g} to {high.number:g}",
+                help=("the lower bound comes first",),
+            )
+        )
+
+
+def _check_value(kind: str, amount: Amount) -> None:
+    number = amount.number
+    if kind in _POSITIVE and not number > 0.0:
+        reason = "must be above 0"
+    elif kind == "sweep" and number > 360.0:
+        reason = "is at most 360 degrees"
+    elif kind == "angle" and abs(number) > 180.0:
+        reason = "is at most 180 degrees"
+    else:
+        return
+    shown = amount.text if amount.text == f"{number:g}" else f"{amount.text} = {number:g}"
+    raise AraelError(Diagnostic("E1220", f"`{kind}` {reason}, found {shown}"))
+
+
+def curve_of_end(document: Document, handle: str) -> Entity | None:
+    """The line or arc that a handle is an end of, None for other points."""
+    name, _, point = handle.partition(".")
+    entity = document.entities.get(name)
+    if entity is None or not point or point == "center":
+        return None
+    return entity

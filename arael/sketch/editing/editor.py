@@ -1,0 +1,504 @@
+"""The editor: changes of a document that are validated, solved, judged, or leave no trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from arael.diagnostics.records import AraelError
+from arael.sketch.document.document import Document
+from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.records import (
+    Amount,
+    Constraint,
+    Dimension,
+    Entity,
+    Parameter,
+    Style,
+)
+from arael.sketch.editing import refusals
+from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
+from arael.sketch.editing.checks import (
+    check_amounts,
+    check_extent,
+    check_new_constraint,
+    same_dimension,
+)
+from arael.sketch.editing.directions import direction_at, nearly_parallel
+from arael.sketch.editing.measures import measured, signed, size_of
+from arael.sketch.editing.nearby import Points, own_points
+from arael.sketch.editing.operands import canonical, matched
+from arael.sketch.expressions.refresh import refresh
+from arael.sketch.judge.judge import Judge
+from arael.sketch.layout.layout import Layout
+from arael.sketch.solve.solver import Outcome, Solver
+
+#: Ends this close are connected by themselves.
+CONNECT_WITHIN = 1e-3
+#: Curves that meet within this angle (degrees) are made tangent by themselves.
+TANGENT_WITHIN = 1.0
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """A new entity and what was added with it.
+
+    Attributes
+    ----------
+    entity : the new one
+    connected : coincident constraints that were found
+    tangents : tangent constraints that were found
+    """
+
+    entity: Entity
+    connected: tuple[Constraint, ...] = ()
+    tangents: tuple[Constraint, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Deleted:
+    """What was deleted.
+
+    Attributes
+    ----------
+    names : all records, those that went with others included
+    dissolved : groups that were dissolved, and the part that was deleted
+    """
+
+    names: tuple[str, ...]
+    dissolved: Mapping[str, str]
+
+
+class _Pretended(Exception):
+    """Leaves a transaction that was only to be looked at."""
+
+
+class Editor:
+    """A document with its solver and judge.
+
+    Every method is one transaction, or a part of the one that is open. A refusal raises
+    `AraelError` and leaves the document as it was.
+
+    Parameters
+    ----------
+    document : what is edited
+
+    Attributes
+    ----------
+    layout : its rows for the solver
+    solver : moves geometry so that all constraints hold
+    judge : says what is free, redundant, impossible
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.layout = Layout(document)
+        self.solver = Solver(self.layout)
+        self.judge = Judge(self.layout, self.solver)
+        self._points = Points(document)
+        self._together = 0
+
+    # --- transactions -----------------------------------------------------------------------
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Several edits that are solved and judged once, at the end."""
+        self._together += 1
+        try:
+            with self.document.transaction("together"):
+                names = set(self.document.constraints) | set(self.document.dimensions)
+                yield
+                if self._together == 1:
+                    self._together = 0
+                    try:
+                        self._settle()
+                        new = [
+                            name
+                            for table in (self.document.constraints, self.document.dimensions)
+                            for name in table
+                            if name not in names
+                        ]
+                        self._judge_all(new)
+                    finally:
+                        self._together = 1
+        finally:
+            self._together -= 1
+
+    def explain(self, function: Callable[[], _T]) -> _T:
+        """What a change would give: it is made, solved and taken back."""
+        result: list[_T] = []
+        try:
+            with self.document.transaction("explain"):
+                result.append(function())
+                raise _Pretended
+        except _Pretended:
+            return result[0]
+
+    def solve(self) -> Outcome:
+        """Move the geometry so that everything holds.
+
+        Raises
+        ------
+        AraelError
+            E1231, E1233, E1234: there is no solution, or none was found
+        """
+        with self.document.transaction("solve"):
+            return self._settle()
+
+    def _settle(self, cause: str = "") -> Outcome:
+        refresh(self.document)
+        outcome = self.solver.solve()
+        if outcome.solved:
+            return outcome
+        if outcome.status == "side":
+            raise refusals.other_side(cause or outcome.open[0], outcome.guard)
+        members = self.judge.conflict(cause)
+        if members:
+            raise refusals.impossible(cause or members[0], members, self._cheapest(members, cause))
+        raise refusals.not_converged(outcome.open, outcome.residual)
+
+    # --- entities ---------------------------------------------------------------------------
+
+    def add(
+        self,
+        kind: str,
+        numbers: ArrayLike,
+        *,
+        connect: bool = True,
+        tangent: bool = True,
+        construction: bool = False,
+        quiet: bool = False,
+        style: Style = "solid",
+        text: str = "",
+        clockwise: bool = False,
+    ) -> Added:
+        """A new entity, its ends connected to points that are within 1e-3.
+
+        Parameters
+        ----------
+        kind, numbers : as `arael.sketch.document.kinds.ENTITIES` says
+        connect : whether ends and centres become coincident with points near them
+        tangent : whether a line or arc that continues another within 1 degree becomes tangent
+        clockwise : of an arc: it starts where its numbers end
+
+        Raises
+        ------
+        AraelError
+            E1220: without extent
+        """
+        given = np.asarray(numbers, dtype=np.float64).ravel().tolist()
+        size = max(size_of(self.document), max(map(abs, given), default=1.0))
+        check_extent(kind, given, size)
+        with self.document.transaction(f"add {kind}"):
+            entity = self.document.add_entity(
+                kind,
+                given,
+                construction=construction,
+                quiet=quiet,
+                style=style,
+                text=text,
+                clockwise=clockwise,
+            )
+            connected = self._connect(entity) if connect else []
+            tangents = self._tangents(entity, connected) if connect and tangent else []
+        return Added(entity, tuple(connected), tuple(tangents))
+
+    def _connect(self, entity: Entity) -> list[Constraint]:
+        found: list[Constraint] = []
+        for handle, at in own_points(entity).items():
+            x, y = self.document.values[at : at + 2].tolist()
+            for other in self._points.near(x, y, CONNECT_WITHIN):
+                if other.partition(".")[0] == entity.name or self.layout.same(handle, other):
+                    continue
+                try:
+                    with self.document.transaction("connect"):
+                        found.append(self.constrain("coincident", (handle, other)))
+                except AraelError:
+                    continue  # not connected: the ends cannot be one point
+        return found
+
+    def _tangents(self, entity: Entity, connected: Sequence[Constraint]) -> list[Constraint]:
+        found: list[Constraint] = []
+        for constraint in connected:
+            mine, other = constraint.args
+            neighbour = self.document.entities[other.partition(".")[0]]
+            kinds = {entity.kind, neighbour.kind}
+            if "arc" not in kinds or not kinds <= {"line", "arc"} or other.endswith(".center"):
+                continue
+            if mine.endswith(".center") or not nearly_parallel(
+                direction_at(self.document, mine),
+                direction_at(self.document, other),
+                TANGENT_WITHIN,
+            ):
+                continue
+            before = self.document.values.copy()
+            try:
+                with self.document.transaction("tangent"):
+                    one = self.constrain("tangent", (neighbour.name, entity.name))
+                    after = self.document.values
+                    moved = np.flatnonzero(np.abs(after - before) > CONNECT_WITHIN)
+                    if any(not entity.at <= at < entity.at + entity.size for at in moved):
+                        raise _Pretended
+                    found.append(one)
+            except (AraelError, _Pretended):
+                continue
+        return found
+
+    def change_entity(self, name: str, **flags: Any) -> Entity:
+        """Change ``construction``, ``quiet``, ``style`` or ``text`` of an entity."""
+        with self.document.transaction(f"change {name}"):
+            return self.document.put("entities", replace(self.document.entity(name), **flags))
+
+    def place(self, offsets: Sequence[int], numbers: ArrayLike) -> Outcome:
+        """Put numbers of the document somewhere, then solve from there."""
+        with self.document.transaction("place"):
+            self.document.set_values(offsets, numbers)
+            return self._settle()
+
+    # --- constraints ------------------------------------------------------------------------
+
+    def constrain(
+        self,
+        kind: str,
+        args: Sequence[str],
+        *,
+        numbers: Sequence[float] = (),
+        mode: str = "",
+        force: bool = False,
+    ) -> Constraint:
+        """A new relation, which then holds.
+
+        Parameters
+        ----------
+        kind, args, numbers, mode : as `arael.sketch.document.kinds.CONSTRAINTS` says
+        force : let it in although it is redundant
+
+        Raises
+        ------
+        AraelError
+            E1221: there already; E1222: not with these operands; E1230 to E1234: redundant,
+            impossible, redundant in this position, on the other side only, no solution found
+        """
+        _, spelt = matched(self.document, kind, tuple(args))
+        check_new_constraint(self.document, kind, spelt)
+        with self.document.transaction(f"{kind} {' '.join(spelt)}"):
+            record = Constraint(
+                self._constraint_name(kind, spelt),
+                kind,
+                spelt,
+                tuple(map(float, numbers)),
+                self.layout.side_of(kind, spelt, mode),
+                mode,
+                forced=force,
+            )
+            self.document.put("constraints", record)
+            self._let_in(record.name, force)
+        return self.document.constraints[record.name]
+
+    def _constraint_name(self, kind: str, args: tuple[str, ...]) -> str:
+        if kind in ("horizontal", "vertical") and len(args) == 1:
+            return f"C{args[0]}{kind[0].upper()}"
+        return self.document.next_name("C")
+
+    def change_constraint(self, name: str, **changes: Any) -> Constraint:
+        """Change ``active``, ``numbers``, ``mode`` or ``side`` of a relation, then solve."""
+        old = self.document.constraints[name]
+        with self.document.transaction(f"change {name}"):
+            self.document.put("constraints", replace(old, **changes))
+            if changes.get("active") and not old.active:
+                self._let_in(name, old.forced)
+            else:
+                self._settle(name)
+        return self.document.constraints[name]
+
+    def _let_in(self, name: str, force: bool) -> None:
+        """Solve with a new row, or raise why not."""
+        if self._together:
+            return
+        verdict = self.judge.verdict(name)
+        if verdict.kind == "impossible":
+            drop = self._cheapest(verdict.members, name)
+            raise refusals.impossible(name, verdict.members, drop)
+        if verdict.kind == "redundant" and not force:
+            drop = self._cheapest(verdict.members, name)
+            raise refusals.redundant(name, verdict.members, drop)
+        self._settle(name)
+
+    def _judge_all(self, names: Sequence[str]) -> None:
+        for verdict in self.judge.verdicts(names):
+            if verdict.kind == "impossible":
+                drop = self._cheapest(verdict.members, verdict.name)
+                raise refusals.impossible(verdict.name, verdict.members, drop)
+            if verdict.kind == "redundant" and not self._forced(verdict.name):
+                drop = self._cheapest(verdict.members, verdict.name)
+                raise refusals.redundant(verdict.name, verdict.members, drop)
+
+    def _forced(self, name: str) -> bool:
+        record = self.document.constraints.get(name) or self.document.dimensions.get(name)
+        return record is not None and record.forced
+
+    def _cheapest(self, members: Sequence[str], name: str) -> str:
+        """The member that is least missed: dimensions first, then the newest."""
+        others = [member for member in members if member != name]
+        order = {one: i for i, one in enumerate([*self.document.constraints])}
+        order |= {one: len(order) + i for i, one in enumerate([*self.document.dimensions])}
+        return max(others, key=lambda one: order.get(one, -1), default="")
+
+    # --- dimensions and parameters ----------------------------------------------------------
+
+    def dimension(
+        self,
+        kind: str,
+        args: Sequence[str],
+        *,
+        value: Amount | None = None,
+        low: Amount | None = None,
+        high: Amount | None = None,
+        derived: bool = False,
+        mode: str = "",
+        force: bool = False,
+    ) -> Dimension:
+        """A new dimension, or a new value of the one there is.
+
+        Parameters
+        ----------
+        value, low, high : what it is to be, or between what; all None: what it measures now
+        derived : only measured
+        mode : of angles ``supplement``, or which of the two is meant: ``closest`` to the value,
+            the ``acute``, the ``obtuse`` one now
+
+        Raises
+        ------
+        AraelError
+            E1220: a value that it cannot have; E1222: not with these operands; E1230 to E1234
+            as `constrain`
+        """
+        _, spelt = matched(self.document, kind, tuple(args))
+        mode = self._angle_mode(kind, spelt, mode, value)
+        if value is None and low is None and high is None:
+            now = measured(self.document, kind, spelt, mode)
+            value = Amount(repr(now), now)
+        value, low, high = (_positive(kind, one) for one in (value, low, high))
+        known = same_dimension(self.document, kind, spelt)
+        if known is not None:
+            return self.set_dimension(
+                known.name,
+                value=value,
+                low=low,
+                high=high,
+                derived=derived,
+                mode=mode,
+                side=self._side(kind, known.args, mode),
+            )
+        check_amounts(kind, (value, low, high))
+        with self.document.transaction(f"{kind} {' '.join(spelt)}"):
+            side = self._side(kind, spelt, mode)
+            name = self.document.next_name("d")
+            record = Dimension(
+                name, kind, spelt, value, low, high, derived, side, mode, forced=force
+            )
+            self._ground(record)
+            self.document.put("dimensions", record)
+            if derived:
+                self._settle(name)
+            else:
+                self._let_in(name, force)
+        return self.document.dimensions[name]
+
+    def _angle_mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
+        if mode not in ("closest", "acute", "obtuse"):
+            return mode
+        plain, other = (measured(self.document, kind, args, m) for m in ("", "supplement"))
+        if mode == "closest":
+            wanted = abs(value.number) if value else plain
+            return "" if abs(plain - wanted) <= abs(other - wanted) else "supplement"
+        return "" if (plain <= other) == (mode == "acute") else "supplement"
+
+    def _side(self, kind: str, args: tuple[str, ...], mode: str) -> int:
+        if not DIMENSIONS[kind].signed:
+            return 0
+        return -1 if signed(self.document, kind, args, mode) < 0.0 else 1
+
+    def _ground(self, dimension: Dimension) -> None:
+        """The relation that a distance of lines rests on is added, that of arcs required."""
+        kind = ground_of(self.document, dimension)
+        if not kind or grounded(self.document, kind, dimension.args) is not None:
+            return
+        self.constrain(kind, dimension.args)
+
+    def set_dimension(self, name: str, **changes: Any) -> Dimension:
+        """Change fields of a dimension (``value``, ``derived``, ``offset``, ...), then solve."""
+        old = self.document.dimensions[name]
+        new = replace(old, **changes)
+        check_amounts(new.kind, (new.value, new.low, new.high))
+        acts = new.active and not new.derived
+        with self.document.transaction(f"change {name}"):
+            self.document.put("dimensions", new)
+            if acts and (not old.active or old.derived):
+                self._let_in(name, new.forced)
+            elif not changes.keys() <= {"offset", "along"}:
+                self._settle(name)
+        return self.document.dimensions[name]
+
+    def measure(self, kind: str, args: Sequence[str], mode: str = "") -> float:
+        """What a dimension of a kind would show now; angles in degrees."""
+        _, spelt = matched(self.document, kind, tuple(args))
+        return measured(self.document, kind, spelt, mode)
+
+    def set_parameter(self, name: str, amount: Amount) -> Parameter:
+        """A new parameter, or a new value of one; what reads it follows."""
+        with self.document.transaction(f"param {name}"):
+            self.document.put("parameters", Parameter(name, amount))
+            self._settle(name)
+        return self.document.parameters[name]
+
+    # --- deleting, moving -------------------------------------------------------------------
+
+    def delete(self, names: Sequence[str]) -> Deleted:
+        """Take records out, with everything that rests on them."""
+        found = doomed(self.document, names)
+        with self.document.transaction(f"delete {' '.join(names)}"):
+            self._remove(found)
+            refresh(self.document)
+        return Deleted(tuple(found.names), found.dissolved)
+
+    def _remove(self, found: Doomed) -> None:
+        for table in ("groups", "dimensions", "constraints", "parameters", "entities"):
+            for name in getattr(found, table):
+                self.document.remove(table, name)
+        for name in found.dissolved:
+            self.document.remove("groups", name)
+
+    def drag(self, moves: Mapping[str, tuple[float, float]]) -> Outcome:
+        """Pull points to places as far as the constraints let them.
+
+        Parameters
+        ----------
+        moves : handle of a point -> where to
+
+        Raises
+        ------
+        AraelError
+            E1234: no solution; everything is where it was
+        """
+        spelt = {canonical(self.document, handle)[2]: place for handle, place in moves.items()}
+        with self.document.transaction(f"drag {' '.join(spelt)}"):
+            at = [self.document.point_at(handle) for handle in spelt]
+            outcome = self.solver.drag(at, np.array(list(spelt.values())))
+            if not outcome.solved:
+                raise refusals.not_converged(outcome.open, outcome.residual)
+        return outcome
+
+
+def _positive(kind: str, amount: Amount | None) -> Amount | None:
+    """Signs of angles and distances are kept as sides: values are without one."""
+    if amount is None or amount.number >= 0.0 or not DIMENSIONS[kind].signed:
+        return amount
+    return Amount(amount.text, -amount.number)

@@ -1,0 +1,80 @@
+"""Verdicts and failed solves as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.diagnostics.records import AraelError, Diagnostic
+
+
+def redundant(name: str, members: Sequence[str], drop: str, here_only: bool = False) -> AraelError:
+    """E1230, or E1232 for what is redundant in this position only."""
+    others = [member for member in members if member != name]
+    if here_only:
+        return AraelError(
+            Diagnostic(
+                "E1232",
+                f"`{name}` holds nothing in this position: {_listed(others)} already "
+                f"{'does' if len(others) == 1 else 'do'} while the geometry lies like this",
+                help=("move the geometry first, or append `force`",),
+            )
+        )
+    return AraelError(
+        Diagnostic(
+            "E1230",
+            f"`{name}` is redundant: it follows from {_listed(others)}",
+            notes=("without any one of them it would take a degree of freedom",),
+            help=(
+                f"`delete {drop}` makes room for it; `force` lets it in as it is"
+                if drop
+                else "`force` lets it in as it is",
+            ),
+        )
+    )
+
+
+def impossible(name: str, members: Sequence[str], drop: str) -> AraelError:
+    """E1231: contradicts others."""
+    others = [member for member in members if member != name]
+    return AraelError(
+        Diagnostic(
+            "E1231",
+            f"`{name}` is impossible together with {_listed(others)}"
+            if others
+            else f"`{name}` is impossible",
+            help=(f"`delete {drop}` makes room for it",) if drop else (),
+        )
+    )
+
+
+def other_side(name: str, guard: str) -> AraelError:
+    """E1233: there is a solution on the other side only."""
+    return AraelError(
+        Diagnostic(
+            "E1233",
+            f"`{name}` has no solution on this side: {guard} would turn over",
+            help=("drag the geometry to the other side first, or choose another value",),
+        )
+    )
+
+
+def not_converged(open_rows: Sequence[str], residual: float) -> AraelError:
+    """E1234: the solver ended without a solution."""
+    return AraelError(
+        Diagnostic(
+            "E1234",
+            f"no solution found: {_listed(open_rows)} stay{'s' if len(open_rows) == 1 else ''} "
+            f"open by {residual:.3g}",
+            notes=("the sketch is left as it was",),
+            help=("go in smaller steps, or look at `list constraints` for what contradicts it",),
+        )
+    )
+
+
+def _listed(names: Sequence[str], most: int = 12) -> str:
+    shown = [f"`{name}`" for name in names[:most]]
+    if len(names) > most:
+        shown.append(f"{len(names) - most} more")
+    if len(shown) < 2:
+        return shown[0] if shown else "what is there"
+    return ", ".join(shown[:-1]) + " and " + shown[-1]

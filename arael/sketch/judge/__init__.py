@@ -1,0 +1,1 @@
+"""What is free, what is redundant, what cannot be, in words."""
