@@ -100,7 +100,8 @@ class Layout:
         self._holds: dict[int, dict[str, tuple[float, ...] | None]] = {}
         self._constants: dict[int, int] = {}  # offset of the constant by root column
         self._unused: list[int] = []  # constants that no row will use when all are laid out
-        self._impossible: dict[str, str] = {}
+        # Why a record cannot hold; by record and the point where it is held, -1 for its plan.
+        self._impossible: dict[tuple[str, int], str] = {}
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
@@ -123,7 +124,7 @@ class Layout:
     @property
     def impossible(self) -> Mapping[str, str]:
         """Constraints that contradict by what they are, and why: locks of one place that differ."""
-        return self._impossible
+        return {name: why for (name, _), why in self._impossible.items()}
 
     def rows_of(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes."""
@@ -353,7 +354,7 @@ class Layout:
         self._remove_rows(laid)
         del self._laid[name]
         dirty.pop(name, None)
-        self._impossible.pop(name, None)
+        self._impossible.pop((name, -1), None)
         for one in laid.names:
             self._users[one].pop(name, None)
         record = laid.record
@@ -379,7 +380,9 @@ class Layout:
         """Tangents of a curve are written otherwise where it holds a point of the other curve."""
         for user in self._users.get(entity, ()):
             laid = self._laid.get(user)
-            if laid and isinstance(laid.record, Constraint) and laid.record.kind == "tangent":
+            if laid is None or not isinstance(laid.record, Constraint):
+                continue
+            if laid.record.kind == "tangent" and laid.record.active:
                 dirty[user] = None
 
     def _hold(self, at: int, name: str, numbers: tuple[float, ...] | None) -> None:
@@ -388,6 +391,7 @@ class Layout:
 
     def _release(self, at: int, name: str) -> None:
         del self._holds[at][name]
+        self._impossible.pop((name, at), None)
         if not self._holds[at]:
             del self._holds[at]
         self.places.touched.add(at)
@@ -514,13 +518,13 @@ class Layout:
             list(numbers) if numbers is not None else values[at : at + width].tolist()
             for _, at, numbers in holds
         ]
-        for (name, _, _), place in zip(holds, places, strict=True):
-            self._impossible.pop(name, None)
+        for (name, at, _), place in zip(holds, places, strict=True):
+            self._impossible.pop((name, at), None)
             scale = max(map(abs, [*place, *places[0]]), default=0.0)
             if any(
                 abs(a - b) > LOCK_TOLERANCE * scale for a, b in zip(place, places[0], strict=True)
             ):
-                self._impossible[name] = f"`{holds[0][0]}` holds it at another place"
+                self._impossible[name, at] = f"`{holds[0][0]}` holds it at another place"
         return places[0]
 
     def _take_constant(self, numbers: Iterable[float]) -> int:
@@ -551,8 +555,9 @@ class Layout:
     def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
         name = laid.record.name
         plan = laid.plan = self._plan(laid, values)
+        self._impossible.pop((name, -1), None)
         if plan.impossible:
-            self._impossible[name] = plan.impossible
+            self._impossible[name, -1] = plan.impossible
         for hidden in plan.hidden:
             size = len(hidden.names)
             at = self._columns.take(size)
@@ -756,7 +761,7 @@ class Layout:
         self.refresh()
         found: dict[str, Any] = {
             "redundant": sorted(self.redundant),
-            "impossible": sorted(self._impossible),
+            "impossible": sorted(self.impossible),
             "unknowns": sorted(self.name_of(int(column)) for column in self.unknowns),
         }
         for name, laid in self._laid.items():
