@@ -98,14 +98,10 @@ class Judge:
     def _without_rows(self, name: str) -> Verdict:
         """Of a relation that has no equations: one of points, or one that does not act."""
         if name in self.layout.impossible:
-            return Verdict(name, "impossible", (*self._rivals(name), name))
+            return Verdict(name, "impossible", (*self.layout.rivals(name), name))
         if name in self.layout.redundant:
-            return Verdict(name, "redundant", (*self.layout.ties_between(name), name))
+            return Verdict(name, "redundant", (*self.layout.ties_beside(name), name))
         return Verdict(name, "helps")
-
-    def _rivals(self, name: str) -> list[str]:
-        """Locks of the place that an impossible lock or tie disagrees about."""
-        return [one for one in self.layout.holders(name) if one != name]
 
     def tie_verdict(self, name: str, a: int, b: int) -> Verdict:
         """What making two points one would do, before it is done.
@@ -118,7 +114,7 @@ class Judge:
         layout, values = self.layout, self.document.values
         system = system_of(layout)
         if layout.same(a, b):
-            return Verdict(name, "redundant", (*layout.ties_between_points(a, b), name))
+            return Verdict(name, "redundant", (*layout.ties_between(a, b), name))
         rank: Rank | None = None
         gained, contradicts = 0, False
         members: dict[str, None] = {}
@@ -221,7 +217,7 @@ class Judge:
         """
         if self.layout.impossible:
             name = cause if cause in self.layout.impossible else next(iter(self.layout.impossible))
-            return (*self._rivals(name), name)
+            return (*self.layout.rivals(name), name)
         system = system_of(self.layout)
         names = self._connected(system, cause)
         if not names or self.trials.feasible(names):

@@ -65,11 +65,7 @@ def system_of(layout: Layout, place: Floats | None = None, without: str = "") ->
     indptr, indices = layout.rows.indptr, layout.rows.indices
     owner = layout.owner
     rows = np.array(
-        [
-            row
-            for row in layout.equations()
-            if owner[row] != without
-        ],
+        [row for row in layout.equations() if owner[row] != without],
         dtype=np.int64,
     )
     counts = np.diff(indptr)[rows]

@@ -41,7 +41,9 @@ class Trials:
         size = float(np.ptp(used)) if len(used) else 0.0
         return 1e-10 * (size or 1.0)
 
-    def active(self, leave: Iterable[str] = (), only: Iterable[str] | None = None) -> NDArray[np.bool_]:
+    def active(
+        self, leave: Iterable[str] = (), only: Iterable[str] | None = None
+    ) -> NDArray[np.bool_]:
         """Mask of rows: all equations but those of some records, or entities' and some only."""
         layout = self.layout
         found = np.zeros(layout.rows.m, dtype=bool)
@@ -50,12 +52,18 @@ class Trials:
             kept = set(only)
             entities = layout.document.entities
             rows = np.array(
-                [r for r in rows.tolist() if layout.owner[r] in kept or layout.owner[r] in entities],
+                [
+                    r
+                    for r in rows.tolist()
+                    if layout.owner[r] in kept or layout.owner[r] in entities
+                ],
                 dtype=np.int64,
             )
         gone = set(leave)
         if gone:
-            rows = np.array([r for r in rows.tolist() if layout.owner[r] not in gone], dtype=np.int64)
+            rows = np.array(
+                [r for r in rows.tolist() if layout.owner[r] not in gone], dtype=np.int64
+            )
         found[rows] = True
         return found
 

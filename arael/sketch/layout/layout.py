@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -13,7 +13,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import ENTITIES
-from arael.sketch.document.records import Constraint, Dimension, Entity, Record
+from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Record
 from arael.sketch.layout import model, quantities, relations
 from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
@@ -125,6 +125,65 @@ class Layout:
     def impossible(self) -> Mapping[str, str]:
         """Constraints that contradict by what they are, and why: locks of one place that differ."""
         return {name: why for (name, _), why in self._impossible.items()}
+
+    def holders_at(self, point: int) -> list[str]:
+        """Locks and fixes that hold the place of a point."""
+        members = self.places.members(point)
+        return list(dict.fromkeys(name for at in members for name in self._holds.get(at, ())))
+
+    def rivals(self, name: str) -> list[str]:
+        """What holds the places of a record's points, besides itself."""
+        record = self.document.constraints.get(name)
+        if record is None:
+            return []
+        points = [arg.at for arg in operands(self.document, record.args)]
+        found = dict.fromkeys(one for at in points for one in self.holders_at(at))
+        return [one for one in found if one != name]
+
+    def ties_between(self, a: int, b: int, without: str = "") -> list[str]:
+        """Relations that make two points one place, a shortest chain of them."""
+        place = self.places.of(a)
+        if place is None or a == b:
+            return []
+        came: dict[int, tuple[int, str]] = {a: (a, "")}
+        border = [a]
+        while border and b not in came:
+            after = []
+            for name, (p, q) in place.ties.items():
+                for one, other in ((p, q), (q, p)):
+                    if name != without and one in border and other not in came:
+                        came[other] = (one, name)
+                        after.append(other)
+            border = after
+        chain = []
+        at = b
+        while at in came and at != a:
+            at, name = came[at]
+            chain.append(name)
+        return chain[::-1]
+
+    def ties_beside(self, name: str) -> list[str]:
+        """The other relations that already tie the two points of one."""
+        args = operands(self.document, self.document.constraints[name].args)
+        return self.ties_between(args[0].at, args[1].at, without=name)
+
+    def per_unit(self, name: str) -> NDArray[np.float64]:
+        """Derivative of the residuals of a dimension's rows by its value, negative.
+
+        Per unit of the document, or per degree.
+        """
+        laid = self._laid[name]
+        record = laid.record
+        assert isinstance(record, Dimension) and record.value is not None
+        number, rows = record.value.number, self.rows_of(name)
+        step = 1e-6 * max(1.0, abs(number))
+        found = []
+        for moved in (number + step, number - step):
+            self._set_value(laid, replace(record, value=Amount(record.value.text, moved)))
+            found.append(self.rows.evaluate(self.x)[rows])
+        self._set_value(laid, record)
+        derivative: NDArray[np.float64] = (found[1] - found[0]) / (2.0 * step)
+        return derivative
 
     def rows_of(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes."""
