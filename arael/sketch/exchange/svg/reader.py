@@ -189,14 +189,15 @@ class _Reader:
 
 
 def _joined(curves: list[Curve]) -> list[Curve]:
-    """Pieces of one curve of ours: a B-spline is written as its spans, a long arc in two."""
-    if len(curves) == 2:
-        a, b = curves
-        if isinstance(a, Arc) and isinstance(b, Arc):
-            return [Arc(a.center, a.radius, a.angle, a.sweep + b.sweep)]
-        if isinstance(a, EllipticArc) and isinstance(b, EllipticArc):
-            whole = a.sweep + b.sweep
-            return [EllipticArc(a.center, a.rx, a.ry, a.rotation, a.angle, whole)]
+    """Pieces of one curve of ours: a B-spline is written as its spans, a long arc in parts."""
+    arcs = [c for c in curves if isinstance(c, Arc)]
+    ovals = [c for c in curves if isinstance(c, EllipticArc)]
+    if len(arcs) == len(curves) > 1:
+        whole = sum(arc.sweep for arc in arcs)
+        return [Arc(arcs[0].center, arcs[0].radius, arcs[0].angle, whole)]
+    if len(ovals) == len(curves) > 1:
+        a, whole = ovals[0], sum(oval.sweep for oval in ovals)
+        return [EllipticArc(a.center, a.rx, a.ry, a.rotation, a.angle, whole)]
     if len(curves) > 1 and all(isinstance(c, Bezier) for c in curves):
         spline = _spline([c for c in curves if isinstance(c, Bezier)])
         return [spline] if spline is not None else curves

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees
+from math import ceil, degrees
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Entity
@@ -107,13 +107,12 @@ def element(curve: Curve) -> str:
 
 
 def _arc(curve: Arc | EllipticArc) -> str:
-    """``A`` commands; more than three quarters of a turn in two, where one would be ambiguous."""
+    """``A`` commands of at most 126 degrees: near half a turn the centre would be inaccurate."""
     rx, ry = curve.radii
     turn = degrees(curve.turned)
-    count = 2 if abs(curve.sweep) > 4.7 else 1
-    large = int(abs(curve.sweep) / count > 3.141592653589793)
+    count = max(1, ceil(abs(curve.sweep) / 2.2))
     onwards = int(curve.sweep > 0)
     return "".join(
-        f"A{_n(rx)} {_n(ry)} {_n(turn)} {large} {onwards} {_p(curve.point_at((i + 1) / count))}"
+        f"A{_n(rx)} {_n(ry)} {_n(turn)} 0 {onwards} {_p(curve.point_at((i + 1) / count))}"
         for i in range(count)
     )
