@@ -14,6 +14,7 @@ for variable in THREADS:
     os.environ.setdefault(variable, "1")
 
 from benchmarks import chapters  # noqa: E402
+from benchmarks.sketch.systems import PEERS as SKETCHERS  # noqa: E402
 from benchmarks.systems import PEERS, Plan, prepare  # noqa: E402
 
 
@@ -22,8 +23,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks")
     known = ", ".join(chapters.SUITES)
     parser.add_argument("suites", nargs="*", metavar="suite", help=f"{known}; left out: all")
+    others = tuple(dict.fromkeys((*PEERS, *SKETCHERS)))
     parser.add_argument(
-        "--peers", default=",".join(PEERS), help=f"systems beside arael: {', '.join(PEERS)}; or ''"
+        "--peers",
+        default=",".join(others),
+        help=f"systems beside arael: {', '.join(others)}; or ''",
     )
     parser.add_argument(
         "--peer-python", default=sys.executable, help="an interpreter that has the peers' wheels"
@@ -43,10 +47,16 @@ def main() -> None:
             parser.error(f"no suite {name!r}; there are {known}")
     peers = tuple(p for p in chosen.peers.split(",") if p)
     for name in peers:
-        if name not in PEERS:
-            parser.error(f"no peer {name!r}; there are {', '.join(PEERS)}")
+        if name not in others:
+            parser.error(f"no peer {name!r}; there are {', '.join(others)}")
     threads = tuple(int(n) for n in chosen.threads.split(","))
-    plan = Plan(peers, chosen.peer_python, threads, chosen.quick)
+    plan = Plan(
+        tuple(p for p in peers if p in PEERS),
+        chosen.peer_python,
+        threads,
+        chosen.quick,
+        tuple(p for p in peers if p in SKETCHERS),
+    )
     names = tuple(chosen.suites) or tuple(chapters.SUITES)
 
     began = time.perf_counter()

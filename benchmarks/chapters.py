@@ -26,6 +26,7 @@ from benchmarks import (
 )
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
+from benchmarks.sketch import chapter as sketch
 from benchmarks.systems import SUITES as BESIDE
 from benchmarks.systems import Measured, Plan, measure_suite
 
@@ -46,6 +47,7 @@ OWN: dict[str, Chapter] = {
     "nist": certified.run,
     "cold": cold.run,
     "optimum": optimum.run,
+    "sketch": sketch.run,
     "demo-seeds": demo_seeds.run,
 }
 SUITES = (*BESIDE, *OWN)

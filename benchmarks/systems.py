@@ -85,12 +85,14 @@ class Plan:
     python : the interpreter that has the peers' wheels
     threads : numbers of threads; from the second on only the largest case of a suite is measured
     quick : small problems and few runs: whether everything works, not how fast it is
+    sketchers : which peers of the suite `sketch`, beside arael
     """
 
     peers: tuple[str, ...] = PEERS
     python: str = sys.executable
     threads: tuple[int, ...] = (1,)
     quick: bool = False
+    sketchers: tuple[str, ...] = ()
     systems: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:

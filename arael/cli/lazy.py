@@ -20,6 +20,7 @@ COMMANDS = {
     "cache": "Show or clear the cache of compiled models.",
     "fit": "Fit a formula to the columns of a CSV file.",
     "calc": "Calculate, differentiate and rearrange formulas.",
+    "sketch": "Draw and edit parametric sketches.",
     "doctor": "Report on the installation, with advice.",
     "lsp": "Serve an editor: the language server of models.",
     "new": "Write a small model and data to start from.",

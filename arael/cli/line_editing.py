@@ -11,22 +11,22 @@ MAX_HISTORY = 2000
 """Number of lines in the history."""
 
 
-def history_file() -> Path:
-    """Path of the history: ``ARAEL_HISTORY``, else in the user's data directory."""
+def history_file(name: str = "calc_history") -> Path:
+    """Path of a history: ``ARAEL_HISTORY``, else of this name in the user's data directory."""
     chosen = os.environ.get("ARAEL_HISTORY")
     if chosen:
         return Path(chosen)
     # imported here: start-up time
     from platformdirs import user_data_path
 
-    return user_data_path("arael", appauthor=False) / "calc_history"
+    return user_data_path("arael", appauthor=False) / name
 
 
 @contextlib.contextmanager
-def line_editing(names: Callable[[], list[str]]) -> Iterator[None]:
+def line_editing(names: Callable[[], list[str]], history: str = "calc_history") -> Iterator[None]:
     """Context in which `input` edits lines, recalls earlier ones, and completes `names` on Tab.
 
-    A history that cannot be read or written is ignored.
+    A history that cannot be read or written is ignored. `history` is its file's name.
     """
     try:
         # imported here: start-up time
@@ -34,7 +34,7 @@ def line_editing(names: Callable[[], list[str]]) -> Iterator[None]:
     except ImportError:
         yield
         return
-    path = history_file()
+    path = history_file(history)
     before = readline.get_completer()
 
     def complete(word: str, state: int) -> str | None:

@@ -22,25 +22,35 @@ SUITES = ("slam", "localization", "pose_graph", "bundle", "plane")
 
 def program() -> Path:
     """Build the project where that is not yet done."""
+    return built(PROJECT, "rust", "peer")
+
+
+def built(project: Path, name: str, binary: str) -> Path:
+    """The program of a Rust project, built where that is not yet done."""
     home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "bin" / "cargo"
     cargo = shutil.which("cargo") or (str(home) if home.exists() else None)
     if cargo is None:
         raise AbsentError("cargo is not installed")
-    target = native.BUILD / "rust"
+    target = native.BUILD / name
     native.build(
-        [cargo, "build", "--release", "--locked", "--manifest-path", str(PROJECT / "Cargo.toml")],
-        native.BUILD / "rust.log",
+        [cargo, "build", "--release", "--locked", "--manifest-path", str(project / "Cargo.toml")],
+        native.BUILD / f"{name}.log",
         CARGO_TARGET_DIR=str(target),
         RUSTFLAGS="-C target-cpu=native",
     )
-    return target / "release" / "peer"
+    return target / "release" / binary
 
 
 def version() -> str:
     """Version of the crate that is locked."""
-    lock = (PROJECT / "Cargo.lock").read_text(encoding="utf-8")
-    found = re.search(r'name = "arael"\nversion = "([^"]+)"', lock)
-    return f"Rust framework {found.group(1) if found else ''}".strip()
+    return f"Rust framework {locked(PROJECT, 'arael')}".strip()
+
+
+def locked(project: Path, crate: str) -> str:
+    """Version of a crate in a project's lock file."""
+    lock = (project / "Cargo.lock").read_text(encoding="utf-8")
+    found = re.search(rf'name = "{crate}"\nversion = "([^"]+)"', lock)
+    return found.group(1) if found else ""
 
 
 def ways() -> dict[str, str]:

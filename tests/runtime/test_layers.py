@@ -14,7 +14,10 @@ PACKAGE = Path(arael.__file__).parent / "runtime"
 IMPORT = re.compile(r"^( *)(?:from (arael\.runtime[\w.]*) c?import (.*)|c?import (arael\.[\w.]*))")
 
 #: Packages from which nothing of the runtime's later ones is imported.
-LAYERS = ("machine.tape", "store", "parallel", "assembly", "linear", "evaluation", "levenberg")
+LAYERS = (
+    "machine.tape", "store", "parallel", "assembly", "linear", "orthogonal", "evaluation",
+    "levenberg",
+)  # fmt: skip
 
 
 def sources() -> dict[str, str]:

@@ -18,3 +18,8 @@ cdef class TapeProgram:
     cdef bint refresh(
         self, bint single, Py_ssize_t stored, Py_ssize_t rows, const void* state, const void* step,
         const int32_t* delta_at, void* moved) noexcept nogil
+
+    # At single points, again and again: registers with the constants in them, which `free` frees
+    # (NULL without memory), and outputs of the tape with these, for tapes without native functions.
+    cdef double** registers(self) noexcept nogil
+    cdef void at(self, double** registers, const double* inputs, double* outputs) noexcept nogil

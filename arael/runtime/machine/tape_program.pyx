@@ -119,6 +119,26 @@ cdef class TapeProgram:
             self, stored, rows, <const double*>state, <const double*>step, delta_at,
             <double*>moved)
 
+    cdef double** registers(self) noexcept nogil:
+        cdef Py_ssize_t k, pointers = self._registers * sizeof(void*)
+        cdef char* workspace = <char*>malloc(pointers + self._registers * sizeof(double))
+        cdef double** registers = <double**>workspace
+        if workspace == NULL:
+            return NULL
+        for k in range(self._registers):
+            registers[k] = <double*>(workspace + pointers) + k
+        for k in range(self._constants):
+            registers[self.inputs + k][0] = self._constant[k]
+        return registers
+
+    cdef void at(self, double** registers, const double* inputs, double* outputs) noexcept nogil:
+        cdef Py_ssize_t k
+        for k in range(self.inputs):
+            registers[k][0] = inputs[k]
+        run(&self._code, registers, 1, NULL, NULL)
+        for k in range(self.outputs):
+            outputs[k] = registers[self._results[k]][0]
+
 
 cdef floating** begin(TapeProgram p, floating* _) noexcept nogil:
     """Registers with the constants in them, and workspace for arguments; NULL without memory."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands import creating
@@ -70,14 +71,13 @@ def add_line(session: Session, words: Words) -> Reply:
             fail("E1259", message, places[0].token.span, "", help_)
         points.insert(0, start)
     added = [
-        creating.add(session, words, "line", (a.x, a.y, b.x, b.y))
-        for a, b in zip(points, points[1:], strict=False)
+        creating.add(session, words, "line", (a.x, a.y, b.x, b.y)) for a, b in pairwise(points)
     ]
     dimensions = creating.drive(session, words, *(("length", a.entity.name) for a in added))
     creating.leave_cursor(session, words, added[-1].entity, "p2")
     text = " ".join(
         creating.shown_line(one.entity.name, a, b)
-        for one, a, b in zip(added, points, points[1:], strict=False)
+        for one, (a, b) in zip(added, pairwise(points), strict=True)
     )
     return creating.reply(text, added, dimensions)
 

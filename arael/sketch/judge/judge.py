@@ -192,12 +192,9 @@ class Judge:
         """Degrees of freedom of the sketch and of its entities."""
         system = self.layout.linearisation(ranges=False)
         rank = Rank(system)
-        by_entity = {}
-        column_of = self.layout.column_of
-        local = rank.freedoms_of
-        for entity in self.document.entities.values():
-            columns = column_of[entity.at : entity.at + entity.size]
-            by_entity[entity.name] = local(columns[columns >= 0])
+        names = list(self.document.entities)
+        counts = rank.freedoms_of(self._columns())
+        by_entity = dict(zip(names, counts, strict=True))
         redundant = dict.fromkeys(self.layout.spare)
         for row in rank.dependent:
             redundant[system.owners[row]] = None
@@ -209,16 +206,25 @@ class Judge:
         rank = Rank(system)
         column_of = self.layout.column_of
         found: list[Motion] = []
-        for columns, basis in rank.parts():
-            inside = np.full(len(system.x), -1, dtype=np.int64)
+        for columns, basis in rank.parts(self._columns()):
+            inside = np.full(len(system.x) + 1, -1, dtype=np.int64)
             inside[columns] = np.arange(len(columns))
-            local = np.where(column_of >= 0, inside[column_of], -1)
+            local = inside[column_of]  # the last element, -1, for what is fixed
             entities = tuple(
                 entity.name
                 for entity in self.document.entities.values()
                 if (local[entity.at : entity.at + entity.size] >= 0).any()
             )
             found += motions(self.document, Part(entities, local, basis))
+        return found
+
+    def _columns(self) -> list[Ints]:
+        """Columns of every entity that are not fixed."""
+        column_of = self.layout.column_of
+        found = []
+        for entity in self.document.entities.values():
+            columns = column_of[entity.at : entity.at + entity.size]
+            found.append(np.unique(columns[columns >= 0]))
         return found
 
     def why(self, name: str) -> tuple[str, ...]:

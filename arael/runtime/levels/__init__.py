@@ -1,0 +1,1 @@
+"""Equations solved exactly, then lower levels in what they leave free."""

@@ -1,0 +1,110 @@
+"""Choice of the dependent equations by priority."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.orthogonal.exchange import reduce_by_priority
+
+#: Equations and their scaled factors.
+Combination = tuple[NDArray[np.int32], NDArray[np.float64]]
+
+#: Scaled multipliers up to this part of the largest are not exchanged: the equations that
+#: remained would be worse conditioned by the inverse of it.
+LEAST = 1e-8
+
+#: Multipliers up to this part of the largest are rounding errors.
+NEGLIGIBLE = 1e-10
+
+
+@dataclass
+class Settled:
+    """Dependent equations and their dependencies, all scaled."""
+
+    dependent: NDArray[np.int32]
+    rows: dict[int, Combination]
+    #: Of `rows`, the equations that have a pivot in the factor.
+    swapped: dict[int, Combination] = field(default_factory=dict)
+
+
+def settle(
+    found: list[tuple[int, NDArray[np.int32], NDArray[np.float64]]], priority: NDArray[np.int32]
+) -> Settled:
+    """Exchange dependent equations with less important ones that they depend on.
+
+    Parameters
+    ----------
+    found : equation without a pivot, equations with a pivot, their scaled factors
+    priority : (m,) int32, the largest number is the least important; then the later equation
+    """
+    rows: dict[int, Combination] = {}
+    for group in _groups(found):
+        if any(_improves(item, priority) for item in group):
+            rows.update(_exchanged(group, priority))
+        else:
+            rows.update({i: (equations, factors) for i, equations, factors in group})
+    without = {i for i, _, _ in found}
+    return Settled(
+        np.array(sorted(rows), dtype=np.int32),
+        rows,
+        {i: row for i, row in rows.items() if i not in without},
+    )
+
+
+def _improves(
+    item: tuple[int, NDArray[np.int32], NDArray[np.float64]], priority: NDArray[np.int32]
+) -> bool:
+    """Whether a dependent equation is more important than one that it depends on."""
+    i, equations, factors = item
+    used = equations[np.abs(factors) > LEAST * np.max(np.abs(factors), initial=0.0)]
+    theirs = priority[used]
+    return bool(np.any((theirs > priority[i]) | ((theirs == priority[i]) & (used > i))))
+
+
+def _groups(
+    found: list[tuple[int, NDArray[np.int32], NDArray[np.float64]]],
+) -> list[list[tuple[int, NDArray[np.int32], NDArray[np.float64]]]]:
+    """Dependencies that have equations in common, directly or through others."""
+    first: dict[int, int] = {}
+    up = list(range(len(found)))
+
+    def root(k: int) -> int:
+        while up[k] != k:
+            up[k] = up[up[k]]
+            k = up[k]
+        return k
+
+    for k, (_, equations, _) in enumerate(found):
+        for i in equations.tolist():
+            other = root(first.setdefault(i, k))
+            mine = root(k)
+            up[max(mine, other)] = min(mine, other)
+    groups: dict[int, list[tuple[int, NDArray[np.int32], NDArray[np.float64]]]] = {}
+    for k, item in enumerate(found):
+        groups.setdefault(root(k), []).append(item)
+    return list(groups.values())
+
+
+def _exchanged(
+    group: list[tuple[int, NDArray[np.int32], NDArray[np.float64]]], priority: NDArray[np.int32]
+) -> dict[int, Combination]:
+    """Dependencies of the least important equations of a group."""
+    used = np.unique(np.concatenate([[i for i, _, _ in group], *(item[1] for item in group)]))
+    columns = used[np.lexsort((used, priority[used]))][::-1].astype(np.int32)
+    place = {int(i): k for k, i in enumerate(columns)}
+    table = np.zeros((len(group), len(columns)))
+    for k, (i, equations, factors) in enumerate(group):
+        table[k, place[i]] = -1
+        table[k, [place[j] for j in equations.tolist()]] = factors
+    chosen = reduce_by_priority(table, LEAST)
+    rows: dict[int, Combination] = {}
+    for k, c in enumerate(chosen.tolist()):
+        row = table[k]
+        row[c] = 0
+        at = np.flatnonzero(np.abs(row) > NEGLIGIBLE * np.abs(row).max())
+        at = at[np.argsort(columns[at])]
+        rows[int(columns[c])] = (columns[at], row[at])
+    return rows

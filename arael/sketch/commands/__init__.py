@@ -1,0 +1,1 @@
+"""The command language of the sketch editor."""

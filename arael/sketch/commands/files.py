@@ -1,0 +1,200 @@
+"""Commands on files, all of which stay below the session's folder."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NoReturn
+
+from arael.sketch.commands.importing import take_over
+from arael.sketch.commands.numbers import listed
+from arael.sketch.commands.reading import Words
+from arael.sketch.commands.replies import Reply
+from arael.sketch.commands.session import Session, State
+from arael.sketch.commands.table import command
+from arael.sketch.commands.tokens import Token, fail
+from arael.sketch.document.document import Document
+from arael.sketch.document.saved import load, save
+
+EXPORTS = (".dxf", ".svg", ".pdf", ".png", ".step", ".stp")
+IMPORTS = (".dxf", ".svg")
+
+
+def path_of(session: Session, words: Words, *suffixes: str) -> tuple[Path, Token]:
+    """Take the name of a file below the session's folder.
+
+    Raises
+    ------
+    AraelError
+        E1264: it would be elsewhere; E1265: another kind of file.
+    """
+    token = words.next("a file name")
+    given = Path(token.text)
+    below = f"files are kept below {session.folder.name or session.folder}"
+    if given.is_absolute() or token.text.startswith("~"):
+        fail("E1264", "expected a file name, found an absolute path", token.span, "", below)
+    if ".." in given.parts:
+        fail("E1264", "`..` is not allowed in a file name", token.span, "", below)
+    if "\0" in token.text or len(token.text) > 1000:
+        fail("E1264", "this is not a name of a file", token.span)
+    root = session.folder.resolve()
+    path = (root / given).resolve()
+    if not path.is_relative_to(root):
+        fail("E1264", f"`{token.text}` leads to another folder", token.span, "", below)
+    if suffixes and path.suffix.lower() not in suffixes:
+        found = f"`{path.suffix}`" if path.suffix else "none"
+        kinds = ", ".join(suffixes)
+        fail("E1265", f"expected a file ending in {kinds}, found {found}", token.span)
+    return path, token
+
+
+def _unreadable(error: OSError, token: Token, what: str) -> NoReturn:
+    reason = (error.strerror or str(error)).lower()
+    fail("E1265", f"`{token.text}` cannot be {what}: {reason}", token.span)
+
+
+@command(
+    "save",
+    group="file",
+    usage=["save path.json"],
+    summary="Save the sketch.",
+    arguments=("path",),
+)
+def save_(session: Session, words: Words) -> Reply:
+    """Save the sketch."""
+    path, token = path_of(session, words, ".json")
+    words.end()
+    try:
+        save(session.document, path)
+    except OSError as error:
+        _unreadable(error, token, "written")
+    return Reply(f"Saved {token.text}", remembered=False, data={"path": token.text})
+
+
+@command(
+    "load",
+    group="file",
+    usage=["load path.json"],
+    summary="Load a sketch in place of this one.",
+    details="The history begins anew; variables, selection and cursor are cleared.",
+    arguments=("path",),
+    outside=True,
+)
+def load_(session: Session, words: Words) -> Reply:
+    """Load a sketch."""
+    path, token = path_of(session, words, ".json")
+    words.end()
+    try:
+        document = load(path)
+    except OSError as error:
+        _unreadable(error, token, "read")
+    _replace(session, document)
+    count = len(document.entities)
+    return Reply(
+        f"Loaded {token.text}: {count} entit{'y' if count == 1 else 'ies'}",
+        remembered=False,
+        data={"path": token.text, "entities": count},
+    )
+
+
+def _replace(session: Session, document: Document) -> None:
+    session.editor = session.make_editor(document)
+    kept = session.state
+    session.state = State(timing=kept.timing, settings=kept.settings)
+    session.state.view.version = kept.view.version + 1
+
+
+@command(
+    "export",
+    group="file",
+    usage=["export drawing.dxf"],
+    summary="Write the drawing as DXF, SVG, PDF, PNG or STEP, by the file's ending.",
+    arguments=("path",),
+)
+def export(session: Session, words: Words) -> Reply:
+    """Write the drawing."""
+    path, token = path_of(session, words, *EXPORTS)
+    words.end()
+    exchange = _exchange(token)
+    try:
+        exchange.write(session.document, path)
+    except OSError as error:
+        _unreadable(error, token, "written")
+    return Reply(f"Exported {token.text}", remembered=False, data={"path": token.text})
+
+
+@command(
+    "import",
+    group="file",
+    usage=["import drawing.dxf"],
+    summary="Add the geometry of a DXF or SVG file.",
+    details="""
+Files that arael wrote bring their constraints, dimensions and parameters too. Of others, relations
+that were found in the geometry are listed as commands; they are not applied.
+""",
+    arguments=("path",),
+)
+def import_(session: Session, words: Words) -> Reply:
+    """Add the geometry of a file."""
+    path, token = path_of(session, words, *IMPORTS)
+    words.end()
+    exchange = _exchange(token)
+    try:
+        found = exchange.read(path)
+    except OSError as error:
+        _unreadable(error, token, "read")
+    document = found if isinstance(found, Document) else found.document
+    names = take_over(session, document)
+    entities = [names[name] for name in document.entities]
+    lines = [f"Imported {token.text}: {listed(entities, 12) or 'nothing'}"]
+    suggestions = [] if isinstance(found, Document) else list(found.suggestions)
+    if suggestions:
+        lines.append(f"  found {len(suggestions)} relations, which are not applied:")
+        lines += [f"    {suggested(one, names)}" for one in suggestions[:50]]
+    data = {"entities": entities, "suggestions": [suggested(one, names) for one in suggestions]}
+    return Reply("\n".join(lines), tuple(entities), data=data)
+
+
+def suggested(one: Any, names: dict[str, str]) -> str:
+    """A relation that was found, as a command with the names that the sketch has now."""
+    kind, args = getattr(one, "kind", None), getattr(one, "args", None)
+    if kind is None or args is None:
+        return str(one)
+    return " ".join([kind, *(_renamed(arg, names) for arg in args)])
+
+
+def _renamed(handle: str, names: dict[str, str]) -> str:
+    name, dot, point = handle.partition(".")
+    return f"{names.get(name, name)}{dot}{point}"
+
+
+def _exchange(token: Token) -> Any:
+    try:
+        return import_module("arael.sketch.exchange")
+    except ModuleNotFoundError as error:
+        help_ = "`pip install arael[sketch]` brings what it needs"
+        message = f"other formats need the module `{error.name}`"
+        fail("E1270", message, token.span, "", help_)
+
+
+@command(
+    "clear",
+    group="file",
+    usage=["clear"],
+    summary="Delete everything; names begin anew. `undo` brings it back.",
+    arguments=(),
+)
+def clear(session: Session, words: Words) -> Reply:
+    """Delete everything."""
+    words.end()
+    document = session.document
+    with document.transaction("clear"):
+        for table in ("groups", "dimensions", "constraints", "parameters", "entities"):
+            for name in reversed(list(getattr(document, table))):
+                document.remove(table, name)
+        for key in [key for key in document.settings if key.startswith("counter:")]:
+            document.set_setting(key, None)
+    state = session.state
+    session.state = State(timing=state.timing, settings=state.settings)
+    session.state.view.version = state.view.version + 1
+    return Reply("Cleared", remembered=False)

@@ -1,0 +1,1 @@
+"""Expressions of dimensions and parameters: reading, values, dependencies, renaming."""

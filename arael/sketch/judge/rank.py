@@ -1,0 +1,128 @@
+"""Rank of a sketch's equations: a `RankQR` with what the judge asks of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.orthogonal import RankQR
+from arael.sketch.layout.layout import Linearisation
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: An entity moves in a direction if its part of a unit free direction is at least this long.
+_MOVES = 1e-7
+
+
+class Rank:
+    """The factor of one linearisation.
+
+    Parameters
+    ----------
+    system : rows and columns
+    last : rows that are called dependent rather than others
+    """
+
+    def __init__(self, system: Linearisation, last: Ints | None = None) -> None:
+        self.system = system
+        m, n = len(system.owners), len(system.x)
+        priority = np.zeros(m, dtype=np.int32)
+        if last is not None:
+            priority[last] = 1 + np.arange(len(last), dtype=np.int32)
+        self.factor = RankQR(m, n, system.indptr, system.indices, priority)
+        self.factor.factor(system.entries)
+        self.dependent: list[int] = self.factor.dependent.tolist()
+        self._dependent = frozenset(self.dependent)
+        self._basis: Floats | None = None
+
+    @property
+    def free(self) -> int:
+        """Number of free directions."""
+        return int(self.factor.nullity)
+
+    @property
+    def gap(self) -> float:
+        """How safe the rank is: smallest length taken for nonzero over the largest taken for 0."""
+        return float(self.factor.gap)
+
+    def is_dependent(self, row: int) -> bool:
+        """Whether a row follows from others."""
+        return row in self._dependent
+
+    def dependency(self, row: int) -> tuple[Ints, Floats]:
+        """Rows that a dependent row follows from, and their weights."""
+        found = self.factor.dependency(row)
+        return found.equations.astype(np.int64), found.factors
+
+    def least_norm(self, right: Floats) -> Floats:
+        """The least step with ``J step = right`` on the independent rows."""
+        step: Floats = self.factor.least_norm(right)
+        return step
+
+    def null_basis(self) -> Floats:
+        """(n, f) free directions as columns."""
+        if self._basis is None:
+            self._basis = np.ascontiguousarray(self.factor.null_vectors().dense().T)
+        return self._basis
+
+    def freedoms_of(self, groups: Sequence[Ints]) -> list[int]:
+        """In how many independent ways each group of columns moves."""
+        counts = [0] * len(groups)
+        if not self.free:
+            return counts
+        basis = self.null_basis()
+        moves = np.abs(basis).max(axis=1) > _MOVES
+        by_size: dict[int, list[int]] = {}
+        for i, columns in enumerate(groups):
+            if moves[columns].any():
+                by_size.setdefault(len(columns), []).append(i)
+        for members in by_size.values():
+            parts = basis[np.array([groups[i] for i in members])]
+            squares = np.linalg.eigvalsh(parts @ parts.transpose(0, 2, 1))
+            for i, ways in zip(members, (squares > _MOVES**2).sum(axis=1), strict=True):
+                counts[i] = int(ways)
+        return counts
+
+    def parts(self, groups: Iterable[Ints]) -> Iterator[tuple[Ints, Floats]]:
+        """Connected parts that can move: their columns, and their free directions.
+
+        Parameters
+        ----------
+        groups : columns that belong together besides those of an equation: those of an entity
+        """
+        if not self.free:
+            return
+        number = self._part_of(groups)
+        basis = self.null_basis()
+        moves = np.abs(basis) > 0.0
+        # Every free direction is within one part.
+        home = number[moves.argmax(axis=0)]
+        for part in np.unique(home):
+            columns = np.flatnonzero(number == part)
+            yield columns, basis[np.ix_(columns, np.flatnonzero(home == part))]
+
+    def _part_of(self, groups: Iterable[Ints]) -> Ints:
+        """Number of the part of every column."""
+        # Imported here for start-up time.
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
+
+        system = self.system
+        n = len(system.x)
+        starts, ends = [], []
+        for a, b in zip(system.indptr[:-1].tolist(), system.indptr[1:].tolist(), strict=True):
+            if b > a:
+                starts.append(np.full(b - a, system.indices[a]))
+                ends.append(system.indices[a:b])
+        for columns in groups:
+            if len(columns):
+                starts.append(np.full(len(columns), columns[0]))
+                ends.append(columns)
+        one = np.concatenate([*starts, np.zeros(0, dtype=np.int64)])
+        other = np.concatenate([*ends, np.zeros(0, dtype=np.int64)])
+        graph = csr_array((np.ones(len(one)), (one, other)), shape=(n, n))
+        found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
+        return found

@@ -1,0 +1,145 @@
+"""Lengths and areas of chains of curves, as sums of rows."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from arael.sketch.layout.operands import Operand, cross, place, sweep_of, towards
+from arael.sketch.layout.plan import Constant, Row, Values
+from arael.sketch.layout.splines import basis_of, pieces, poles_of
+
+Part = tuple[Row, float]
+
+#: Kinds whose length, and whose area, is a sum of rows of the model.
+WITH_LENGTH = ("line", "circle", "arc")
+WITH_AREA = ("line", "circle", "arc", "bezier", "bspline")
+
+
+def length_of(curve: Operand) -> list[Part]:
+    """Rows that add up to the length of a curve; none for the kinds that have no such rows."""
+    kind = curve.entity.kind
+    if kind == "line":
+        return [(Row("Distance", curve.line), 1.0)]
+    if kind == "circle":
+        return [(Row("ScalarValue", (curve.circle.r,)), 2 * math.pi)]
+    if kind == "arc":
+        return [(Row("ArcLength", (curve.center, *curve.ends, curve.circle.r)), 1.0)]
+    return []
+
+
+def area_of(curves: list[Operand], values: Values) -> list[Part]:
+    """Rows that add up to the area inside a closed chain of curves in order, which is positive."""
+    turned = directions(curves, values)
+    parts = [
+        (row, factor if forwards else -factor)
+        for curve, forwards in zip(curves, turned, strict=True)
+        for row, factor in _forward_area(curve)
+    ]
+    if _signed_area(curves, turned, values) < 0:
+        parts = [(row, -factor) for row, factor in parts]
+    return parts
+
+
+def measured_area(curves: list[Operand], values: Values) -> float:
+    """Area inside a closed chain of curves."""
+    return abs(_signed_area(curves, directions(curves, values), values))
+
+
+def measured_length(curve: Operand, values: Values) -> float:
+    """Length of a line, circle or arc."""
+    if curve.entity.kind == "line":
+        return math.hypot(*towards(values, *curve.line))
+    return float(values[curve.circle.r]) * sweep_of(values, curve)
+
+
+def size_of(curves: list[Operand], values: Values) -> float:
+    """A length of a chain: half the extent of its points, or a radius."""
+    found = 0.0
+    for curve in curves:
+        if curve.entity.kind == "circle":
+            found = max(found, abs(float(values[curve.circle.r])))
+        for end in curve.ends:
+            found = max(found, math.hypot(*towards(values, curves[0].entity.at, end)) / 2)
+    return found or 1.0
+
+
+def directions(curves: list[Operand], values: Values) -> list[bool]:
+    """Whether each curve of a chain in order runs forwards along it: from end to nearest end."""
+    if len(curves) < 2:
+        return [True] * len(curves)
+    ends = [tuple(place(values, end) for end in curve.ends) for curve in curves]
+    if not all(ends):
+        return [True] * len(curves)
+    first, second = ends[0], ends[1]
+    at_end = min(math.dist(first[1], p) for p in second)
+    at_start = min(math.dist(first[0], p) for p in second)
+    found = [at_end <= at_start]
+    if at_end == at_start:
+        # two curves that meet at both ends
+        found = [True]
+    here = first[1] if found[0] else first[0]
+    for points in ends[1:]:
+        forwards = math.dist(here, points[0]) <= math.dist(here, points[1])
+        found.append(forwards)
+        here = points[1] if forwards else points[0]
+    return found
+
+
+def _forward_area(curve: Operand) -> list[Part]:
+    """Area between a curve and the origin."""
+    kind = curve.entity.kind
+    if kind == "line":
+        return [(Row("LineArea", curve.line), 1.0)]
+    if kind == "circle":
+        # A whole turn: both ends are in one place.
+        rim = Constant((1.0, 0.0))
+        return [(Row("ArcArea", (Constant((0.0, 0.0)), rim, rim, curve.circle.r)), 1.0)]
+    if kind == "arc":
+        start, end = curve.ends
+        bulge = Row("ArcArea", (curve.center, start, end, curve.circle.r))
+        return [(Row("LineArea", (start, end)), 1.0), (bulge, 1.0)]
+    parts: list[Part] = []
+    if curve.is_spline:
+        for piece in range(pieces(curve)):
+            poles = poles_of(curve, piece)
+            weights = _area_weights(curve.entity.size // 2, piece, curve)
+            parts += [
+                (Row("LineArea", (poles[i], poles[j])), weights[i][j])
+                for i in range(4)
+                for j in range(i + 1, 4)
+                if abs(weights[i][j]) > 1e-14
+            ]
+    return parts
+
+
+def _area_weights(count: int, piece: int, curve: Operand) -> list[list[float]]:
+    return _weights(tuple(map(tuple, basis_of(curve, piece).tolist())))
+
+
+@lru_cache(maxsize=256)
+def _weights(basis: tuple[tuple[float, ...], ...]) -> list[list[float]]:
+    """Factors w of 0.5 cross(pole i, pole j), i < j, in half the integral of x dy - y dx."""
+    rows = np.array(basis)
+    powers = np.arange(4)
+    # integral over 0 .. 1 of t^a * d/dt t^b
+    product = powers[None, :] / np.maximum(powers[:, None] + powers[None, :], 1)
+    full = rows @ product @ rows.T
+    return (full - full.T).tolist()  # type: ignore[no-any-return]
+
+
+def _signed_area(curves: list[Operand], turned: list[bool], values: Values) -> float:
+    total = 0.0
+    for curve, forwards in zip(curves, turned, strict=True):
+        found = 0.0
+        for row, factor in _forward_area(curve):
+            if row.struct == "LineArea":
+                a, b = (place(values, use) for use in row.uses if isinstance(use, int))
+                found += factor * 0.5 * cross(a, b)
+            else:
+                sweep, r = sweep_of(values, curve), float(values[curve.circle.r])
+                found += factor * 0.5 * r * r * (sweep - math.sin(sweep))
+        total += found if forwards else -found
+    return total

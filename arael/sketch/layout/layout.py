@@ -1,0 +1,828 @@
+"""A document as rows of the shipped model, kept up to date while the document changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.sketch.document.document import Document
+from arael.sketch.document.handles import split_handle
+from arael.sketch.document.history import RecordChange
+from arael.sketch.document.kinds import ENTITIES
+from arael.sketch.document.records import Constraint, Dimension, Entity, Record
+from arael.sketch.layout import model, quantities, relations
+from arael.sketch.layout.columns import Columns
+from arael.sketch.layout.operands import Operand, operands, sweep_of
+from arael.sketch.layout.places import Places
+from arael.sketch.layout.plan import Constant, Plan, Row, Sum, Use
+
+#: Places of locks that differ by less than this share of the numbers are one.
+LOCK_TOLERANCE = 1e-10
+
+#: Kinds of entities with equations of their own.
+_WITH_ROWS = ("arc", "earc")
+
+_LAID = ("entities", "constraints", "dimensions")
+
+
+@dataclass(slots=True)
+class Laid:
+    """A record as it is laid out.
+
+    Attributes
+    ----------
+    record : as it was then
+    names : entities that it involves
+    plan : what it contributes
+    rows, sums, guards : first rows of its instances, in the order of the plan
+    inputs : rows of quantities that its sums read
+    hidden : first column of each of its hidden unknowns
+    constants : offsets of its constants
+    """
+
+    record: Record
+    names: tuple[str, ...]
+    plan: Plan | None = None
+    rows: list[int] = field(default_factory=list)
+    sums: list[int] = field(default_factory=list)
+    guards: list[int] = field(default_factory=list)
+    inputs: list[int] = field(default_factory=list)
+    hidden: list[int] = field(default_factory=list)
+    constants: list[int] = field(default_factory=list)
+
+
+class Layout:
+    """The equations of a document.
+
+    Unknowns are the columns of `x`; points that coincide share theirs, points that are locked are
+    constants. The layout follows the document by `Document.watchers`; changes are taken in by
+    `refresh`, once for all that were made, and only what they touch is laid out anew.
+
+    Attributes
+    ----------
+    document
+    rows : KernelRows with all equations
+    guards : KernelRows whose residuals are to stay positive
+    x : (n,) unknowns; those of fixed points too, which no row uses
+    low, high : (n,) bounds of the unknowns
+    places : classes of coincident points
+    owner : name of the record per row of `rows`; empty where there is none
+    guard_owner : the same of `guards`
+    version : counts the structural changes
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.rows, self.guards = model.rows(), model.rows()
+        self.x = np.zeros(0)
+        self.low, self.high = np.zeros(0), np.zeros(0)
+        self.places = Places()
+        self.owner: list[str] = []
+        self.guard_owner: list[str] = []
+        self.version = 0
+        self._columns = Columns()
+        self._laid: dict[str, Laid] = {}
+        self._users: dict[str, dict[str, None]] = {}
+        self._on: dict[str, dict[str, int]] = {}
+        self._pending: dict[tuple[str, str], None] = {}
+        # By offset in the document's values:
+        self._column = np.zeros(0, dtype=np.int64)  # its own column, -1 where nothing is
+        self._root = np.zeros(0, dtype=np.int64)  # the column it is read from
+        self._use = np.zeros(0, dtype=np.int64)  # what rows use: the same, or a constant
+        self._entity_at: list[str] = []
+        # By column:
+        self._source = np.zeros(0, dtype=np.int64)  # offset that gives its number, -1 without
+        # What is fixed:
+        self._holds: dict[int, dict[str, tuple[float, ...] | None]] = {}
+        self._constants: dict[int, int] = {}  # offset of the constant by root column
+        self._unused: list[int] = []  # constants that no row will use when all are laid out
+        self._impossible: dict[str, str] = {}
+        self._seen = np.zeros(0)
+        self._live = np.zeros(0, dtype=np.int64)
+        self._with_hidden: dict[str, None] = {}
+        for table in _LAID:
+            for name in getattr(document, table):
+                self._pending[(table, name)] = None
+        document.watchers.append(self._changed)
+
+    def detach(self) -> None:
+        """Stop following the document."""
+        self.document.watchers.remove(self._changed)
+
+    # --- names ------------------------------------------------------------------------------
+
+    @property
+    def redundant(self) -> set[str]:
+        """Coincident and concentric constraints that close nothing new."""
+        return self.places.spare
+
+    @property
+    def impossible(self) -> Mapping[str, str]:
+        """Constraints that contradict by what they are, and why: locks of one place that differ."""
+        return self._impossible
+
+    def rows_of(self, name: str) -> list[int]:
+        """Rows of `rows` that a record contributes."""
+        laid = self._laid.get(name)
+        if laid is None:
+            return []
+        return [
+            row + k
+            for row in [*laid.rows, *laid.sums]
+            for k in range(self.rows.tables[self.rows.struct(row)].residuals)
+        ]
+
+    def columns_of(self, name: str) -> list[int]:
+        """Columns of an entity's numbers, in their order; of a record its hidden unknowns."""
+        entity = self.document.entities.get(name)
+        if entity is not None:
+            return [int(c) for c in self._root[entity.at : entity.at + entity.size]]
+        laid = self._laid.get(name)
+        if laid is None or laid.plan is None:
+            return []
+        return [
+            at + k
+            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True)
+            for k in range(len(hidden.names))
+        ]
+
+    def column_of(self, offset: int) -> int:
+        """Column of a number of the document."""
+        return int(self._root[offset])
+
+    def is_fixed(self, offset: int) -> bool:
+        """Whether a number of the document is a constant."""
+        return bool(self._use[offset] < 0)
+
+    @property
+    def unknowns(self) -> NDArray[np.int64]:
+        """Columns that are unknown: neither aliases nor constants nor free memory."""
+        used = np.zeros(self._columns.count, dtype=bool)
+        free = self._use[(self._root >= 0) & (self._use >= 0)]
+        used[free] = True
+        for name in self._with_hidden:
+            used[self.columns_of(name)] = True
+        return np.flatnonzero(used)
+
+    def name_of(self, column: int) -> str:
+        """Name of an unknown: ``L0.p1.x``, of a hidden one ``C3.contact.x``; empty if unused."""
+        offset = int(self._source[column]) if column < len(self._source) else -1
+        if offset >= 0:
+            members = self._members(offset)
+            return self._number_name(min(members))
+        for name in self._with_hidden:
+            laid = self._laid[name]
+            assert laid.plan is not None
+            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
+                if at <= column < at + len(hidden.names):
+                    return f"{name}.{hidden.names[column - at]}"
+        return ""
+
+    def entity_at(self, offset: int) -> str:
+        """Name of the entity that a number of the document belongs to."""
+        return self._entity_at[offset]
+
+    def _members(self, offset: int) -> list[int]:
+        """Offsets of the numbers that share a column with one."""
+        root = self._root[offset]
+        entity = self.document.entities[self._entity_at[offset]]
+        for point in self._point_starts(entity):
+            if offset - point in (0, 1):
+                return [p + offset - point for p in self.places.members(point)]
+        assert root >= 0
+        return [offset]
+
+    def _number_name(self, offset: int) -> str:
+        entity = self.document.entities[self._entity_at[offset]]
+        kind = ENTITIES[entity.kind]
+        number = offset - entity.at
+        if kind.poles:
+            return f"{entity.name}.pole{number // 2 + 1}.{'xy'[number % 2]}"
+        return f"{entity.name}.{kind.values[number]}"
+
+    @staticmethod
+    def _point_starts(entity: Entity) -> list[int]:
+        kind = ENTITIES[entity.kind]
+        if kind.poles:
+            return list(range(entity.at, entity.at + entity.size, 2))
+        return [entity.at + offset for _, offset in kind.points]
+
+    # --- what plans ask ---------------------------------------------------------------------
+
+    def same(self, a: int, b: int) -> bool:
+        """Whether two points are one place."""
+        return a == b or bool(self._root[a] == self._root[b])
+
+    def lies_on(self, point: int, curve: str) -> bool:
+        """Whether a `point_on` of its own holds a point on a curve."""
+        return any(self.same(point, one) for one in self._on.get(curve, {}).values())
+
+    # --- keeping up -------------------------------------------------------------------------
+
+    def _changed(self, change: RecordChange, backwards: bool) -> None:
+        if change.table in _LAID:
+            self._pending[(change.table, change.key)] = None
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the document changed since `refresh`."""
+        return bool(self._pending)
+
+    def refresh(self) -> set[str]:
+        """Take in what changed in the document; names of the records that were laid out anew."""
+        if not self._pending:
+            return set()
+        pending, self._pending = self._pending, {}
+        tables = {table: getattr(self.document, table) for table in _LAID}
+        structural: list[tuple[str, str]] = []
+        anew: set[str] = set()
+        for table, name in pending:
+            record = tables[table].get(name)
+            laid = self._laid.get(name)
+            old = laid.record if laid else None
+            if record is old or (table == "entities" and _same_numbers(old, record)):
+                if laid is not None and record is not None:
+                    laid.record = record
+            elif laid is not None and self._set_value(laid, record):
+                anew.add(name)
+            else:
+                structural.append((table, name))
+        if structural:
+            with self.rows.edit(), self.guards.edit():
+                anew |= self._restructure(structural, tables)
+        return anew
+
+    def _restructure(
+        self, changed: list[tuple[str, str]], tables: Mapping[str, Mapping[str, Any]]
+    ) -> set[str]:
+        self.version += 1
+        dirty: dict[str, None] = {}
+        # Fewer records first, then fewer entities; more entities before more records.
+        for table, name in changed:
+            laid = self._laid.get(name)
+            if laid is not None and table != "entities":
+                self._forget(laid, name, dirty)
+        for table, name in changed:
+            laid = self._laid.get(name)
+            if laid is not None and table == "entities":
+                self._remove_entity(laid, name)
+        added = [(table, name) for table, name in changed if name in tables[table]]
+        for table, name in added:
+            if table == "entities":
+                self._add_entity(tables[table][name])
+                if tables[table][name].kind in _WITH_ROWS:
+                    dirty[name] = None
+        for table, name in added:
+            if table != "entities":
+                self._remember(tables[table][name], dirty)
+        self._alias(dirty)
+        for name in dirty:
+            if name in self._laid:
+                self._remove_rows(self._laid[name])
+        lay = [name for name in dirty if name in self._laid]
+        values = self.document.values
+        for name in lay:
+            self._lay(self._laid[name], values)
+        for at in self._unused:
+            self.rows.release_constant(at)
+            self.guards.release_constant(at)
+        self._unused.clear()
+        self._live = np.flatnonzero(self._root[: len(values)] >= 0)
+        return set(lay)
+
+    def _grow(self) -> None:
+        """More columns where they do not suffice, with some to spare."""
+        if self._columns.count <= len(self.x):
+            return
+        old, count = len(self.x), max(64, 2 * self._columns.count)
+        self.x = np.concatenate([self.x, np.zeros(count - old)])
+        self.low = np.concatenate([self.low, np.full(count - old, -np.inf)])
+        self.high = np.concatenate([self.high, np.full(count - old, np.inf)])
+        self._source = np.concatenate([self._source, np.full(count - old, -1, dtype=np.int64)])
+        self.rows.resize(count)
+        self.guards.resize(count)
+
+    # --- records ----------------------------------------------------------------------------
+
+    def _remember(self, record: Constraint | Dimension, dirty: dict[str, None]) -> None:
+        """Enter a record: who it involves, its ties and holds."""
+        names = tuple(
+            dict.fromkeys(parts.name for arg in record.args if (parts := split_handle(arg)))
+        )
+        self._laid[record.name] = Laid(record, names)
+        for name in names:
+            self._users.setdefault(name, {})[record.name] = None
+        if not record.active:
+            return
+        dirty[record.name] = None
+        if isinstance(record, Dimension):
+            return
+        args = operands(self.document, record.args)
+        if record.kind in ("coincident", "concentric"):
+            a, b = (arg.at for arg in args)
+            weights = [len(self._users[arg.entity.name]) for arg in args]
+            self.places.tie(record.name, a, b, (weights[0], weights[1]))
+        elif record.kind == "lock":
+            self._hold(args[0].at, record.name, record.numbers)
+        elif record.kind == "fix":
+            self._fix(args[0].entity, record.name)
+        elif record.kind == "point_on":
+            self._on.setdefault(args[1].entity.name, {})[record.name] = args[0].at
+            self._touch_tangents(args, dirty)
+
+    def _forget(self, laid: Laid, name: str, dirty: dict[str, None]) -> None:
+        """Take a record out, with its rows, ties and holds."""
+        self._remove_rows(laid)
+        del self._laid[name]
+        dirty.pop(name, None)
+        self._impossible.pop(name, None)
+        for one in laid.names:
+            self._users[one].pop(name, None)
+        record = laid.record
+        if not isinstance(record, Constraint) or not record.active:
+            return
+        if record.kind in ("coincident", "concentric"):
+            self.places.untie(name)
+        elif record.kind in ("lock", "fix"):
+            for at in [at for at, holds in self._holds.items() if name in holds]:
+                self._release(at, name)
+        elif record.kind == "point_on":
+            for on in self._on.values():
+                if on.pop(name, None) is not None:
+                    break
+            for one in laid.names:
+                self._tangents_of(one, dirty)
+
+    def _touch_tangents(self, args: list[Operand], dirty: dict[str, None]) -> None:
+        for arg in args:
+            self._tangents_of(arg.entity.name, dirty)
+
+    def _tangents_of(self, entity: str, dirty: dict[str, None]) -> None:
+        """Tangents of a curve are written otherwise where it holds a point of the other curve."""
+        for user in self._users.get(entity, ()):
+            laid = self._laid.get(user)
+            if laid and isinstance(laid.record, Constraint) and laid.record.kind == "tangent":
+                dirty[user] = None
+
+    def _hold(self, at: int, name: str, numbers: tuple[float, ...] | None) -> None:
+        self._holds.setdefault(at, {})[name] = numbers
+        self.places.touched.add(at)
+
+    def _release(self, at: int, name: str) -> None:
+        del self._holds[at][name]
+        if not self._holds[at]:
+            del self._holds[at]
+        self.places.touched.add(at)
+
+    def _fix(self, entity: Entity, name: str) -> None:
+        points = self._point_starts(entity)
+        within = {point + k for point in points for k in (0, 1)}
+        for point in points:
+            self._hold(point, name, None)
+        for offset in range(entity.at, entity.at + entity.size):
+            if offset not in within:
+                self._hold(offset, name, None)
+
+    # --- entities ---------------------------------------------------------------------------
+
+    def _add_entity(self, entity: Entity) -> None:
+        size = entity.at + entity.size
+        if size > len(self._root):
+            more = max(size, 2 * len(self._root)) - len(self._root)
+            for array in ("_column", "_root", "_use"):
+                old = getattr(self, array)
+                setattr(self, array, np.concatenate([old, np.full(more, -1, dtype=np.int64)]))
+            self._entity_at += [""] * more
+            self._seen = np.concatenate([self._seen, np.full(more, np.nan)])
+        first = self._columns.take(entity.size)
+        self._grow()
+        block = slice(entity.at, entity.at + entity.size)
+        own = np.arange(first, first + entity.size)
+        self._column[block] = self._root[block] = self._use[block] = own
+        self._source[own] = np.arange(entity.at, size)
+        self._entity_at[block] = [entity.name] * entity.size
+        self._seen[block] = self.document.values[block]
+        self._laid[entity.name] = Laid(entity, (entity.name,))
+        if entity.kind in _WITH_ROWS:
+            self._users.setdefault(entity.name, {})[entity.name] = None
+
+    def _remove_entity(self, laid: Laid, name: str) -> None:
+        self._remove_rows(laid)
+        entity = cast("Entity", laid.record)
+        del self._laid[name]
+        self._users.get(name, {}).pop(name, None)
+        block = slice(entity.at, entity.at + entity.size)
+        first = int(self._column[entity.at])
+        self._source[first : first + entity.size] = -1
+        for column in range(first, first + entity.size):
+            self._drop_constant(column)
+        self._columns.release(first, entity.size)
+        self._column[block] = self._root[block] = self._use[block] = -1
+        self._entity_at[block] = [""] * entity.size
+        self._seen[block] = np.nan
+
+    # --- aliases and constants --------------------------------------------------------------
+
+    def _alias(self, dirty: dict[str, None]) -> None:
+        """Columns and constants of what `places.touched` lists; users of what moved are dirty."""
+        done: set[int] = set()
+        touched, self.places.touched = self.places.touched, set()
+        values = self.document.values
+        for at in touched:
+            if at in done or at >= len(self._root) or self._column[at] < 0:
+                continue
+            width = self._width(at)
+            members = list(self.places.members(at)) if width == 2 else [at]
+            done.update(members)
+            self._settle(members, width, values, dirty)
+
+    def _width(self, at: int) -> int:
+        """2 for a point, 1 for another number."""
+        entity = self.document.entities[self._entity_at[at]]
+        return 2 if at in self._point_starts(entity) else 1
+
+    def _settle(
+        self, members: list[int], width: int, values: NDArray[np.float64], dirty: dict[str, None]
+    ) -> None:
+        place = self.places.of(members[0]) if width == 2 else None
+        source = place.source if place else members[0]
+        root = int(self._column[source])
+        holds = [
+            (name, at, numbers)
+            for at in members
+            for name, numbers in self._holds.get(at, {}).items()
+        ]
+        use, constant = root, None
+        if holds:
+            holds.sort(key=lambda one: (one[2] is None, one[0]))
+            constant = self._held(holds, width, values)
+            if root in self._constants:
+                use = self._constants[root]
+                self.rows.set_constant(use, constant)
+                self.guards.set_constant(use, constant)
+            else:
+                use = self._constants[root] = self._take_constant(constant)
+        else:
+            self._drop_constant(root)
+        for at in members:
+            own = int(self._column[at])
+            if own != root:
+                self._drop_constant(own)
+                self._source[own : own + width] = -1
+            if self._use[at] != use or self._root[at] != root:
+                self._dirty_users(self._entity_at[at], dirty)
+            for k in range(width):
+                self._root[at + k] = root + k
+                self._use[at + k] = use if use < 0 else root + k
+        for k in range(width):
+            self._source[root + k] = source + k if constant is None else -1
+            if constant is not None:
+                self.x[root + k] = constant[k]
+
+    def _dirty_users(self, entity: str, dirty: dict[str, None]) -> None:
+        for user in self._users.get(entity, ()):
+            laid = self._laid.get(user)
+            if laid is not None and _acts(laid.record):
+                dirty[user] = None
+
+    def _held(
+        self,
+        holds: list[tuple[str, int, tuple[float, ...] | None]],
+        width: int,
+        values: NDArray[np.float64],
+    ) -> list[float]:
+        """Where holds keep a place; those that contradict the first are impossible."""
+        places = [
+            list(numbers) if numbers is not None else values[at : at + width].tolist()
+            for _, at, numbers in holds
+        ]
+        for (name, _, _), place in zip(holds, places, strict=True):
+            self._impossible.pop(name, None)
+            scale = max(map(abs, [*place, *places[0]]), default=0.0)
+            if any(
+                abs(a - b) > LOCK_TOLERANCE * scale for a, b in zip(place, places[0], strict=True)
+            ):
+                self._impossible[name] = f"`{holds[0][0]}` holds it at another place"
+        return places[0]
+
+    def _take_constant(self, numbers: Iterable[float]) -> int:
+        values = list(numbers)
+        at = int(self.rows.constant(values))
+        also = int(self.guards.constant(values))
+        if at != also:
+            raise AssertionError("constants of rows and guards are numbered alike")
+        return at
+
+    def _drop_constant(self, column: int) -> None:
+        at = self._constants.pop(column, None)
+        if at is not None:
+            self._unused.append(at)
+
+    # --- rows -------------------------------------------------------------------------------
+
+    def _plan(self, laid: Laid, values: NDArray[np.float64]) -> Plan:
+        record = laid.record
+        if isinstance(record, Entity):
+            return _own_rows(record, values)
+        if isinstance(record, Constraint):
+            args = operands(self.document, record.args)
+            return relations.plan_of(record, args, values, self)
+        assert isinstance(record, Dimension)
+        return quantities.plan_of(record, operands(self.document, record.args), values)
+
+    def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
+        name = laid.record.name
+        plan = laid.plan = self._plan(laid, values)
+        if plan.impossible:
+            self._impossible[name] = plan.impossible
+        for hidden in plan.hidden:
+            size = len(hidden.names)
+            at = self._columns.take(size)
+            self._grow()
+            laid.hidden.append(at)
+            self.x[at : at + size] = hidden.start(values)
+            self.low[at : at + size], self.high[at : at + size] = hidden.low, hidden.high
+            self._with_hidden[name] = None
+        for row in plan.rows:
+            laid.rows.append(self._add(self.rows, self.owner, name, row, laid))
+        for one in plan.sums:
+            laid.sums.append(self._add_sum(name, one, laid))
+        for row in plan.guards:
+            laid.guards.append(self._add(self.guards, self.guard_owner, name, row, laid))
+
+    def _uses(self, uses: Iterable[Use], laid: Laid) -> list[int]:
+        found = []
+        for use in uses:
+            if isinstance(use, Constant):
+                at = self._take_constant(use.numbers)
+                laid.constants.append(at)
+                found.append(at)
+            elif use >= 0:
+                found.append(int(self._use[use]))
+            else:
+                found.append(self._hidden_column(laid, -1 - use))
+        return found
+
+    @staticmethod
+    def _hidden_column(laid: Laid, number: int) -> int:
+        assert laid.plan is not None
+        for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
+            if number < len(hidden.names):
+                return at + number
+            number -= len(hidden.names)
+        raise IndexError(number)
+
+    def _add(
+        self, rows: Any, owner: list[str], name: str, row: Row, laid: Laid, quantity: bool = False
+    ) -> int:
+        at: int = rows.add(
+            row.struct, self._uses(row.uses, laid), _fields(row.data), quantity=quantity
+        )
+        if rows.m > len(owner):
+            owner += [""] * (rows.m - len(owner))
+        owner[at : at + rows.tables[row.struct].residuals] = [name] * rows.tables[
+            row.struct
+        ].residuals
+        return at
+
+    def _add_sum(self, name: str, one: Sum, laid: Laid) -> int:
+        """A sum of rows: the first is the row, an expression subtracts the others."""
+        (first, factor), *others = one.parts
+        data = {**first.data, "weight": factor, "value": one.offset / factor}
+        at = self._add(self.rows, self.owner, name, Row(first.struct, first.uses, data), laid)
+        if others:
+            inputs = [
+                self._add(self.rows, self.owner, name, row, laid, quantity=True)
+                for row, _ in others
+            ]
+            laid.inputs += inputs
+            numbers = [-factor for _, factor in others]
+            self.rows.add_expression(at, model.linear(len(others)), inputs, (), numbers)
+        for use, coefficient in one.terms:
+            column = self._uses((use,), laid)[0]
+            self.rows.add_term(at, column, coefficient)
+        return at
+
+    def _remove_rows(self, laid: Laid) -> None:
+        for row in (*laid.rows, *laid.sums, *laid.inputs):
+            count = self.rows.tables[self.rows.struct(row)].residuals
+            self.rows.remove(row)
+            self.owner[row : row + count] = [""] * count
+        for row in laid.guards:
+            count = self.guards.tables[self.guards.struct(row)].residuals
+            self.guards.remove(row)
+            self.guard_owner[row : row + count] = [""] * count
+        if laid.plan is not None:
+            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
+                size = len(hidden.names)
+                self.low[at : at + size], self.high[at : at + size] = -np.inf, np.inf
+                self._columns.release(at, size)
+        self._with_hidden.pop(laid.record.name, None)
+        for at in laid.constants:
+            self.rows.release_constant(at)
+            self.guards.release_constant(at)
+        for numbers in (laid.rows, laid.sums, laid.inputs, laid.guards, laid.hidden):
+            numbers.clear()
+        laid.constants.clear()
+        laid.plan = None
+
+    def _set_value(self, laid: Laid, record: Record | None) -> bool:
+        """Take in a dimension that differs in its numbers alone; whether it does."""
+        old = laid.record
+        if not isinstance(record, Dimension) or not isinstance(old, Dimension):
+            return False
+        if _shape(old) != _shape(record) or (laid.plan is None) != (not _acts(record)):
+            return False
+        laid.record = record
+        if laid.plan is None:
+            return True
+        for setting in laid.plan.settings:
+            amount = getattr(record, setting.amount)
+            number = quantities.inner(record.kind, amount.number)
+            value = setting.scale * number + setting.shift
+            if setting.which == "rows":
+                self.rows.set_data(laid.rows[setting.at], "value", value)
+            elif setting.which == "guards":
+                self.guards.set_data(laid.guards[setting.at], "value", value)
+            else:
+                factor = laid.plan.sums[setting.at].parts[0][1]
+                self.rows.set_data(laid.sums[setting.at], "value", value / factor)
+        return True
+
+    # --- numbers ----------------------------------------------------------------------------
+
+    def gather(self) -> NDArray[np.float64]:
+        """Unknowns from the document's numbers, after `refresh`; returns `x`, (n,).
+
+        Where a number of a place was changed in the document, the place starts from there.
+        """
+        self.refresh()
+        values = self.document.values
+        live = self._live
+        now = values[live]
+        moved = live[now.view(np.int64) != self._seen[live].view(np.int64)]
+        if len(moved):
+            self._take_over(moved, values)
+        columns = np.flatnonzero(self._source >= 0)
+        self.x[columns] = values[self._source[columns]]
+        return self.x
+
+    def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Start from numbers that were changed in the document."""
+        self._seen[moved] = values[moved]
+        free = moved[self._use[moved] >= 0]
+        self._source[self._root[free]] = free
+        if len(free) < len(moved):
+            # what `fix` holds is where the document has it
+            nothing: dict[str, None] = {}
+            for at in moved[self._use[moved] < 0]:
+                for point in {int(at), int(at) - 1} & self._holds.keys():
+                    width = self._width(point)
+                    if int(at) < point + width and None in self._holds[point].values():
+                        members = list(self.places.members(point)) if width == 2 else [point]
+                        self._settle(members, width, values, nothing)
+        self._restart(moved, values)
+
+    def _restart(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Start the hidden unknowns of what was moved anew."""
+        if not self._with_hidden:
+            return
+        names = {self._entity_at[offset] for offset in moved}
+        for name in list(self._with_hidden):
+            laid = self._laid[name]
+            if names.isdisjoint(laid.names):
+                continue
+            assert laid.plan is not None
+            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
+                self.x[at : at + len(hidden.names)] = hidden.start(values)
+
+    def scatter(self, x: NDArray[np.float64]) -> bool:
+        """Solved unknowns into the document: every alias gets the same bits; whether any moved.
+
+        To be called inside of a transaction.
+        """
+        self.x[: len(x)] = x
+        new = self.x[self._root[self._live]]
+        old = self.document.values[self._live]
+        moved = np.flatnonzero(new.view(np.int64) != old.view(np.int64))
+        if len(moved):
+            at = self._live[moved]
+            self.document.set_values(at, new[moved])
+            self._seen[at] = new[moved]
+        return bool(len(moved))
+
+    # --- checking ---------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Compare with a layout of the same document that is made anew.
+
+        Raises
+        ------
+        AssertionError
+            with the first record that differs
+        """
+        fresh = Layout(self.document)
+        fresh.detach()
+        mine, other = self.signature(), fresh.signature()
+        for name in [*other, *mine]:
+            found, expected = mine.get(name), other.get(name)
+            if found != expected:
+                raise AssertionError(f"{name} is laid out as {found}, expected {expected}")
+
+    def signature(self) -> dict[str, Any]:
+        """What the layout says, independent of the numbers of columns and rows.
+
+        By record its rows, each with struct, names of what it uses, and value; what is redundant
+        and impossible.
+        """
+        self.refresh()
+        found: dict[str, Any] = {
+            "redundant": sorted(self.redundant),
+            "impossible": sorted(self._impossible),
+            "unknowns": sorted(self.name_of(int(column)) for column in self.unknowns),
+        }
+        for name, laid in self._laid.items():
+            if laid.plan is None:
+                continue
+            found[name] = [
+                (which, self._describe(rows, row))
+                for which, rows, all_ in (
+                    ("row", self.rows, laid.rows),
+                    ("sum", self.rows, laid.sums),
+                    ("input", self.rows, laid.inputs),
+                    ("guard", self.guards, laid.guards),
+                )
+                for row in all_
+            ]
+        return found
+
+    def _describe(self, rows: Any, row: int) -> tuple[Any, ...]:
+        struct = rows.struct(row)
+        table = rows.tables[struct]
+        uses = [
+            self.name_of(int(at)) if at >= 0 else rows.unknowns.values(int(at))[:width].tolist()
+            for at, width in zip(rows.uses(row), table.widths, strict=True)
+        ]
+        value = rows.data(row, "value") if "value" in table.fields else 0.0
+        # Values are compared but for rounding: those of sums are divided by their factors.
+        return struct, tuple(uses), float(f"{value:.9g}")
+
+
+def _acts(record: Record) -> bool:
+    return isinstance(record, Entity) or (
+        isinstance(record, Constraint | Dimension) and record.active
+    )
+
+
+def _same_numbers(old: Record | None, new: Record | None) -> bool:
+    """Whether two versions of an entity have the same kind and numbers."""
+    if not isinstance(old, Entity) or not isinstance(new, Entity):
+        return False
+    return (old.kind, old.at, old.size) == (new.kind, new.at, new.size)
+
+
+def _shape(dimension: Dimension) -> tuple[Any, ...]:
+    """What a dimension's rows depend on but for its numbers."""
+    return (
+        dimension.kind,
+        dimension.args,
+        dimension.value is None,
+        dimension.low is None,
+        dimension.high is None,
+        dimension.derived,
+        dimension.side,
+        dimension.mode,
+        dimension.active,
+    )
+
+
+def _fields(data: Mapping[str, Any]) -> dict[str, float]:
+    """Fields of a struct by the names of their scalars."""
+    found: dict[str, float] = {}
+    for name, value in data.items():
+        if isinstance(value, int | float):
+            found[name] = float(value)
+        else:
+            found.update({f"{name}[{k}]": float(one) for k, one in enumerate(value)})
+    return found
+
+
+def _own_rows(entity: Entity, values: NDArray[np.float64]) -> Plan:
+    """Equations of an arc: its ends are on it."""
+    plan = Plan()
+    curve = Operand(entity, "", entity.at)
+    start, end = curve.ends
+    if entity.kind == "arc":
+        circle = curve.circle
+        plan.add("PointOnCircle", start, *circle)
+        plan.add("PointOnCircle", end, *circle)
+    else:
+        plan.add("PointOnEllipse", start, *curve.ellipse)
+        plan.add("PointOnEllipse", end, *curve.ellipse)
+    side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
+    plan.guard("SweepGuard", curve.center, start, end, side=side)
+    return plan

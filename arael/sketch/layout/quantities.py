@@ -1,0 +1,304 @@
+"""Dimensions as equations: one function per kind gives the rows whose residual is the quantity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.records import Dimension
+from arael.sketch.layout import chains
+from arael.sketch.layout.operands import Operand, cross, sign, sweep_of, towards, turn
+from arael.sketch.layout.plan import Data, Hidden, Plan, Row, Setting, Sum, Use, Values
+
+_RIGHT = math.pi / 2
+
+
+@dataclass(slots=True)
+class Quantity:
+    """How a quantity becomes rows.
+
+    Attributes
+    ----------
+    parts : rows, with factors, that add up to the quantity: what is measured
+    equation : struct, refs and data of the row that gives the quantity a value; empty: the sum of
+        the parts
+    scale, shift : the row's `value` is ``scale * value + shift``
+    guards : struct, refs and data; a field `None` takes the row's value
+    size : length by which the sum is divided if it is no length (areas), or multiplied (angles)
+    """
+
+    parts: list[tuple[Row, float]]
+    equation: tuple[str, tuple[Use, ...], Data] | None = None
+    scale: float = 1.0
+    shift: float = 0.0
+    guards: list[tuple[str, tuple[Use, ...], Data]] = field(default_factory=list)
+    size: float = 1.0
+
+
+Maker = Callable[[list[Operand], Values, int, str], Quantity]
+
+
+def plan_of(dimension: Dimension, args: list[Operand], values: Values) -> Plan:
+    """What a dimension contributes: nothing if it is derived or off."""
+    plan = Plan()
+    if dimension.derived:
+        return plan
+    quantity = quantity_of(dimension, args, values)
+    if dimension.value is not None:
+        _equation(plan, quantity, inner(dimension.kind, dimension.value.number))
+        return plan
+    total, factor = _measured(quantity)
+    for what, amount, direction in (("low", dimension.low, 1.0), ("high", dimension.high, -1.0)):
+        if amount is None:
+            continue
+        bound = inner(dimension.kind, amount.number)
+
+        def start(
+            values: Values, bound: float = bound, direction: float = direction
+        ) -> tuple[float]:
+            now = measure(dimension.kind, args, values, dimension.side, dimension.mode)
+            return (max(0.0, factor * direction * (now - bound)),)
+
+        slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
+        # quantity - bound - slack = 0, or bound - quantity - slack = 0.
+        parts = tuple((row, direction * part) for row, part in total)
+        plan.sums.append(Sum(parts, direction * factor * bound, ((slack, -1.0),)))
+        plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
+    return plan
+
+
+def quantity_of(dimension: Dimension, args: list[Operand], values: Values) -> Quantity:
+    """The quantity of a dimension."""
+    return MAKERS[dimension.kind](args, values, dimension.side, dimension.mode)
+
+
+def inner(kind: str, number: float) -> float:
+    """A dimension's value as equations take it: angles in radians."""
+    return math.radians(number) if DIMENSIONS[kind].quantity == "angle" else number
+
+
+def _measured(quantity: Quantity) -> tuple[list[tuple[Row, float]], float]:
+    """Rows that add up to a quantity as a length, and the factor that makes it one."""
+    return [(row, factor * quantity.size) for row, factor in quantity.parts], quantity.size
+
+
+def _equation(plan: Plan, quantity: Quantity, number: float) -> None:
+    value = quantity.scale * number + quantity.shift
+    if quantity.equation is None:
+        parts, factor = _measured(quantity)
+        plan.sums.append(Sum(tuple(parts), factor * number))
+        plan.settings.append(Setting("sums", 0, "value", factor))
+    else:
+        struct, uses, data = quantity.equation
+        plan.rows.append(Row(struct, uses, {**data, "value": value}))
+        plan.settings.append(Setting("rows", 0, "value", quantity.scale, quantity.shift))
+    for number_of, (struct, uses, data) in enumerate(quantity.guards):
+        plan.guards.append(Row(struct, uses, {**data, "value": value}))
+        plan.settings.append(Setting("guards", number_of, "value", quantity.scale, quantity.shift))
+
+
+def _simple(struct: str, *uses: Use, **data: float) -> Quantity:
+    """A row with a field `value` that is 0 or the quantity."""
+    return Quantity([(Row(struct, uses, data), 1.0)], (struct, uses, data))
+
+
+def _length(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    return _simple("Distance", *args[0].line)
+
+
+def _distance(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    first, second = args
+    side = side or side_of_quantity("distance", args, values)
+    if first.kind == "point" and second.kind == "point":
+        return _simple("Distance", first.at, second.at)
+    if first.kind == "point":
+        return _simple("PointLineDistance", first.at, *second.line, side=float(side))
+    if first.kind == "line":
+        return _simple("PointLineDistance", second.line[0], *first.line, side=float(side))
+    return _simple("Difference", second.circle.r, first.circle.r, side=float(side))
+
+
+def _offset(struct: str, axis: int) -> Maker:
+    def make(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+        a, b = args[0].at, args[1].at
+        side = side or sign(float(values[b + axis] - values[a + axis]))
+        return _simple(struct, a, b, side=float(side))
+
+    return make
+
+
+def _radius(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    curve = args[0]
+    return _simple("ScalarValue", curve.ellipse.rx if curve.is_elliptic else curve.circle.r)
+
+
+def _diameter(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    r = (args[0].circle.r,)
+    return Quantity([(Row("ScalarValue", r), 2.0)], ("ScalarValue", r, {}), scale=0.5)
+
+
+def _radius_b(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    return _simple("ScalarValue", args[0].ellipse.ry)
+
+
+def _sweep(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    arc = args[0]
+    if arc.entity.kind == "circle":
+        return Quantity([], size=float(values[arc.circle.r]))
+    uses = (arc.center, *arc.ends)
+    spokes = (arc.center, arc.ends[0], arc.center, arc.ends[1])
+    return Quantity(
+        [(Row("SweepMeasure", uses), 1.0)],
+        ("Sweep", uses, {}),
+        guards=[("TurnGuard", spokes, {})],
+        size=abs(float(values[arc.circle.r])) or 1.0,
+    )
+
+
+def _arc_length(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    return Quantity(chains.length_of(args[0]))
+
+
+def _angle(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    first, second = args
+    uses = (*first.line, *second.line)
+    u, v = towards(values, *first.line), towards(values, *second.line)
+    side = side or side_of_quantity("angle", args, values)
+    supplement = mode == "supplement"
+    # The turn from the first line to the second is side * value, or side * (pi - value).
+    scale, shift = (-side, side * math.pi) if supplement else (side, 0.0)
+    # Unfolded so that the quantity runs on past 180 degrees where it is near there.
+    now = side * turn(u, v)
+    unfolded = 2 * math.pi if now < -_RIGHT else 0.0
+    measured = Row("AngleMeasure", uses, {"side": float(side), "turn": unfolded})
+    parts = [(measured, -1.0 if supplement else 1.0)]
+    if supplement:
+        measured = Row("AngleMeasure", uses, {"side": float(side), "turn": unfolded - math.pi})
+        parts = [(measured, -1.0)]
+    size = min(math.hypot(*u), math.hypot(*v)) or 1.0
+    return Quantity(
+        parts,
+        ("Angle", uses, {}),
+        float(scale),
+        shift,
+        guards=[("TurnGuard", uses, {})],
+        size=size,
+    )
+
+
+def _xangle(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    curve = args[0]
+    if curve.is_elliptic:
+        ellipse = curve.ellipse
+        size = abs(float(values[ellipse.rx])) or 1.0
+        row = Row("ScalarValue", (ellipse.rot,))
+        # Whole and half turns of an ellipse are the same; the nearest is meant.
+        return Quantity([(row, 1.0)], size=size)
+    uses = curve.line
+    u = towards(values, *uses)
+    return Quantity(
+        [(Row("XAngleMeasure", uses, {"turn": _turn_near(u)}), 1.0)],
+        ("XAngle", uses, {}),
+        size=math.hypot(*u) or 1.0,
+    )
+
+
+def _turn_near(u: tuple[float, float]) -> float:
+    """What is added to a direction so that it is 0 .. 2 pi."""
+    return 2 * math.pi if math.atan2(u[1], u[0]) < 0 else 0.0
+
+
+def _total_length(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    return Quantity([part for curve in args for part in chains.length_of(curve)])
+
+
+def _area(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    return Quantity(chains.area_of(args, values), size=1.0 / chains.size_of(args, values))
+
+
+def side_of_quantity(kind: str, args: list[Operand], values: Values) -> int:
+    """Sign of a quantity as it is drawn: of distances to a line, of offsets, of angles; else 0."""
+    first = args[0]
+    if kind == "angle":
+        lines = (towards(values, *args[0].line), towards(values, *args[1].line))
+        return sign(turn(*lines))
+    if kind in ("hdistance", "vdistance"):
+        axis = kind == "vdistance"
+        return sign(float(values[args[1].at + axis] - values[first.at + axis]))
+    if kind != "distance":
+        return 0
+    second = args[1]
+    if second.kind == "point":
+        return 0
+    if first.is_circular:
+        return sign(float(values[second.circle.r] - values[first.circle.r]))
+    line, point = (second, first.at) if first.kind == "point" else (first, second.line[0])
+    return sign(cross(towards(values, *line.line), towards(values, line.line[0], point)))
+
+
+def measure(kind: str, args: list[Operand], values: Values, side: int = 0, mode: str = "") -> float:
+    """A quantity as it is drawn, angles in radians.
+
+    Signed quantities are positive on their side; without a side they are absolute.
+    """
+    first = args[0]
+    side = side or side_of_quantity(kind, args, values) or 1
+    if kind == "length":
+        return math.hypot(*towards(values, *first.line))
+    if kind in ("hdistance", "vdistance"):
+        axis = kind == "vdistance"
+        return side * float(values[args[1].at + axis] - values[first.at + axis])
+    if kind == "distance":
+        return _distance_of(args, values, side)
+    if kind in ("radius", "diameter"):
+        r = first.ellipse.rx if first.is_elliptic else first.circle.r
+        return (2.0 if kind == "diameter" else 1.0) * float(values[r])
+    if kind == "radius_b":
+        return float(values[first.ellipse.ry])
+    if kind == "sweep":
+        return sweep_of(values, first)
+    if kind == "angle":
+        u, v = towards(values, *first.line), towards(values, *args[1].line)
+        found = side * turn(u, v)
+        if found < -_RIGHT:
+            found += 2 * math.pi
+        return math.pi - found if mode == "supplement" else found
+    if kind == "xangle":
+        if first.is_elliptic:
+            return float(values[first.ellipse.rot])
+        u = towards(values, *first.line)
+        return math.atan2(u[1], u[0]) + _turn_near(u)
+    if kind == "area":
+        return chains.measured_area(args, values)
+    return sum(chains.measured_length(curve, values) for curve in args)
+
+
+def _distance_of(args: list[Operand], values: Values, side: int) -> float:
+    first, second = args
+    if second.kind == "point":
+        return math.hypot(*towards(values, first.at, second.at))
+    if first.is_circular:
+        return side * float(values[second.circle.r] - values[first.circle.r])
+    line, point = (second, first.at) if first.kind == "point" else (first, second.line[0])
+    u = towards(values, *line.line)
+    length = math.hypot(*u)
+    return side * cross(u, towards(values, line.line[0], point)) / length if length else 0.0
+
+
+MAKERS: dict[str, Maker] = {
+    "length": _length,
+    "distance": _distance,
+    "hdistance": _offset("HorizontalDistance", 0),
+    "vdistance": _offset("VerticalDistance", 1),
+    "radius": _radius,
+    "diameter": _diameter,
+    "radius_b": _radius_b,
+    "sweep": _sweep,
+    "arc_length": _arc_length,
+    "angle": _angle,
+    "xangle": _xangle,
+    "total_length": _total_length,
+    "area": _area,
+}

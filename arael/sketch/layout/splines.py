@@ -1,0 +1,89 @@
+"""Cubic pieces of splines: their bases, and the nearest point on them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.sketch.layout.operands import Operand
+from arael.sketch.layout.plan import Values
+
+Basis = NDArray[np.float64]
+
+#: Where a piece is sampled for the point nearest to another, before Newton's steps.
+_SAMPLES = np.linspace(0.0, 1.0, 17)
+
+
+def pieces(curve: Operand) -> int:
+    """How many cubic pieces a spline has."""
+    return 1 if curve.entity.kind == "bezier" else curve.entity.size // 2 - 3
+
+
+@lru_cache(maxsize=256)
+def basis(count: int, piece: int) -> Basis:
+    """Weights of the four poles of a piece of a clamped uniform cubic B-spline, by powers of t.
+
+    Row i holds the coefficients of 1, t, t^2, t^3 in the weight of the i-th pole of the piece, t
+    from 0 to 1 within it. A Bezier curve is the B-spline of four poles. Cox-de Boor recursion on
+    polynomials (de Boor, A Practical Guide to Splines, 1978, ch. IX).
+    """
+    knots = np.clip(np.arange(count + 4) - 3.0, 0.0, count - 3.0)
+    span = piece + 3
+    polynomials: dict[int, NDArray[np.float64]] = {span: np.array([1.0, 0.0, 0.0, 0.0])}
+    for degree in (1, 2, 3):
+        raised: dict[int, NDArray[np.float64]] = {}
+        for i in range(span - degree, span + 1):
+            total = np.zeros(4)
+            for j, ascending in ((i, True), (i + 1, False)):
+                if j not in polynomials:
+                    continue
+                low, high = knots[j], knots[j + degree]
+                old = polynomials[j]
+                by_t = np.concatenate([[0.0], old[:3]])
+                if ascending:
+                    total += (by_t + (piece - low) * old) / (high - low)
+                else:
+                    total += ((high - piece) * old - by_t) / (high - low)
+            raised[i] = total
+        polynomials = raised
+    return np.array([polynomials[i] for i in range(span - 3, span + 1)])
+
+
+def basis_of(curve: Operand, piece: int) -> Basis:
+    """Of one piece of a spline."""
+    return basis(curve.entity.size // 2, piece)
+
+
+def poles_of(curve: Operand, piece: int) -> tuple[int, int, int, int]:
+    """Offsets of the poles of a piece."""
+    first = curve.entity.at + 2 * piece
+    return first, first + 2, first + 4, first + 6
+
+
+def nearest(values: Values, curve: Operand, point: tuple[float, float]) -> tuple[int, float]:
+    """Piece and its parameter, within [0, 1], of the point of a spline nearest to a point."""
+    poles = values[curve.entity.at : curve.entity.at + curve.entity.size].reshape(-1, 2)
+    best = (np.inf, 0, 0.0)
+    for piece in range(pieces(curve)):
+        coefficients = basis_of(curve, piece).T @ poles[piece : piece + 4]  # [power, xy]
+        powers = _SAMPLES[:, None] ** np.arange(4)
+        gaps = np.sum((powers @ coefficients - point) ** 2, axis=1)
+        t = float(_SAMPLES[int(np.argmin(gaps))])
+        for _ in range(30):
+            c = coefficients
+            at = c[0] + t * (c[1] + t * (c[2] + t * c[3])) - point
+            d1 = c[1] + t * (2 * c[2] + t * 3 * c[3])
+            d2 = 2 * c[2] + 6 * t * c[3]
+            slope, bend = at @ d1, d1 @ d1 + at @ d2
+            step = slope / bend if bend > 0 else np.sign(slope) * 0.05
+            moved = float(np.clip(t - step, 0.0, 1.0))
+            if abs(moved - t) < 1e-16:
+                break
+            t = moved
+        at = coefficients[0] + t * (coefficients[1] + t * (coefficients[2] + t * coefficients[3]))
+        gap = float(np.sum((at - point) ** 2))
+        if gap < best[0]:
+            best = (gap, piece, t)
+    return best[1], best[2]

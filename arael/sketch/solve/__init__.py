@@ -1,0 +1,1 @@
+"""Solving a sketch after an edit, and dragging it."""

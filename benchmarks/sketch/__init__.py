@@ -1,0 +1,1 @@
+"""The sketch editor beside ezpz, the Rust framework's editor, SolveSpace and planegcs."""

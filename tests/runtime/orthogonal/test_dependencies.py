@@ -1,0 +1,97 @@
+"""Dependencies: which equations, with which factors, and what remains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.runtime.orthogonal.matrices import Doubles, integer_matrices, sparse
+
+
+@settings(max_examples=100, deadline=None)
+@given(integer_matrices(), st.integers(0, 2**32))
+def test_combinations_of_equations_are_found(dense: Doubles, seed: int) -> None:
+    m, n = dense.shape
+    made = sparse(dense).factored()
+    row = np.random.default_rng(seed).integers(-3, 4, m) @ dense
+    found = made.dependency_of(np.arange(n), row)
+    assert found.remainder < 1e-12
+    assert made.in_row_space(np.arange(n), row)
+    assert found.factors @ dense[found.equations] == pytest.approx(row, abs=1e-9)
+    assert not set(found.equations.tolist()) & set(made.dependent.tolist())
+    # Independent equations have one combination only: that of the pseudoinverse.
+    basis = dense[made.independent]
+    expected = np.zeros(m)
+    expected[made.independent] = np.linalg.lstsq(basis.T, row)[0] if basis.size else 0
+    given_ = np.zeros(m)
+    given_[found.equations] = found.factors
+    assert given_ == pytest.approx(expected, abs=1e-7)
+
+
+@settings(max_examples=100, deadline=None)
+@given(integer_matrices(), st.integers(0, 2**32))
+def test_the_remainder_is_the_distance_to_the_row_space(dense: Doubles, seed: int) -> None:
+    n = dense.shape[1]
+    made = sparse(dense).factored(np.ones(n))
+    row = np.random.default_rng(seed).normal(size=n)
+    found = made.dependency_of(np.arange(n), row)
+    nearest = np.linalg.pinv(dense) @ dense @ row if dense.size else np.zeros(n)
+    length = np.linalg.norm(row) or 1.0
+    assert found.remainder == pytest.approx(np.linalg.norm(row - nearest) / length, abs=1e-12)
+    assert found.factors @ dense[found.equations] == pytest.approx(nearest, abs=1e-9)
+    assert made.in_row_space(np.arange(n), row) == (found.remainder <= made.tolerance)
+
+
+@settings(max_examples=100, deadline=None)
+@given(integer_matrices(9, 7), st.integers(0, 2**32))
+def test_left_null_vectors(dense: Doubles, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    m, n = dense.shape
+    scaled = dense * 10.0 ** rng.integers(-6, 7, n) * 10.0 ** rng.integers(-6, 7, (m, 1))
+    made = sparse(scaled).factored()
+    vectors = made.left_null_vectors().dense()
+    assert len(vectors) == m - made.rank
+    for i, y in zip(made.dependent, vectors, strict=True):
+        assert y[i] == -1
+        assert set(np.flatnonzero(y)) <= {i, *np.flatnonzero(made.independent)}
+        terms = y[:, None] * scaled
+        assert np.all(np.abs(terms.sum(axis=0)) <= 1e-9 * (np.abs(terms).max(axis=0) + 1e-300))
+
+
+@settings(max_examples=60, deadline=None)
+@given(integer_matrices(8, 6), st.integers(0, 2**32))
+def test_the_least_important_equations_are_dependent(dense: Doubles, seed: int) -> None:
+    m = len(dense)
+    priority = np.random.default_rng(seed).integers(0, 3, m)
+    made = sparse(dense).analysed(priority=priority)
+    made.factor(sparse(dense).entries)
+    kept: list[int] = []
+    for i in sorted(range(m), key=lambda i: (priority[i], i)):  # greedy, which is optimal
+        if dense.size and np.linalg.matrix_rank(dense[[*kept, i]]) > len(kept):
+            kept.append(i)
+    assert sorted(kept) == np.flatnonzero(made.independent).tolist()
+
+
+def test_members_of_a_dependency_and_no_others() -> None:
+    # A square of four sides that are parallel in turn, and something beside it.
+    dense = np.array([[1.0, -1, 0, 0, 0], [0, 1, -1, 0, 0], [0, 0, 0, 1, 1], [-1, 0, 1, 0, 0]])
+    made = sparse(dense).factored()
+    found = made.dependency(3)
+    assert found.equations.tolist() == [0, 1]
+    assert found.factors == pytest.approx([-1, -1])
+    assert found.remainder < 1e-15
+
+
+def test_an_equation_without_entries_depends_on_none() -> None:
+    made = sparse(np.array([[0.0, 0], [1, 0]])).factored()
+    assert made.dependent.tolist() == [0]
+    assert made.dependency(0).equations.tolist() == []
+    assert made.dependency_of([], []).remainder == 0
+
+
+def test_the_dependency_of_an_independent_equation_is_refused() -> None:
+    made = sparse(np.eye(2)).factored()
+    with pytest.raises(ValueError, match="equation 1 is not a dependent one"):
+        made.dependency(1)
