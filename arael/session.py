@@ -13,6 +13,7 @@ from arael.runtime.linear.again import Choice
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import SMALL
 from arael.runtime.problem import Problem
+from arael.runtime.unrolled import unrolled
 
 
 @dataclass
@@ -79,7 +80,10 @@ class Session:
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
         """The cached problem with current values and data; None if the structure changed."""
         found = self._problem
-        if found is None or found.store is not store or not found.refresh(frozen):
+        if found is None:
+            return None
+        current = unrolled(store.layout, store, getattr(store, "programs", None))[1]
+        if found.store is not current or not found.refresh(frozen):
             return None
         self.counts.gathered += found.gathered
         return found

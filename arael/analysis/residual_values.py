@@ -16,6 +16,8 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.problem import Problem
+from arael.runtime.store.access import Ints
+from arael.runtime.system import row_names
 
 Floats = NDArray[np.float64]
 
@@ -75,26 +77,47 @@ def residual_values(
     """
     if not isinstance(label, str):
         raise wrong_argument("residual_values", "label", "the label of a constraint", label)
-    numbers = [k for k, group in enumerate(problem.layout.groups) if group.label == label]
+    groups = problem.layout.groups
+    numbers = [k for k, one in enumerate(groups) if one.label == label and one.case_of < 0]
     if not numbers:
-        known = list(dict.fromkeys(group.label for group in problem.layout.groups))
+        known = list(dict.fromkeys(group.label for group in groups))
         near = closest(label, known)
         help_ = f"did you mean `{near[0]}`?" if near else f"there are {', '.join(known)}"
         raise _wrong(f"there is no constraint `{label}`", help_)
     parts = []
     for number in numbers:
-        acting = np.flatnonzero(problem.evaluation.acting(number))
-        robust = np.asarray(problem.evaluation.group_rows(number)[0][acting], dtype=np.float64)
+        robust, acting, active = rows_of(problem, number)
         raw, whitened = unweighted(number)
-        rows = tuple(problem.instance_place(number, int(row)) for row in acting)
-        if problem.layout.groups[number].table.endswith("/rows"):  # added at run time
-            rows = tuple(f"row {problem.structure.active[number][row]}" for row in acting)
-        parts.append((rows, raw[acting], whitened[acting], robust))
+        table = groups[number].table
+        rows = tuple(row_names(problem.store, table, active[acting]))
+        if not table:
+            rows = (problem.layout.root,) * len(rows)
+        if table.endswith("/rows"):  # added at run time
+            rows = tuple(f"row {row}" for row in active[acting])
+        parts.append((rows, raw[acting], whitened[acting], robust[acting]))
     rows_, *arrays = zip(*parts, strict=True)
     return ResidualValues(
         label,
         tuple(row for part in rows_ for row in part),
         *(np.concatenate(part).astype(np.float64) for part in arrays),
+    )
+
+
+def rows_of(problem: Problem, number: int) -> tuple[Floats, NDArray[np.bool_], Ints]:
+    """Residuals (n, m), whether they act, and rows of the instances of a constraint, in order.
+
+    A constraint with sums over rows is evaluated by several groups (`arael.runtime.unrolled`).
+    """
+    groups = problem.layout.groups
+    cases = [number, *(k for k, group in enumerate(groups) if group.case_of == number)]
+    residuals = [problem.evaluation.group_rows(k)[0] for k in cases]
+    acting = [np.asarray(problem.evaluation.acting(k), dtype=bool) for k in cases]
+    active = np.concatenate([problem.structure.active[k] for k in cases])
+    order = np.argsort(active, kind="stable")
+    return (
+        np.concatenate(residuals).astype(np.float64)[order],
+        np.concatenate(acting)[order],
+        active[order],
     )
 
 

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.residual_values import rows_of
 from arael.check.typed import Apply, Formula, Pack, Read, Typed
 from arael.check.walk import postorder
 from arael.compiled_model import CompiledModel
@@ -62,7 +63,7 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
             None,
             bindings={**(compiled.bindings or {}), **getattr(model._store, "bindings", {})},
         )
-        found.append(np.asarray(alone.evaluation.group_rows(0)[0], dtype=np.float64))
+        found.append(rows_of(alone, 0)[0])
     return found[0], found[1]
 
 
@@ -83,7 +84,7 @@ def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
         raise _changed(layout.source)
     site = typed.constraints[number]
     same = compile_constraint(site, states, single, functions).group
-    if same.label != group.label or same.tape != group.tape:
+    if (same.label, same.tape, same.row_sums) != (group.label, group.tape, group.row_sums):
         raise _changed(layout.source)
     whitened = replace(site, loss=None, triplets="", crossed=())
     raw = replace(whitened, residual=tuple(_measured(part) for part in site.residual))

@@ -27,6 +27,7 @@ from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import small_solver
 from arael.runtime.store.access import Array, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
+from arael.runtime.unrolled import unrolled
 
 
 class Problem:
@@ -77,6 +78,7 @@ class Problem:
         keep_idle: bool = False,
     ) -> None:
         began = time.perf_counter()
+        layout, store, programs = unrolled(layout, store, programs)
         self.layout = layout
         self.store = store
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
@@ -377,6 +379,7 @@ class Problem:
         for group, active in zip(self.layout.groups, self.structure.active, strict=True):
             if group.index_column:
                 column = self.store.tables[group.table].column(group.index_column)
-                column[...] = -1
+                if group.case_of < 0:
+                    column[...] = -1
                 column[active] = first + np.arange(len(active))
             first += len(active)
