@@ -239,10 +239,11 @@ class _Case:
             else f"{operations} operations, more than {MAX_OPERATIONS}"
         )
         longest = int(np.argmax(self.highs))
+        low, high = self.lengths[longest]
         raise SolveError(
             Diagnostic(
                 "E1017",
-                f"`{self.base.label}` sums over {self.highs[longest]} rows of "
+                f"`{self.base.label}` sums over {low}{' or more' * (low < high)} rows of "
                 f"`{self.base.lengths[longest].collection}`, term by term: a residual of {much}",
                 origin=self.base.where,
                 notes=(

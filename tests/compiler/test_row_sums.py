@@ -308,7 +308,7 @@ def test_a_list_that_is_too_long_is_refused(
 ) -> None:
     monkeypatch.setattr(unrolled, limit, 10)
     model = crane(tmp_path, (30,), interpret=True)
-    with pytest.raises(SolveError, match=f"sums over 30 rows .* {what}") as caught:
+    with pytest.raises(SolveError, match=f"sums over 29 or more rows .* {what}") as caught:
         model.solve()
     assert caught.value.diagnostics[0].code == "E1017"
 
@@ -367,3 +367,25 @@ def test_stages_show_the_terms() -> None:
     text = programs(program)
     assert "term of the sum over loads" in text
     assert msgspec.json.decode(to_json(program.layout))["groups"][0]["row_sums"]["sums"]
+
+
+def test_stored_values_of_rows(tmp_path: Path) -> None:
+    text = """
+struct Item { param a: real; prior a ~ normal(2, 1) }
+struct Row { param p: real; items: list of Item
+    constraint c { sum(x in items) { x.a.value * p + sin(x.a.value - p) } - 1 } }
+root R { rows: list of Row }
+"""
+    model = model_of(tmp_path, text, interpret=True)
+    model.rows.append(p=0.3, items=[{"a": 0.5}, {"a": 0.7}])
+
+    def check() -> None:
+        p, a = model.rows[0].p.value, model.items_a()
+        expected = (a * p + np.sin(a - p)).sum() - 1
+        np.testing.assert_allclose(model.residual_values("Row.c").raw, [[expected]])
+
+    type(model).items_a = lambda self: np.array([x.a.value for x in self.rows[0].items])
+    check()
+    model.solve()
+    check()
+    assert model.rows[0].items[0].a.value == pytest.approx(2)
