@@ -116,13 +116,13 @@ def _pieces(group: Group, sums: RowSums, layout: Layout) -> Iterator[str]:
                 use = sums.uses[a]
                 names.append(f"{_way(sums, use)}state[{b}] of {layout.entities[use.entity].struct}")
             else:
-                names.append(f"sum {a + 1}[{b}]" if kind == "sum" else f"{kind}[{a}]")
+                names.append(f"sum{a + 1}[{b}]" if kind == "sum" else f"{kind}[{a}]")
         yield from (f"    {line}" for line in _tape(piece.tape, names))
         for k, node in enumerate(piece.tape.outputs[: piece.values]):
             yield f"    v{k} = t{node}"
         ends = piece.tape.outputs[piece.values :]
         for node, (value, number, k) in zip(ends, piece.entries, strict=True):
-            by = f"sum {-number}[{k}]"
+            by = f"sum{-number}[{k}]"
             if number >= 0:
                 by = _tangent(sums, sums.uses[number], k, layout)
             yield f"    d v{value} / d {by} = t{node}"

@@ -185,6 +185,9 @@ def derivatives(
     )
     graph = scalariser.graph
     seeds = _seeds(graph, residuals, uses)
+    sums = {k: graph.input(k) for k in list(graph.inputs) if isinstance(k, SumInput)}
+    for total, node in sums.items():
+        seeds[node] = {(-1 - total.sum, total.component): graph.const(1.0)}
     if not any(seeds.values()):
         return None
     names: dict[int, str] = {}
@@ -199,6 +202,8 @@ def derivatives(
         for use, u in enumerate(uses.uses)
         for k, name in enumerate(states[u.entity].entity.tangent_names)
     }
+    for total, node in sums.items():
+        tangents[-1 - total.sum, total.component] = names[node]
     return Derivatives(residuals, derive(graph, residuals, seeds), names, tangents)
 
 
@@ -437,7 +442,7 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
         if key == LANE:
             return "whether the guard holds"
         if isinstance(key, SumInput):
-            return f"sum {key.sum + 1}, component {key.component + 1}, over rows"
+            return f"sum{key.sum + 1}[{key.component}]"
         assert isinstance(key, RawInput)
         slot, column, component = key
         if "#" in column:

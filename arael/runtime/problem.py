@@ -59,7 +59,7 @@ class Problem:
     ------
     SolveError
         E1005: an active constraint reads through a null ref; E1016: the sigma of a prior is not
-        positive.
+        positive; E1017: a list is too long for a sum that is evaluated term by term.
     AraelError
         E0820: nothing is bound to a native function that a constraint calls.
     """

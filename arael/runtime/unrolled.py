@@ -43,7 +43,7 @@ MAX_OPERATIONS = 400_000
 MAX_SCALARS = 1000
 """Scalars of parameters that one instance reads: its block of J'J has the square of that."""
 
-_KEPT = 64  # layouts and groups of other lengths that are kept
+_KEPT = 256  # layouts and groups of other lengths that are kept
 
 Lengths = tuple[tuple[int, int], ...]
 """Per list of a constraint, the least and the largest number of rows."""
@@ -108,13 +108,14 @@ def _layout(layout: Layout, store: StoreLike) -> tuple[Layout, tuple[Group, ...]
     )
     cases = _kept(layout, "cases")
     layouts = _kept(layout, "layouts")
-    for number, lengths in wanted:
-        if (number, lengths) not in cases:
-            cases[number, lengths] = _Case(layout, number, lengths).group()
-    added = tuple(cases[one] for one in wanted)
     if wanted not in layouts:
+        for number, lengths in wanted:
+            if (number, lengths) not in cases:
+                cases[number, lengths] = _Case(layout, number, lengths).group()
+        added = (cases[one] for one in wanted)
         layouts[wanted] = msgspec.structs.replace(layout, groups=(*layout.groups, *added))
-    return layouts[wanted], added
+    whole: Layout = layouts[wanted]
+    return whole, whole.groups[len(layout.groups) :]
 
 
 def _kept(layout: Layout, name: str) -> dict[Any, Any]:
