@@ -9,7 +9,7 @@ lists that have up to an eighth more rows; terms beyond the last row are switche
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -40,8 +40,8 @@ EXACT = 16
 MAX_OPERATIONS = 400_000
 """Operations of one instance, written out: their program takes some seconds to assemble."""
 
-MAX_SCALARS = 1000
-"""Scalars of parameters that one instance reads: its block of J'J has the square of that."""
+MAX_PRODUCTS = 500_500
+"""Products in J'J of one instance: a residual of 1000 scalars of parameters."""
 
 _KEPT = 256  # layouts and groups of other lengths that are kept
 
@@ -156,8 +156,9 @@ class _Case:
         assert sums is not None
         self.sums: RowSums = sums
         self.highs = [high for _, high in lengths]
-        self._place()
+        self.list_of = [sums.list_of(slot) for slot in range(len(sums.slots))]
         self._check()
+        self._place()
 
     def group(self) -> Group:
         """The group of these lengths."""
@@ -193,7 +194,7 @@ class _Case:
             workspace=0,
         )
 
-    def copies(self, number: int) -> Iterable[int]:
+    def copies(self, number: int) -> Sequence[int]:
         """Numbers of the rows of a list, or -1 alone for what is of none."""
         return range(self.highs[number]) if number >= 0 else (-1,)
 
@@ -202,7 +203,6 @@ class _Case:
         sums = self.sums
         self.slots = list(without_row_slots(sums.slots))
         self.slot_of: dict[tuple[int, int], int] = {}
-        self.list_of = [sums.list_of(slot) for slot in range(len(sums.slots))]
         for slot, number in enumerate(self.list_of):
             if number >= 0 and _is_nested(sums, slot, number):
                 continue  # of a sum that is formed before the solve, and read by its own program
@@ -228,16 +228,22 @@ class _Case:
         return self.lengths[number][0]
 
     def _check(self) -> None:
+        """Refuse lists that all of these lengths are too long for."""
         operations = sum(
-            len(piece.tape.ops) * self.highs[number] for number, piece in self.sums.sums
+            len(piece.tape.ops) * self.least(number) for number, piece in self.sums.sums
         )
-        scalars = sum(self.layout.entities[use.entity].tangent for use in self.uses)
-        if operations <= MAX_OPERATIONS and scalars <= MAX_SCALARS:
+        scalars = sum(
+            self.layout.entities[use.entity].tangent * (self.least(number) if number >= 0 else 1)
+            for use, number in ((u, self.list_of[u.slot]) for u in self.sums.uses)
+        )
+        products = self.base.residuals * scalars * (scalars + 1) // 2
+        if operations <= MAX_OPERATIONS and products <= MAX_PRODUCTS:
             return
         much = (
-            f"{scalars} scalars of parameters, more than {MAX_SCALARS}"
-            if scalars > MAX_SCALARS
-            else f"{operations} operations, more than {MAX_OPERATIONS}"
+            f"it reads {scalars} scalars of parameters, and J'J of an instance takes {products} "
+            f"products, more than {MAX_PRODUCTS}"
+            if products > MAX_PRODUCTS
+            else f"it takes {operations} operations, more than {MAX_OPERATIONS}"
         )
         longest = int(np.argmax(self.highs))
         low, high = self.lengths[longest]
@@ -245,7 +251,7 @@ class _Case:
             Diagnostic(
                 "E1017",
                 f"`{self.base.label}` sums over {low}{' or more' * (low < high)} rows of "
-                f"`{self.base.lengths[longest].collection}`, term by term: a residual of {much}",
+                f"`{self.base.lengths[longest].collection}`, term by term: {much}",
                 origin=self.base.where,
                 notes=(
                     "a term that is a sum of products of row data and parameters of other rows is "

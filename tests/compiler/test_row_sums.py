@@ -303,7 +303,9 @@ root R { rows: list of Row }
     assert caught.value.diagnostics[0].code == "E0621"
 
 
-@pytest.mark.parametrize(("limit", "what"), [("MAX_SCALARS", "scalars"), ("MAX_OPERATIONS", "op")])
+@pytest.mark.parametrize(
+    ("limit", "what"), [("MAX_PRODUCTS", "products"), ("MAX_OPERATIONS", "operations")]
+)
 def test_a_list_that_is_too_long_is_refused(
     limit: str, what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
