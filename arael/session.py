@@ -13,7 +13,6 @@ from arael.runtime.linear.again import Choice
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import SMALL
 from arael.runtime.problem import Problem
-from arael.runtime.unrolled import unrolled
 
 
 @dataclass
@@ -82,8 +81,12 @@ class Session:
         found = self._problem
         if found is None:
             return None
-        current = unrolled(store.layout, store, getattr(store, "programs", None))[1]
-        if found.store is not current or not found.refresh(frozen):
+        if store.layout.summed:
+            # imported here: start-up time
+            from arael.runtime.unrolled import unrolled
+
+            store = unrolled(store.layout, store, getattr(store, "programs", None))[1]
+        if found.store is not store or not found.refresh(frozen):
             return None
         self.counts.gathered += found.gathered
         return found

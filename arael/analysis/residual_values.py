@@ -16,7 +16,6 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.problem import Problem
-from arael.runtime.store.access import Ints
 from arael.runtime.system import row_names
 
 Floats = NDArray[np.float64]
@@ -86,7 +85,7 @@ def residual_values(
         raise _wrong(f"there is no constraint `{label}`", help_)
     parts = []
     for number in numbers:
-        robust, acting, active = rows_of(problem, number)
+        robust, acting, active = problem.constraint_rows(number)
         raw, whitened = unweighted(number)
         table = groups[number].table
         rows = tuple(row_names(problem.store, table, active[acting]))
@@ -100,24 +99,6 @@ def residual_values(
         label,
         tuple(row for part in rows_ for row in part),
         *(np.concatenate(part).astype(np.float64) for part in arrays),
-    )
-
-
-def rows_of(problem: Problem, number: int) -> tuple[Floats, NDArray[np.bool_], Ints]:
-    """Residuals (n, m), whether they act, and rows of the instances of a constraint, in order.
-
-    A constraint with sums over rows is evaluated by several groups (`arael.runtime.unrolled`).
-    """
-    groups = problem.layout.groups
-    cases = [number, *(k for k, group in enumerate(groups) if group.case_of == number)]
-    residuals = [problem.evaluation.group_rows(k)[0] for k in cases]
-    acting = [np.asarray(problem.evaluation.acting(k), dtype=bool) for k in cases]
-    active = np.concatenate([problem.structure.active[k] for k in cases])
-    order = np.argsort(active, kind="stable")
-    return (
-        np.concatenate(residuals).astype(np.float64)[order],
-        np.concatenate(acting)[order],
-        active[order],
     )
 
 

@@ -14,7 +14,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.analysis.residual_values import rows_of
 from arael.check.typed import Apply, Formula, Pack, Read, Typed
 from arael.check.walk import postorder
 from arael.compiled_model import CompiledModel
@@ -63,7 +62,7 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
             None,
             bindings={**(compiled.bindings or {}), **getattr(model._store, "bindings", {})},
         )
-        found.append(rows_of(alone, 0)[0])
+        found.append(alone.constraint_rows(0)[0])
     return found[0], found[1]
 
 

@@ -25,9 +25,8 @@ from arael.runtime.layout import Layout
 from arael.runtime.levenberg.box import Box
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import small_solver
-from arael.runtime.store.access import Array, Ints, StoreLike
+from arael.runtime.store.access import Array, Bools, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
-from arael.runtime.unrolled import unrolled
 
 
 class Problem:
@@ -78,7 +77,11 @@ class Problem:
         keep_idle: bool = False,
     ) -> None:
         began = time.perf_counter()
-        layout, store, programs = unrolled(layout, store, programs)
+        if layout.summed:
+            # imported here: start-up time
+            from arael.runtime.unrolled import unrolled
+
+            layout, store, programs = unrolled(layout, store, programs)
         self.layout = layout
         self.store = store
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
@@ -324,6 +327,23 @@ class Problem:
         if group.moving_guard is not None:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
         return [*moving, *data, *one.uniform]
+
+    def constraint_rows(self, number: int) -> tuple[Array, Bools, Ints]:
+        """Residuals (n, m), whether they act, and rows of the instances of a constraint, in order.
+
+        A constraint with sums over rows is evaluated by several groups (`arael.runtime.unrolled`).
+        """
+        groups = self.layout.groups
+        cases = [number, *(k for k, group in enumerate(groups) if group.case_of == number)]
+        residuals = [self.evaluation.group_rows(k)[0] for k in cases]
+        acting = [np.asarray(self.evaluation.acting(k), dtype=bool) for k in cases]
+        active = np.concatenate([self.structure.active[k] for k in cases])
+        order = np.argsort(active, kind="stable")
+        return (
+            np.concatenate(residuals).astype(np.float64)[order],
+            np.concatenate(acting)[order],
+            active[order],
+        )
 
     # --- dense views of the linearisation ----------------------------------------------------
 
