@@ -32,6 +32,7 @@ from arael.runtime.layout import (
 )
 from arael.runtime.machine.programs import group_program
 from arael.runtime.machine.tape import Tape
+from arael.runtime.machine.writer import TapeWriter
 from arael.runtime.store.access import Ints, StoreLike, Walker, lengths_through
 
 EXACT = 16
@@ -293,7 +294,7 @@ class _Case:
         place of the guard. `lane` maps what they are to their numbers.
         """
         sums = self.sums
-        tape = _Tape()
+        tape = TapeWriter()
         raws: dict[Raw, int] = {}
 
         def read(raw: Raw, k: int) -> int:
@@ -368,7 +369,7 @@ class _Program:
 
     def whole(self) -> tuple[Tape, tuple[tuple[int, int, int], ...]]:
         """Residuals and derivatives, and the places of these."""
-        tape = _Tape()
+        tape = TapeWriter()
         values, slopes = self._terms(tape)
         main = self.sums.main
         outputs = tape.add(main.tape, self._inputs(tape, main, -1, -1, values))
@@ -382,13 +383,15 @@ class _Program:
 
     def guard(self) -> Tape:
         """The guard over parameters."""
-        tape = _Tape()
+        tape = TapeWriter()
         piece = self.sums.guard
         assert piece is not None
         values, _ = self._terms(tape)
         return tape.tape(tape.add(piece.tape, self._inputs(tape, piece, -1, -1, values)))
 
-    def _terms(self, tape: _Tape) -> tuple[list[list[int]], list[list[dict[tuple[int, int], int]]]]:
+    def _terms(
+        self, tape: TapeWriter
+    ) -> tuple[list[list[int]], list[list[dict[tuple[int, int], int]]]]:
         """Components of all sums, and their derivatives by use and tangent scalar."""
         case = self.case
         values: list[list[int]] = []
@@ -421,7 +424,7 @@ class _Program:
 
     def _behind(
         self,
-        tape: _Tape,
+        tape: TapeWriter,
         use: int,
         tangent: int,
         k: int,
@@ -435,7 +438,7 @@ class _Program:
         return [(where, tape.op("mul", node, one)) for where, one in slope.items()]
 
     def _inputs(
-        self, tape: _Tape, piece: Piece, number: int, k: int, values: list[list[int]]
+        self, tape: TapeWriter, piece: Piece, number: int, k: int, values: list[list[int]]
     ) -> list[int]:
         """Nodes of the inputs of a program, of row `k` of list `number`."""
         case = self.case
@@ -450,68 +453,6 @@ class _Program:
         return [find[kind](a, b) for kind, a, b in piece.inputs]
 
 
-def _add(tape: _Tape, found: dict[Any, int], key: Any, node: int) -> None:
+def _add(tape: TapeWriter, found: dict[Any, int], key: Any, node: int) -> None:
     known = found.get(key)
     found[key] = node if known is None else tape.op("add", known, node)
-
-
-class _Tape:
-    """A tape that others are added to; equal operations are one node."""
-
-    def __init__(self) -> None:
-        self._ops: list[str] = []
-        self._args: list[tuple[int, ...]] = []
-        self._places: list[int] = []
-        self._constants: dict[float, int] = {}
-        self._known: dict[tuple[str, tuple[int, ...]], int] = {}
-
-    def input(self, number: int) -> int:
-        """Node of an input."""
-        return self.op("input", number)
-
-    def const(self, value: float) -> int:
-        """Node of a literal value."""
-        return self.op("const", self._constants.setdefault(value, len(self._constants)))
-
-    def op(self, name: str, *args: int, place: int = -1) -> int:
-        """Node of an operation."""
-        node = self._known.setdefault((name, args), len(self._ops))
-        if node == len(self._ops):
-            self._ops.append(name)
-            self._args.append(args)
-            self._places.append(place)
-        return node
-
-    def add(self, other: Tape, inputs: Sequence[int]) -> list[int]:
-        """Nodes of the outputs of another tape for given nodes as its inputs."""
-        nodes: list[int] = []
-        places = other.places or (-1,) * len(other.ops)
-        for name, args, place in zip(other.ops, other.args, places, strict=True):
-            if name == "input":
-                nodes.append(inputs[args[0]])
-            elif name == "const":
-                nodes.append(self.const(other.constants[args[0]]))
-            else:
-                nodes.append(self.op(name, *(nodes[a] for a in args), place=place))
-        return [nodes[k] for k in other.outputs]
-
-    def tape(self, outputs: Sequence[int]) -> Tape:
-        """The tape with these outputs; what none of them needs is left out."""
-        needed = set(outputs)
-        for node in range(len(self._ops) - 1, -1, -1):
-            if node in needed and self._ops[node] not in ("input", "const"):
-                needed.update(self._args[node])
-        order = sorted(needed)
-        at = {node: k for k, node in enumerate(order)}
-        return Tape(
-            ops=tuple(self._ops[n] for n in order),
-            args=tuple(
-                self._args[n]
-                if self._ops[n] in ("input", "const")
-                else tuple(at[a] for a in self._args[n])
-                for n in order
-            ),
-            constants=tuple(self._constants),
-            outputs=tuple(at[n] for n in outputs),
-            places=tuple(self._places[n] for n in order),
-        )

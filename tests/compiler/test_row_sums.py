@@ -397,3 +397,25 @@ root R { rows: list of Row }
     model.solve()
     check()
     assert model.rows[0].items[0].a.value == pytest.approx(2)
+
+
+def test_an_owner_leaves_with_its_rows_and_a_prior_stays(tmp_path: Path) -> None:
+    text = """
+struct Anchor { param at: vec2; prior at ~ normal(0, 3) }
+struct Leg { param len: real; d: vec2; anchor: ref Anchor in root.anchors
+    prior len ~ normal(1, 1) }
+struct Net { legs: list of Leg
+    constraint pull { sum(x in legs) { x.len^2 * x.d + x.anchor.at } - [3, 1] } }
+root R { anchors: list of Anchor; nets: list of Net }
+"""
+    model = model_of(tmp_path, text, interpret=True)
+    model.anchors.extend(at=np.zeros((3, 2)))
+    for pair in ([0, 1], [1, 2], [2, 0]):
+        model.nets.append(legs=[{"len": 1, "d": [1, k], "anchor": k} for k in pair])
+    cost = model.solve(gradient_tolerance=1e-10).cost
+    before, sigma = model.anchors.at.value.copy(), model.covariance().marginal(model.anchors[0])
+    model.marginalise(model.nets[1])
+    assert len(model.nets) == 2
+    assert model.solve(gradient_tolerance=1e-10).cost == pytest.approx(cost, rel=1e-8)
+    np.testing.assert_allclose(model.anchors.at.value, before, atol=1e-6)
+    np.testing.assert_allclose(model.covariance().marginal(model.anchors[0]), sigma, rtol=1e-5)
