@@ -15,6 +15,7 @@ from arael.cli.formulas import formulas
 from arael.cli.outline import programs
 from arael.compiler import compiler
 from arael.diagnostics.records import AraelError, Findings, Source
+from arael.face.native import SlowFunctionWarning
 from arael.runtime import unrolled
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import from_json, to_json
@@ -419,3 +420,21 @@ root R { anchors: list of Anchor; nets: list of Net }
     assert model.solve(gradient_tolerance=1e-10).cost == pytest.approx(cost, rel=1e-8)
     np.testing.assert_allclose(model.anchors.at.value, before, atol=1e-6)
     np.testing.assert_allclose(model.covariance().marginal(model.anchors[0]), sigma, rtol=1e-5)
+
+
+def test_a_native_function_in_a_term(tmp_path: Path) -> None:
+    text = """
+extern fn f(x) derivs [cos(x)]
+struct Item { param a: real; prior a ~ normal(1, 1) }
+root R { items: list of Item
+    constraint c { sum(x in items) { f(x.a * 2) } - 1 } }
+"""
+    path = tmp_path / "m.arael"
+    path.write_text(text)
+    with pytest.warns(SlowFunctionWarning):
+        model = arael.load(path, interpret=True, functions={"f": np.sin})()
+    model.items.extend(a=[0.1, 0.2])
+    (check,) = (c for c in model.check_gradients() if c.label == "R.c")
+    assert check.agrees
+    found = model.residual_values("R.c").raw
+    np.testing.assert_allclose(found, [[np.sin([0.2, 0.4]).sum() - 1]])
