@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from arael.sketch.layout.layout import Layout
-from tests.sketch.drawing import Drawing
+from tests.sketch.making import Drawing
 
 
 def chain(count: int) -> Drawing:
