@@ -12,7 +12,7 @@ import pytest
 from arael.sketch.document.handles import takes
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS, Form
 from arael.sketch.layout.operands import operands
-from tests.sketch.making import (
+from tests.sketch.solving import (
     Drawing,
     cross,
     ellipse_points,
@@ -581,13 +581,11 @@ def test_it_takes_its_degrees_of_freedom(case: Case) -> None:
 
 def freedoms(d: Drawing) -> int:
     """Degrees of freedom by the rank of the whole Jacobian."""
-    x = d.layout.gather()
-    rows = d.layout.rows
-    _, entries = rows.jacobian(x)
-    matrix = np.zeros((rows.m, rows.n))
-    matrix[np.repeat(np.arange(rows.m), np.diff(rows.indptr)), rows.indices] = entries
-    unknowns = d.layout.unknowns
-    return len(unknowns) - int(np.linalg.matrix_rank(matrix[:, unknowns], tol=1e-7))
+    system = d.layout.linearisation()
+    matrix = np.zeros((len(system.owners), len(system.x)))
+    row_of = np.repeat(np.arange(len(system.owners)), np.diff(system.indptr))
+    matrix[row_of, system.indices] = system.entries
+    return len(system.x) - int(np.linalg.matrix_rank(matrix, tol=1e-7))
 
 
 def test_all_forms_are_covered() -> None:
