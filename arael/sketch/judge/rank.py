@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.orthogonal import RankQR
-from arael.sketch.layout.layout import Linearisation
+from arael.sketch.judge.system import System
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,9 +26,9 @@ class Rank:
     last : rows that are called dependent rather than others
     """
 
-    def __init__(self, system: Linearisation, last: Ints | None = None) -> None:
+    def __init__(self, system: System, last: Ints | None = None) -> None:
         self.system = system
-        m, n = len(system.owners), len(system.x)
+        m, n = system.shape
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
             priority[last] = 1 + np.arange(len(last), dtype=np.int32)
@@ -56,6 +56,16 @@ class Rank:
         """Rows that a dependent row follows from, and their weights."""
         found = self.factor.dependency(row)
         return found.equations.astype(np.int64), found.factors
+
+    def combination(self, columns: Ints, values: Floats) -> tuple[Ints, Floats, float]:
+        """Rows whose combination is nearest to a row, their weights, and what is left of it."""
+        found = self.factor.dependency_of(columns.astype(np.int32), values)
+        return found.equations.astype(np.int64), found.factors, float(found.remainder)
+
+    @property
+    def tolerance(self) -> float:
+        """What may be left of a row that follows from others."""
+        return float(self.factor.tolerance)
 
     def least_norm(self, right: Floats) -> Floats:
         """The least step with ``J step = right`` on the independent rows."""
@@ -111,7 +121,7 @@ class Rank:
         from scipy.sparse.csgraph import connected_components
 
         system = self.system
-        n = len(system.x)
+        n = system.shape[1]
         starts, ends = [], []
         for a, b in zip(system.indptr[:-1].tolist(), system.indptr[1:].tolist(), strict=True):
             if b > a:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -13,7 +13,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import ENTITIES
-from arael.sketch.document.records import Constraint, Dimension, Entity, Record
+from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Record
 from arael.sketch.layout import model, quantities, relations
 from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
@@ -100,7 +100,8 @@ class Layout:
         self._holds: dict[int, dict[str, tuple[float, ...] | None]] = {}
         self._constants: dict[int, int] = {}  # offset of the constant by root column
         self._unused: list[int] = []  # constants that no row will use when all are laid out
-        self._impossible: dict[str, str] = {}
+        # Why a record cannot hold; by record and the point where it is held, -1 for its plan.
+        self._impossible: dict[tuple[str, int], str] = {}
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
@@ -123,7 +124,66 @@ class Layout:
     @property
     def impossible(self) -> Mapping[str, str]:
         """Constraints that contradict by what they are, and why: locks of one place that differ."""
-        return self._impossible
+        return {name: why for (name, _), why in self._impossible.items()}
+
+    def holders_at(self, point: int) -> list[str]:
+        """Locks and fixes that hold the place of a point."""
+        members = self.places.members(point)
+        return list(dict.fromkeys(name for at in members for name in self._holds.get(at, ())))
+
+    def rivals(self, name: str) -> list[str]:
+        """What holds the places of a record's points, besides itself."""
+        record = self.document.constraints.get(name)
+        if record is None:
+            return []
+        points = [arg.at for arg in operands(self.document, record.args)]
+        found = dict.fromkeys(one for at in points for one in self.holders_at(at))
+        return [one for one in found if one != name]
+
+    def ties_between(self, a: int, b: int, without: str = "") -> list[str]:
+        """Relations that make two points one place, a shortest chain of them."""
+        place = self.places.of(a)
+        if place is None or a == b:
+            return []
+        came: dict[int, tuple[int, str]] = {a: (a, "")}
+        border = [a]
+        while border and b not in came:
+            after = []
+            for name, (p, q) in place.ties.items():
+                for one, other in ((p, q), (q, p)):
+                    if name != without and one in border and other not in came:
+                        came[other] = (one, name)
+                        after.append(other)
+            border = after
+        chain = []
+        at = b
+        while at in came and at != a:
+            at, name = came[at]
+            chain.append(name)
+        return chain[::-1]
+
+    def ties_beside(self, name: str) -> list[str]:
+        """The other relations that already tie the two points of one."""
+        args = operands(self.document, self.document.constraints[name].args)
+        return self.ties_between(args[0].at, args[1].at, without=name)
+
+    def per_unit(self, name: str) -> NDArray[np.float64]:
+        """Derivative of the residuals of a dimension's rows by its value, negative.
+
+        Per unit of the document, or per degree.
+        """
+        laid = self._laid[name]
+        record = laid.record
+        assert isinstance(record, Dimension) and record.value is not None
+        number, rows = record.value.number, self.rows_of(name)
+        step = 1e-6 * max(1.0, abs(number))
+        found = []
+        for moved in (number + step, number - step):
+            self._set_value(laid, replace(record, value=Amount(record.value.text, moved)))
+            found.append(self.rows.evaluate(self.x)[rows])
+        self._set_value(laid, record)
+        derivative: NDArray[np.float64] = (found[1] - found[0]) / (2.0 * step)
+        return derivative
 
     def rows_of(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes."""
@@ -167,6 +227,20 @@ class Layout:
         for name in self._with_hidden:
             used[self.columns_of(name)] = True
         return np.flatnonzero(used)
+
+    def roots(self) -> NDArray[np.int64]:
+        """By offset in the document's values the column it is read from; -1 where it is fixed."""
+        count = len(self.document.values)
+        return np.where(self._use[:count] >= 0, self._root[:count], -1)
+
+    def equations(self) -> list[int]:
+        """Rows of `rows` that are equations: not those that sums only read."""
+        found = []
+        for laid in self._laid.values():
+            for row in (*laid.rows, *laid.sums):
+                count = self.rows.tables[self.rows.struct(row)].residuals
+                found += range(row, row + count)
+        return found
 
     def name_of(self, column: int) -> str:
         """Name of an unknown: ``L0.p1.x``, of a hidden one ``C3.contact.x``; empty if unused."""
@@ -339,7 +413,7 @@ class Layout:
         self._remove_rows(laid)
         del self._laid[name]
         dirty.pop(name, None)
-        self._impossible.pop(name, None)
+        self._impossible.pop((name, -1), None)
         for one in laid.names:
             self._users[one].pop(name, None)
         record = laid.record
@@ -365,7 +439,9 @@ class Layout:
         """Tangents of a curve are written otherwise where it holds a point of the other curve."""
         for user in self._users.get(entity, ()):
             laid = self._laid.get(user)
-            if laid and isinstance(laid.record, Constraint) and laid.record.kind == "tangent":
+            if laid is None or not isinstance(laid.record, Constraint):
+                continue
+            if laid.record.kind == "tangent" and laid.record.active:
                 dirty[user] = None
 
     def _hold(self, at: int, name: str, numbers: tuple[float, ...] | None) -> None:
@@ -374,6 +450,7 @@ class Layout:
 
     def _release(self, at: int, name: str) -> None:
         del self._holds[at][name]
+        self._impossible.pop((name, at), None)
         if not self._holds[at]:
             del self._holds[at]
         self.places.touched.add(at)
@@ -500,13 +577,13 @@ class Layout:
             list(numbers) if numbers is not None else values[at : at + width].tolist()
             for _, at, numbers in holds
         ]
-        for (name, _, _), place in zip(holds, places, strict=True):
-            self._impossible.pop(name, None)
+        for (name, at, _), place in zip(holds, places, strict=True):
+            self._impossible.pop((name, at), None)
             scale = max(map(abs, [*place, *places[0]]), default=0.0)
             if any(
                 abs(a - b) > LOCK_TOLERANCE * scale for a, b in zip(place, places[0], strict=True)
             ):
-                self._impossible[name] = f"`{holds[0][0]}` holds it at another place"
+                self._impossible[name, at] = f"`{holds[0][0]}` holds it at another place"
         return places[0]
 
     def _take_constant(self, numbers: Iterable[float]) -> int:
@@ -537,8 +614,9 @@ class Layout:
     def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
         name = laid.record.name
         plan = laid.plan = self._plan(laid, values)
+        self._impossible.pop((name, -1), None)
         if plan.impossible:
-            self._impossible[name] = plan.impossible
+            self._impossible[name, -1] = plan.impossible
         for hidden in plan.hidden:
             size = len(hidden.names)
             at = self._columns.take(size)
@@ -742,7 +820,7 @@ class Layout:
         self.refresh()
         found: dict[str, Any] = {
             "redundant": sorted(self.redundant),
-            "impossible": sorted(self._impossible),
+            "impossible": sorted(self.impossible),
             "unknowns": sorted(self.name_of(int(column)) for column in self.unknowns),
         }
         for name, laid in self._laid.items():

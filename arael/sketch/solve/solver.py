@@ -24,6 +24,8 @@ class Solver:
         """Solve what an edit left open."""
         layout = self.layout
         x = layout.gather().copy()
+        if layout.impossible:
+            return Outcome("stalled", open=tuple(layout.impossible), fraction=0.0)
         size = float(np.ptp(x)) or 1.0
         status, steps = newton.solve(
             layout.rows, layout.guards, x, TOLERANCE * size, layout.low, layout.high

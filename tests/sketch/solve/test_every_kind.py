@@ -297,7 +297,7 @@ CONSTRAINT_CASES = [
     Case(
         "smooth",
         ("S0.p2", "S1.p1"),
-        lambda d: curvature(d, "S0", True) - curvature(d, "S1", False),
+        lambda d: abs(curvature(d, "S0", True)) - abs(curvature(d, "S1", False)),
         ties=(("S0.p2", "S1.p1"),),
     ),
     Case(
