@@ -1,625 +1,858 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Solves by levels: exact rows first, then points drawn to targets, then closeness to a place.
+"""Solver by levels: exact rows, then soft rows, then closeness to a given state.
 
-A step d on the exact rows is that of least norm with ``J d = -r``, from a QR factorisation of J'
-(`arael.runtime.orthogonal`), which also copes with dependent rows. The factor is used again while
-the residuals shrink fast (simplified Newton method; P. Deuflhard, Newton Methods for Nonlinear
-Problems, section 2.1.4). A step is halved until the residuals become smaller and no guard changes
-its sign; where that fails, steps are damped: least norm of (d, s) with ``J d + w s = -r``, which is
-Levenberg's step. Lower levels move in the null space of J only. Connected components are judged
-each by itself, and one whose rows hold is not moved.
+A lower level moves only in what the higher ones leave free. Directions of the second level are
+projected onto the null space of the exact rows; its linear problems are solved there by CGLS, whose
+every product with the projector is two solves with the factor that the exact rows have anyway
+(J. Nocedal, S. Wright, "Numerical Optimization", 2nd ed., 2006, section 16.3 and chapter 18;
+A. Bjorck, "Numerical Methods for Least Squares Problems", 1996, section 7.4). After every step the
+exact rows are solved again, so that a lower level never costs accuracy in a higher one.
 """
 
 import numpy as np
 
-from libc.math cimport INFINITY, fabs, isfinite, sqrt
-from libc.stdint cimport int32_t, uint8_t
+from libc.math cimport fabs, isfinite, sqrt
+from libc.stdint cimport int32_t
 from libc.string cimport memcpy, memset
 
 from arael.runtime.address cimport address, writable
+from arael.runtime.levels.factor cimport RowFactor
+from arael.runtime.levels.newton cimport SOLVED, Component, Newton
 from arael.runtime.levels.rows cimport Rows
-from arael.runtime.orthogonal.rank_qr cimport RankQR
 
-from arael.runtime.levels.outcome import Outcome
+from arael.runtime.levels.outcome import STATUSES, ComponentOutcome, Outcome
+from arael.runtime.levels.structure import analyse
 
-cdef enum:
-    SATISFIED = 0
-    OPEN = 1
-    FAILED = 2
-    HALVINGS = 24
-    PATIENCE = 8    # steps that gain next to nothing
-
-# A factor is used again while a step takes this part of the residuals or less.
-cdef double FAST = 0.1
-# The decrease of the residuals that a step must give, as a part of what it promises.
-cdef double ENOUGH = 0.05
+# Squared sine of the angle between an equation and the span of others below which it is redundant.
+PIVOT_TOLERANCE = 1e-12
+# Part of a gradient or vector that must be left after projection to be more than rounding.
+cdef double NOTHING = 1e-9
+# Where steps end by their limit: what counts as an optimum nevertheless.
+cdef double NEARLY = 1e-6
+# Slope of the distance from home, relative to the distance, at which it counts as least: it is
+# then within 1e-12 of that, and a state that can be home itself is reached regardless.
+cdef double NEAR_HOME = 1e-6
 
 
-cdef class Levels:
-    """Solver on rows; keeps the analysis and the last factor while the pattern stays.
+cdef class CursorRows(Rows):
+    """Unknowns minus their targets: rows x[at] - target."""
+
+    cdef object _at, _target, _indptr
+    cdef const int32_t* at
+    cdef const double* target
+
+    def __init__(self, n, at, target):
+        self._at = np.array(at, dtype=np.int32).ravel()
+        self._target = np.array(target, dtype=np.float64).ravel()
+        if len(self._at) != len(self._target):
+            raise ValueError(f"expected {len(self._at)} targets, found {len(self._target)}")
+        if len(self._at) and not 0 <= self._at.min() <= self._at.max() < n:
+            raise ValueError(f"expected unknowns from 0 to {n - 1} to drag")
+        self.n, self.m = n, len(self._at)
+        self._indptr = np.arange(self.m + 1, dtype=np.int32)
+        self.indptr = <const int32_t*>address(self._indptr, np.int32)
+        self.indices = self.at = <const int32_t*>address(self._at, np.int32)
+        self.target = <const double*>address(self._target, np.float64)
+
+    cdef int residuals(self, const double* x, double* r) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(self.m):
+            r[i] = x[self.at[i]] - self.target[i]
+        return 0
+
+    cdef int linearise(self, const double* x, double* r, double* entries) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(self.m):
+            entries[i] = 1.0
+        return self.residuals(x, r)
+
+
+cdef class Levels(Newton):
+    """Solves exact rows; below them soft rows, and closeness to a state.
 
     Parameters
     ----------
     rows : Rows
+        Equations that must hold: r(x) = 0.
+    soft : Rows, optional
+        Rows whose sum of squares `minimise` makes small, as far as the equations allow.
     guards : Rows, optional
-        On the same unknowns: those that are positive at the start of a solve stay so.
-    low, high : (n,) float64, optional
-        Bounds of unknowns that stand in one row only (slacks of inequalities). The arrays are read
-        anew when the pattern changes.
+        Functions of x whose signs a solve keeps; where one is zero at its start, it may take any.
+    scales : (n,) array_like, optional
+        Typical sizes of the unknowns: steps are shortest in x / scales.
+    step_limit : int
+        Evaluations of the rows in one solve of the exact rows.
+    pivot_tolerance : float
+        Squared sine of the angle between a row of the Jacobian and the span of other rows below
+        which it is taken as redundant.
+
+    Notes
+    -----
+    The analysis is kept until the pattern, the fixed unknowns, or the active rows change; factors
+    are kept from one solve to the next.
     """
 
-    def __init__(self, Rows rows, Rows guards=None, low=None, high=None):
-        self.rows, self.guards = rows, guards
-        self.low, self.high = low, high
-        self.version = self.guard_version = -1
-        self.kept = []
-        self.prepare()
+    cdef readonly Rows soft
+    cdef readonly object scales
+    cdef readonly double pivot_tolerance
+    cdef object _key, _touched, _low, _high, _own
+    cdef object _soft_keep, _soft_key
+    cdef int32_t* live              # components of the lower levels
+    cdef Py_ssize_t live_count
+    cdef int32_t* moving            # their unknowns, and those of soft rows that no row has
+    cdef Py_ssize_t moving_count
+    cdef Rows target                # soft rows at work
+    cdef double* r2                 # [m2]
+    cdef double* e2                 # entries of the soft rows
+    cdef double* left               # [m2] of CGLS
+    cdef double* image              # [m2]
+    cdef double* w                  # [n] result of CGLS
+    cdef double* search             # [n]
+    cdef double* gradient           # [n]
+    cdef double* moved              # [n] trial point of lower levels
+    cdef double* further            # [n]
+    cdef double* toward             # [n] projected way home
+    cdef double* before             # [n]
+    cdef double* sign               # [guards] at the start of a lower level
+    cdef double soft_tolerance
 
-    def set_bounds(self, low, high):
-        """Other bounds of the unknowns, from the next solve on."""
-        self.low, self.high, self.version = low, high, -1
+    def __init__(
+        self, Rows rows not None, Rows soft=None, *, Rows guards=None, scales=None,
+        int step_limit=100, double pivot_tolerance=PIVOT_TOLERANCE,
+    ):
+        self.rows, self.soft, self.guards = rows, soft, guards
+        for other in (soft, guards):
+            if other is not None and other.n != rows.n:
+                raise ValueError(f"expected rows of {rows.n} unknowns, found {other.n}")
+        self.scales = None if scales is None else np.array(scales, dtype=np.float64)
+        self.limit, self.pivot_tolerance = step_limit, pivot_tolerance
+        self._key = None
 
-    cdef void* array(self, dtype, Py_ssize_t count) except? NULL:
-        made = np.zeros(max(count, 1), dtype=dtype)
-        self.kept.append(made)
-        return writable(made, dtype)
+    # ---- analysis
 
-    cdef prepare(self):
-        """Memory and analysis for the present pattern."""
-        cdef Rows rows = self.rows
-        cdef Py_ssize_t guards = self.guards.pattern_version if self.guards is not None else -1
-        if self.version == rows.pattern_version and self.guard_version == guards:
-            return
-        self.version, self.guard_version = rows.pattern_version, guards
-        self.n, self.m = rows.n, rows.m
-        self.k = 0 if self.guards is None else self.guards.m
-        self.kept, self.current, self.damped = [], False, None
-        indptr, indices = np.asarray((<object>rows).indptr), np.asarray((<object>rows).indices)
-        self.qr = RankQR(self.m, self.n, indptr, indices)
-        count, of_equations, of_unknowns = self.qr.components
-        self.components = count
-        m, n, k = self.m, self.n, self.k
-        self.r = <double*>self.array(np.float64, m)
-        self.trial_r = <double*>self.array(np.float64, m)
-        self.right = <double*>self.array(np.float64, m)
-        self.tolerance = <double*>self.array(np.float64, m)
-        self.weight = <double*>self.array(np.float64, m)
-        self.active = <uint8_t*>self.array(np.uint8, m)
-        self.wanted = <uint8_t*>self.array(np.uint8, m)
-        self.was_active = <uint8_t*>self.array(np.uint8, m)
-        self.of_row = <int32_t*>self.array(np.int32, m)
-        self.entries = <double*>self.array(np.float64, len(indices))
-        self.x = <double*>self.array(np.float64, n)
-        self.trial = <double*>self.array(np.float64, n)
-        self.d = <double*>self.array(np.float64, n + m)
-        self.of_unknown = <int32_t*>self.array(np.int32, n)
-        self.g = <double*>self.array(np.float64, k)
-        self.trial_g = <double*>self.array(np.float64, k)
-        self.of_guard = <int32_t*>self.array(np.int32, k)
-        self.state = <uint8_t*>self.array(np.uint8, count)
-        self.accepted = <uint8_t*>self.array(np.uint8, count)
-        self.merit = <double*>self.array(np.float64, count)
-        self.trial_merit = <double*>self.array(np.float64, count)
-        self.before = <double*>self.array(np.float64, count)
-        self.t = <double*>self.array(np.float64, count)
-        self.idle = <int32_t*>self.array(np.int32, count)
-        self.blocked_by = <int32_t*>self.array(np.int32, count)
-        cdef int32_t[::1] equations = of_equations, unknowns = of_unknowns
-        cdef int i
-        for i in range(self.m):
-            self.of_row[i] = equations[i]
-        for i in range(self.n):
-            self.of_unknown[i] = unknowns[i]
-        self._take_guards()
-        self._take_bounds(indptr, indices)
+    def _analyse(self, fixed, active, basic):
+        """Renew the analysis if what it depends on has changed; whether it was renewed."""
+        rows, guards = self.rows, self.guards
+        versions = rows.pattern_version, guards.pattern_version if guards is not None else -1
+        key = self._key
+        if (
+            key is not None and key[0] == versions
+            and _same(key[1], fixed) and _same(key[2], active) and _same(key[3], basic)
+        ):
+            return False
+        n, m = rows.n, rows.m
+        free = np.ones(n, bool) if fixed is None else ~fixed
+        used = np.ones(m, bool) if active is None else active
+        links = None if guards is None else _pattern(guards)
+        structure = analyse(n, *_pattern(rows), free, used, links)
+        scales = np.ones(n) if self.scales is None else self.scales
+        if scales.shape != (n,) or not (np.isfinite(scales) & (scales > 0)).all():
+            raise ValueError(f"expected {n} positive scales of unknowns")
+        factor = RowFactor(
+            n, m, structure, np.where(free, scales, 0.0), basic, self.pivot_tolerance
+        )
+        self.prepare(factor, self.limit)
+        self._own = {
+            "touched": np.arange(factor.components, dtype=np.int32), "start": np.zeros(n),
+        }
+        self._soft_key = self._touched = None
+        self._key = (
+            versions, None if fixed is None else fixed.copy(),
+            None if active is None else active.copy(), None if basic is None else basic.copy(),
+        )
+        return True
 
-    def _take_guards(self):
-        """The component of each guard: that of its first unknown."""
-        cdef int i
-        if self.guards is None:
-            return
-        for i in range(self.k):
-            self.of_guard[i] = -1
-            if self.guards.indptr[i + 1] > self.guards.indptr[i]:
-                self.of_guard[i] = self.of_unknown[self.guards.indices[self.guards.indptr[i]]]
+    @property
+    def components(self):
+        """Number of components found by the last analysis."""
+        return 0 if self.factor is None else self.factor.components
 
-    def _take_bounds(self, indptr, indices):
-        """Unknowns with bounds, each with its row."""
-        found = []
-        if self.low is not None or self.high is not None:
-            low = np.full(self.n, -np.inf) if self.low is None else np.asarray(self.low)[: self.n]
-            high = np.full(self.n, np.inf) if self.high is None else np.asarray(self.high)[: self.n]
-            row_of = np.repeat(np.arange(self.m), np.diff(indptr))
-            for column in np.flatnonzero(np.isfinite(low) | np.isfinite(high)):
-                places = np.flatnonzero(indices == column)
-                if len(places) == 1:
-                    at = int(places[0])
-                    found.append((int(column), int(row_of[at]), at, low[column], high[column]))
-                elif len(places):
-                    raise ValueError(f"unknown {column} has bounds and stands in several rows")
-        cdef int i, count = len(found)
-        self.bounded = count
-        self.slack = <int32_t*>self.array(np.int32, count)
-        self.slack_row = <int32_t*>self.array(np.int32, count)
-        self.slack_place = <int32_t*>self.array(np.int32, count)
-        self.slack_entry = <double*>self.array(np.float64, count)
-        self.slack_low = <double*>self.array(np.float64, count)
-        self.slack_high = <double*>self.array(np.float64, count)
-        for i in range(count):
-            self.slack[i], self.slack_row[i], self.slack_place[i] = found[i][:3]
-            self.slack_low[i], self.slack_high[i] = found[i][3:]
-            self.slack_entry[i] = 0.0
+    @property
+    def component_of(self):
+        """(n,) component of each unknown, -1 where it is fixed or in no active row."""
+        return self.factor.structure.component_of
 
-    # --- evaluation, no GIL -------------------------------------------------------------------
+    def redundant(self):
+        """Rows that had no pivot in the last factors: they depend on others at that point."""
+        return self.factor.dropped()
 
-    cdef int evaluate(self, double* x, double* r, double* g) noexcept nogil:
-        """Residuals and guards at x; 0, or 1 + the first row that is not finite."""
-        cdef int code = self.rows.residuals(x, r)
-        if code:
-            return code
-        self.relax(x, r)
-        if self.k:
-            self.guards.residuals(x, g)
-        return 0
+    def _parts_touched(self, touched):
+        """Components to be solved, as int32."""
+        if touched is None:
+            return np.arange(self.factor.components, dtype=np.int32)
+        touched = np.asarray(touched)
+        found = np.unique(self.factor.structure.component_of[touched])
+        return found[found >= 0].astype(np.int32)
 
-    cdef void relax(self, double* x, double* r) noexcept nogil:
-        """Slacks that make their rows hold as far as their bounds let them; who acts then."""
-        cdef int i, s, row
-        cdef double to
-        for i in range(self.bounded):
-            s, row = self.slack[i], self.slack_row[i]
-            if not self.wanted[row] or self.slack_entry[i] == 0.0:
-                continue
-            to = x[s] - r[row] / self.slack_entry[i]
-            to = min(max(to, self.slack_low[i]), self.slack_high[i])
-            r[row] += self.slack_entry[i] * (to - x[s])
-            x[s] = to
-            if self.slack_low[i] < to < self.slack_high[i]:
-                r[row] = 0.0
+    def _begin(self, x, tolerance, fixed, active, basic, low, high):
+        """Check arguments and make everything ready."""
+        n, m = self.rows.n, self.rows.m
+        if not isinstance(x, np.ndarray) or x.dtype != np.float64 or x.shape != (n,):
+            raise ValueError(f"expected x as an array of {n} float64, which is changed in place")
+        fixed, active = _mask(fixed, n, "fixed unknowns"), _mask(active, m, "active rows")
+        self._analyse(fixed, active, _mask(basic, m, "basic rows"))
+        given = np.asarray(tolerance, dtype=np.float64)
+        if given.shape not in ((), (m,)) or not (given > 0).all():
+            raise ValueError(f"expected one positive tolerance, or one for each of {m} rows")
+        self._keep["tolerance"][:] = given
+        if (low is None) != (high is None):
+            low = np.full(n, -np.inf) if low is None else low
+            high = np.full(n, np.inf) if high is None else high
+        if low is None:
+            self.low = self.high = NULL
+        else:
+            self._keep["low"][:], self._keep["high"][:] = low, high
+            if not (self._keep["low"] <= self._keep["high"]).all():
+                raise ValueError("expected lower bounds that are not above the upper ones")
+            np.clip(x, low, high, out=x, where=np.ones(n, bool) if fixed is None else ~fixed)
+            self.low = <double*>writable(self._keep["low"], np.float64)
+            self.high = <double*>writable(self._keep["high"], np.float64)
+        self.factors = self.linearisations = 0
+        self.stopped, self._failure = False, None
 
-    cdef void measure(self, const double* r, double* merit) noexcept nogil:
-        """Length of the residuals of each component."""
-        cdef int i
-        memset(merit, 0, self.components * sizeof(double))
-        for i in range(self.m):
-            if self.wanted[i] and self.of_row[i] >= 0:
-                merit[self.of_row[i]] += r[i] * r[i]
-        for i in range(self.components):
-            merit[i] = sqrt(merit[i])
+    def _finish(self, parts, **more):
+        """Make the outcome of the components; raise what rows in Python raised."""
+        for rows in (self.rows, self.guards, self.target):
+            if rows is not None:
+                rows.check(-1)
+        if self._failure is not None and not isinstance(self._failure, KeyboardInterrupt):
+            raise self._failure
+        cdef const int32_t* at = <const int32_t*>address(parts, np.int32)
+        cdef Py_ssize_t j, worst = -1
+        cdef int steps = 0, status = SOLVED, guard = -1
+        cdef double largest = -1.0
+        cdef Component* p
+        left = []
+        for j in range(len(parts)):
+            p = &self.part[at[j]]
+            steps = max(steps, p.steps)
+            if not p.largest <= largest:
+                largest, worst = p.largest, p.row
+            if p.status != SOLVED:
+                if status == SOLVED:
+                    status = p.status
+                    guard = p.guard if STATUSES[status] == "side" else -1
+                left.append(ComponentOutcome(
+                    at[j], STATUSES[p.status], self.r[p.row] if p.row >= 0 else 0.0, p.row,
+                    p.guard if STATUSES[p.status] == "side" else -1, p.steps,
+                ))  # fmt: skip
+        if status != SOLVED:
+            worst = left[0].row
+        more.setdefault("status", STATUSES[status])
+        return Outcome(
+            largest=self.r[worst] if worst >= 0 else 0.0, row=worst, guard=guard, steps=steps,
+            rounds=self.rounds, factors=self.factors, open=tuple(left),
+            history=self.trace_rows(), **more,
+        )
 
-    cdef bint closed(self) noexcept nogil:
-        """Set the state of each component; whether none is open."""
-        cdef int i
-        cdef bint all_closed = True
-        for i in range(self.components):
-            if self.state[i] != FAILED:
-                self.state[i] = SATISFIED
-        for i in range(self.m):
-            if self.wanted[i] and fabs(self.r[i]) > self.tolerance[i]:
-                if self.of_row[i] < 0:
-                    continue
-                if self.state[self.of_row[i]] != FAILED:
-                    self.state[self.of_row[i]] = OPEN
-                    all_closed = False
-        return all_closed
+    # ---- exact rows
 
-    cdef int renew(self) noexcept nogil:
-        """Linearise and factor at x; 0, or 1 + a row that is not finite."""
-        cdef int i, row, code = self.rows.linearise(self.x, self.r, self.entries)
-        if code:
-            return code
-        self.relax(self.x, self.r)
-        memcpy(self.active, self.wanted, self.m)
-        for i in range(self.bounded):
-            row = self.slack_row[i]
-            self.slack_entry[i] = self.entries[self.slack_place[i]]
-            self.entries[self.slack_place[i]] = 0.0
-            # An inequality acts where it is violated.
-            if fabs(self.r[row]) <= self.tolerance[row]:
-                self.active[row] = 0
-        memcpy(self.was_active, self.active, self.m)
-        self.factors += 1
-        self.current = True
-        return self.qr.factor_entries(self.entries, NULL, self.active)
-
-    cdef void step_into(self, double mu) noexcept nogil:
-        """d for the open components, by the present factor (mu 0) or damped."""
-        cdef int i, p
-        cdef double total
-        for i in range(self.m):
-            self.right[i] = 0.0
-            if self.was_active[i] and self.of_row[i] >= 0 and self.state[self.of_row[i]] == OPEN:
-                self.right[i] = -self.r[i]
-        if mu == 0.0:
-            self.qr.least_norm_into(self.right, self.d)
-            return
-        # [J, w]: of unit unknowns and with weights of the length of each row.
-        cdef int at = 0
-        for i in range(self.m):
-            total = 0.0
-            for p in range(self.rows.indptr[i], self.rows.indptr[i + 1]):
-                self.widened[at] = self.entries[p]
-                total += self.entries[p] * self.entries[p]
-                at += 1
-            self.widened[at] = mu * (sqrt(total) if total > 0.0 else 1.0)
-            at += 1
-        self.damped.factor_entries(self.widened, self.scale, self.active)
-        self.damped.least_norm_into(self.right, self.d)
-        self.factors += 1
-
-    cdef int search(self, bint last) noexcept nogil:
-        """Accept d, or a part of it, in every open component; number of components refused.
-
-        `last`: only full steps are tried.
-        """
-        cdef int i, c, tries, code, open_count, refused = 0
-        cdef double part
-        self.measure(self.r, self.merit)
-        for c in range(self.components):
-            self.t[c] = 1.0 if self.state[c] == OPEN else 0.0
-            self.accepted[c] = self.state[c] != OPEN
-            self.blocked_by[c] = -1
-        for tries in range(1 if last else HALVINGS):
-            for i in range(self.n):
-                self.trial[i] = self.x[i]
-                c = self.of_unknown[i]
-                if self.t[c] != 0.0:
-                    self.trial[i] += self.t[c] * self.d[i]
-            code = self.evaluate(self.trial, self.trial_r, self.trial_g)
-            if code > 0:
-                # Not finite somewhere: everything that is not accepted yet goes less far.
-                for c in range(self.components):
-                    if not self.accepted[c]:
-                        self.t[c] *= 0.5
-                continue
-            if code < 0:
-                return -1
-            self.measure(self.trial_r, self.trial_merit)
-            for c in range(self.components):
-                if not self.accepted[c]:
-                    part = 1.0 - ENOUGH * self.t[c]
-                    self.accepted[c] = self.trial_merit[c] <= part * self.merit[c]
-            for i in range(self.k):
-                c = self.of_guard[i]
-                if c >= 0 and self.t[c] != 0.0 and self.g[i] > 0.0 and not self.trial_g[i] > 0.0:
-                    self.accepted[c] = False
-                    self.blocked_by[c] = i
-            open_count = 0
-            for c in range(self.components):
-                if self.state[c] == OPEN and not self.accepted[c]:
-                    open_count += 1
-                    self.t[c] *= 0.5
-            if open_count == 0:
-                break
-        for c in range(self.components):
-            if self.state[c] == OPEN and not self.accepted[c]:
-                refused += 1
-                self.t[c] = 0.0
-        if refused:
-            for i in range(self.n):
-                if not self.accepted[self.of_unknown[i]]:
-                    self.trial[i] = self.x[i]
-            if self.evaluate(self.trial, self.trial_r, self.trial_g):
-                return -1
-        memcpy(self.x, self.trial, self.n * sizeof(double))
-        memcpy(self.r, self.trial_r, self.m * sizeof(double))
-        if self.k:
-            memcpy(self.g, self.trial_g, self.k * sizeof(double))
-        self.measure(self.r, self.trial_merit)
-        return refused
-
-    cdef int run(self, int most) noexcept nogil:
-        """Newton steps until every component is satisfied or failed; their number, or -1."""
-        cdef int steps = 0, c, refused
-        cdef double mu = 0.0
-        cdef bint fresh = False, slow, idle
-        if self.closed():
-            return 0
-        while steps < most:
-            if not self.current or (mu == 0.0 and not fresh and steps):
-                self.bad_row = self.renew()
-                if self.bad_row:
-                    return -1
-                fresh = True
-            self.step_into(mu)
-            steps += 1
-            refused = self.search(False)
-            if refused < 0:
-                return -1
-            if refused and not fresh and mu == 0.0:
-                continue    # an old factor: the next step has its own
-            slow = False
-            for c in range(self.components):
-                if self.state[c] == OPEN and self.accepted[c]:
-                    slow |= self.trial_merit[c] > FAST * self.merit[c]
-                    idle = self.trial_merit[c] > 0.98 * self.merit[c]
-                    self.idle[c] = self.idle[c] + 1 if idle else 0
-                    if self.idle[c] >= PATIENCE:
-                        self.state[c] = FAILED
-            if refused:
-                if mu > 1e8:
-                    for c in range(self.components):
-                        if self.state[c] == OPEN and not self.accepted[c]:
-                            self.state[c] = FAILED
-                    mu = 0.0
-                else:
-                    mu = max(10.0 * mu, 1e-3)
-                    with gil:
-                        self._widen()
-            elif mu > 0.0:
-                mu = 0.1 * mu if mu > 1e-4 else 0.0
-                self.current = False
-            if self.closed():
-                return steps
-            if slow or mu > 0.0:
-                fresh = False
-                if mu > 0.0 and not refused:
-                    self.bad_row = self.renew()
-                    if self.bad_row:
-                        return -1
-                    fresh = True
-                if mu == 0.0:
-                    self.current = False
-        return steps
-
-    def _widen(self):
-        """The factorisation of damped steps."""
-        if self.damped is not None:
-            return
-        indptr, indices = np.asarray((<object>self.rows).indptr), np.asarray((<object>self.rows).indices)
-        counts = np.diff(indptr)
-        wide_ptr = indptr + np.arange(self.m + 1, dtype=np.int32)
-        wide = np.empty(len(indices) + self.m, np.int32)
-        own = wide_ptr[1:] - 1
-        mask = np.ones(len(wide), dtype=bool)
-        mask[own] = False
-        wide[mask] = indices
-        wide[own] = self.n + np.arange(self.m)
-        self.damped = RankQR(self.m, self.n + self.m, wide_ptr, wide)
-        self.widened = <double*>self.array(np.float64, len(wide))
-        self.scale = <double*>self.array(np.float64, self.n + self.m)
-        cdef int i
-        for i in range(self.n + self.m):
-            self.scale[i] = 1.0
-
-    cdef int sharpen(self) noexcept nogil:
-        """One further step with the factor there is, kept if it helps: results at rounding level."""
-        cdef int i, c
-        if not self.current:
-            return 0
-        for c in range(self.components):
-            self.state[c] = SATISFIED if self.before[c] == self.merit[c] else OPEN
-        self.measure(self.r, self.merit)
-        for c in range(self.components):
-            self.state[c] = (
-                OPEN if self.before[c] != self.merit[c] and self.merit[c] > 0.0 else SATISFIED
-            )
-        self.step_into(0.0)
-        for i in range(self.n):
-            c = self.of_unknown[i]
-            self.trial[i] = self.x[i] + (self.d[i] if self.state[c] == OPEN else 0.0)
-        if self.evaluate(self.trial, self.trial_r, self.trial_g):
-            return 0
-        self.measure(self.trial_r, self.trial_merit)
-        for i in range(self.n):
-            c = self.of_unknown[i]
-            if self.state[c] == OPEN and self.trial_merit[c] < self.merit[c]:
-                self.x[i] = self.trial[i]
-        return self.evaluate(self.x, self.r, self.g)
-
-    # --- for Python ---------------------------------------------------------------------------
-
-    def forget(self):
-        """Do not use the last factor again."""
-        self.current = False
-
-    def _begin(self, x, tolerance, active):
-        """Take over unknowns, tolerances and the rows that are wanted."""
-        self.prepare()
-        cdef const double* given = <const double*>address(x, np.float64, self.n)
-        memcpy(self.x, given, self.n * sizeof(double))
-        limits = np.ascontiguousarray(np.broadcast_to(np.float64(tolerance), (self.m,)))
-        memcpy(self.tolerance, <const double*>address(limits, np.float64), self.m * sizeof(double))
-        on = np.ones(self.m, np.uint8) if active is None else np.ascontiguousarray(active, np.uint8)
-        cdef const uint8_t* flags = <const uint8_t*>address(on, np.uint8, self.m)
-        cdef int i
-        for i in range(self.m):
-            if self.wanted[i] != flags[i]:
-                self.current = False
-                self.wanted[i] = flags[i]
-        memset(self.state, 0, self.components)
-        memset(self.idle, 0, self.components * sizeof(int32_t))
-        if self.bounded and self.slack_entry[0] == 0.0:
-            with nogil:
-                self.rows.linearise(self.x, self.r, self.entries)
-            for i in range(self.bounded):
-                self.slack_entry[i] = self.entries[self.slack_place[i]]
-        cdef int code
-        with nogil:
-            code = self.evaluate(self.x, self.r, self.g)
-        self.rows.check(code)
-        if code == 0:
-            self.measure(self.r, self.before)
-        self.bad_row = code
-        return code
-
-    def solve(self, x, tolerance, active=None, int most=100):
-        """Make the rows hold, by steps of least norm.
+    def solve(
+        self, x, tolerance=1e-10, *, fixed=None, active=None, basic=None, touched=None,
+        low=None, high=None, keep=False,
+    ):
+        """Solve the exact rows in place, by steps of least norm.
 
         Parameters
         ----------
-        x : (n,) float64, changed in place where that succeeded; components that are satisfied, and
-            those that fail, keep their bits
-        tolerance : float or (m,), of residuals
-        active : (m,) bool, rows that count; all by default
-        most : steps
+        x : (n,) float64
+            Start and result. A component whose rows all hold is not changed by a single bit; one
+            that is not solved is put back, unless `keep`.
+        tolerance : float or (m,) array_like
+            Largest residual of a row that holds.
+        fixed : (n,) bool, optional
+            Unknowns that do not move.
+        active : (m,) bool, optional
+            Rows that count; all by default.
+        basic : (m,) bool, optional
+            Rows that steps are made from, for instance those found independent by a QR; the others
+            are only checked. By default rows without a pivot are left out of each factor.
+        touched : array of int, optional
+            Unknowns whose components are solved; all components by default.
+        low, high : (n,) array_like, optional
+            Bounds on unknowns; x is clipped to them first.
+        keep : bool
+            Leave x where the solve ended, solved or not.
 
         Returns
         -------
         Outcome
-        """
-        cdef double* into = <double*>writable(x, np.float64, self.n)
-        cdef int steps, made = self.factors
-        if self._begin(x, tolerance, active):
-            return Outcome("not_finite", 0, 0, float("inf"), self.bad_row - 1)
-        with nogil:
-            steps = self.run(most)
-            if steps > 0:
-                self.sharpen()
-        if steps < 0:
-            self.rows.check(self.bad_row if self.bad_row < 0 else 0)
-        cdef int i
-        cdef bint solved = steps >= 0 and self._is_solved()
-        if solved:
-            for i in range(self.n):
-                into[i] = self.x[i]
-        return self._outcome(solved, max(steps, 0), most, self.factors - made)
 
-    def _is_solved(self):
-        cdef int i
-        for i in range(self.m):
-            if self.wanted[i] and not fabs(self.r[i]) <= self.tolerance[i]:
+        Raises
+        ------
+        ValueError
+            If an argument has another shape than expected.
+        """
+        self._begin(x, tolerance, fixed, active, basic, low, high)
+        parts = self._own["touched"] if touched is None else self._parts_touched(touched)
+        cdef double* at = <double*>writable(x, np.float64, self.rows.n)
+        cdef const int32_t* of = <const int32_t*>address(parts, np.int32)
+        cdef double* start = <double*>writable(self._own["start"], np.float64)
+        cdef Py_ssize_t count = len(parts), j, k, c
+        cdef RowFactor factor = self.factor
+        cdef bint put_back = not keep
+        with nogil:
+            memcpy(start, at, factor.n * sizeof(double))
+            for j in range(count):
+                self.restart(of[j], at)
+            self.solve_parts(at, of, count)
+            for j in range(count):
+                c = of[j]
+                if self.part[c].status != SOLVED:
+                    self.part[c].factored = False
+                    if put_back:
+                        for k in range(factor.unknown_start[c], factor.unknown_start[c + 1]):
+                            at[factor.unknown_list[k]] = start[factor.unknown_list[k]]
+        return self._finish(parts)
+
+    # ---- lower levels
+
+    def minimise(
+        self, x, tolerance=1e-10, *, home=None, soft_tolerance=None, fixed=None, active=None,
+        basic=None, low=None, high=None, limit=100,
+    ):
+        """Solve the exact rows; among their solutions make the soft rows' sum of squares least.
+
+        Parameters
+        ----------
+        x : (n,) float64
+            Start and result.
+        home : (n,) array_like, optional
+            Of all optima, come to the one closest to this state.
+        soft_tolerance : float, optional
+            Soft rows not larger than this are not improved; the smallest `tolerance` by default.
+        limit : int
+            Steps of each lower level.
+        tolerance, fixed, active, basic, low, high
+            As in `solve`.
+
+        Returns
+        -------
+        Outcome
+            ``solved`` as soon as the exact rows hold; `converged` is whether an optimum was
+            reached. If they cannot be solved, x is put back.
+        """
+        if self.soft is None:
+            raise ValueError("expected Levels(rows, soft=...) to minimise soft rows")
+        return self._lower(
+            self.soft, x, tolerance, home, soft_tolerance, fixed, active, basic, low, high, limit
+        )
+
+    def drag(
+        self, x, at, target, home=None, tolerance=1e-10, *, fixed=None, active=None, basic=None,
+        low=None, high=None, limit=60,
+    ):
+        """Bring unknowns to targets as closely as the exact rows allow, moving little else.
+
+        The exact rows hold; then sum (x[at] - target)^2 is least; then x is closest to `home`.
+
+        Parameters
+        ----------
+        x : (n,) float64
+            Start and result: the last frame. If the exact rows cannot be solved, it is put back.
+        at : (k,) array of int
+            Unknowns that follow the cursor.
+        target : (k,) array_like
+            Where they should be.
+        home : (n,) array_like, optional
+            The state when the drag began.
+        limit : int
+            Steps of each lower level in this frame.
+        tolerance, fixed, active, basic, low, high
+            As in `solve`.
+        """
+        rows = CursorRows(self.rows.n, at, target)
+        return self._lower(
+            rows, x, tolerance, home, None, fixed, active, basic, low, high, limit
+        )
+
+    def _lower(
+        self, Rows soft, x, tolerance, home, soft_tolerance, fixed, active, basic, low, high,
+        int limit,
+    ):
+        self._begin(x, tolerance, fixed, active, basic, low, high)
+        n = self.rows.n
+        least = float(np.min(tolerance))
+        self.soft_tolerance = least if soft_tolerance is None else soft_tolerance
+        self._soft_workspace(soft)
+        parts, unknowns = self._soft_keep["live"], self._soft_keep["moving"]
+        start = x.copy()
+        cdef const double* towards = NULL
+        if home is not None:
+            home = np.array(home, dtype=np.float64)
+            if home.shape != (n,):
+                raise ValueError(f"expected a home of {n} unknowns, found {home.shape}")
+            towards = <const double*>address(home, np.float64)
+        cdef double* at = <double*>writable(x, np.float64, n)
+        cdef Py_ssize_t j
+        cdef bint converged = True, exact = True
+        cdef double f2 = 0.0, f3 = 0.0
+        with nogil:
+            for j in range(self.live_count):
+                self.restart(self.live[j], at)
+            self.solve_parts(at, self.live, self.live_count)
+            for j in range(self.live_count):
+                exact = exact and self.part[self.live[j]].status == SOLVED
+            if exact and not self.stopped:
+                converged = self._soft_level(at, limit)
+                if towards != NULL and not self.stopped:
+                    converged = self._home_level(at, towards, limit) and converged
+                self.target.residuals(at, self.r2)
+                f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+                if towards != NULL:
+                    f3 = sqrt(self._distance(at, towards))
+                # State of the components at x, for the outcome.
+                if self.rows.residuals(at, self.r) >= 0:
+                    for j in range(self.live_count):
+                        self.measure(
+                            self.live[j], self.r, &self.part[self.live[j]].largest,
+                            &self.part[self.live[j]].norm, &self.part[self.live[j]].row,
+                        )
+                        self.part[self.live[j]].status = SOLVED
+        more = {"soft": f2, "distance": f3, "converged": bool(converged and exact)}
+        if self.stopped or not exact:
+            x[:] = start
+            for j in range(self.live_count):
+                self.part[self.live[j]].factored = False
+            if self.stopped and exact:
+                more["status"] = "interrupted"
+        return self._finish(parts, **more)
+
+    def _soft_workspace(self, Rows soft):
+        """Workspaces for soft rows, and what they move; kept while their pattern is."""
+        self.target = soft
+        indices = _pattern(soft)[1]
+        key = self._soft_key
+        if key is not None and key[0] is self._key and key[1] == soft.m and (
+            np.array_equal(key[2], indices)
+        ):
+            return
+        factor, n = self.factor, self.rows.n
+        structure = factor.structure
+        component_of = structure.component_of
+        scale = self._keep["scale"]
+        used = np.unique(indices[scale[indices] > 0]).astype(np.int64)
+        found = np.unique(component_of[used])
+        live = found[found >= 0].astype(np.int32)
+        inside = np.zeros(factor.components + 1, bool)
+        inside[live] = True
+        mask = inside[component_of]
+        mask[used] = True
+        mask &= scale > 0
+        guards = self.guards.m if self.guards is not None else 0
+        self._soft_keep = {
+            "live": live, "moving": np.flatnonzero(mask).astype(np.int32),
+            **{name: np.zeros(size) for name, size in {
+                "r2": soft.m, "e2": len(indices), "left": soft.m, "image": soft.m, "w": n,
+                "search": n, "gradient": n, "moved": n, "further": n, "toward": n, "before": n,
+                "sign": guards,
+            }.items()},
+        }  # fmt: skip
+        keep = self._soft_keep
+        self.live = <int32_t*>writable(keep["live"], np.int32)
+        self.moving = <int32_t*>writable(keep["moving"], np.int32)
+        self.live_count, self.moving_count = len(live), len(keep["moving"])
+        self.r2 = <double*>writable(keep["r2"], np.float64)
+        self.e2 = <double*>writable(keep["e2"], np.float64)
+        self.left = <double*>writable(keep["left"], np.float64)
+        self.image = <double*>writable(keep["image"], np.float64)
+        self.w = <double*>writable(keep["w"], np.float64)
+        self.search = <double*>writable(keep["search"], np.float64)
+        self.gradient = <double*>writable(keep["gradient"], np.float64)
+        self.moved = <double*>writable(keep["moved"], np.float64)
+        self.further = <double*>writable(keep["further"], np.float64)
+        self.toward = <double*>writable(keep["toward"], np.float64)
+        self.before = <double*>writable(keep["before"], np.float64)
+        self.sign = <double*>writable(keep["sign"], np.float64)
+        self._soft_key = self._key, soft.m, indices.copy()
+
+    cdef void _project(self, double* v) noexcept nogil:
+        """Onto the null space of the exact rows, in scaled unknowns."""
+        cdef Py_ssize_t j
+        for j in range(self.live_count):
+            self.factor.project(self.live[j], v)
+
+    cdef void _pull(self, const double* residual, double* v) noexcept nogil:
+        """Set v to S J2' residual on the moving unknowns."""
+        cdef Py_ssize_t i, k
+        for k in range(self.moving_count):
+            v[self.moving[k]] = 0.0
+        for i in range(self.target.m):
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                v[self.target.indices[k]] += self.e2[k] * residual[i]
+        for i in range(self.target.m):
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                if self.scale[self.target.indices[k]] == 0.0:
+                    v[self.target.indices[k]] = 0.0
+        for k in range(self.moving_count):
+            v[self.moving[k]] *= self.factor.scale[self.moving[k]]
+
+    cdef void _push(self, const double* v, double* residual) noexcept nogil:
+        """Set residual to J2 S v."""
+        cdef Py_ssize_t i, k, u
+        cdef double total
+        for i in range(self.target.m):
+            total = 0.0
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                u = self.target.indices[k]
+                if self.factor.scale[u] != 0.0:
+                    total += self.e2[k] * self.factor.scale[u] * v[u]
+            residual[i] = total
+
+    cdef double _inner(self, const double* a, const double* b) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef double total = 0.0
+        for k in range(self.moving_count):
+            total += a[self.moving[k]] * b[self.moving[k]]
+        return total
+
+    cdef void _least(self, double damping) noexcept nogil:
+        """Set w to what makes |J2 S P w - left|^2 + damping |w|^2 least (CGLS from zero).
+
+        Destroys `left`, `image`, `search`, `gradient`.
+        """
+        cdef Py_ssize_t k, i, t, rounds = min(self.target.m, self.moving_count, 300) + 3
+        cdef double first, gamma, delta, step, new, whole
+        for k in range(self.moving_count):
+            self.w[self.moving[k]] = 0.0
+        self._pull(self.left, self.gradient)
+        whole = self._inner(self.gradient, self.gradient)
+        self._project(self.gradient)
+        gamma = first = self._inner(self.gradient, self.gradient)
+        if gamma <= NOTHING * NOTHING * whole:
+            return
+        for k in range(self.moving_count):
+            self.search[self.moving[k]] = self.gradient[self.moving[k]]
+        for t in range(rounds):
+            self._push(self.search, self.image)
+            delta = _dot(self.image, self.image, self.target.m)
+            delta += damping * self._inner(self.search, self.search)
+            if delta <= 0.0 or not isfinite(delta):
+                return
+            step = gamma / delta
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.w[i] += step * self.search[i]
+            for i in range(self.target.m):
+                self.left[i] -= step * self.image[i]
+            self._pull(self.left, self.gradient)
+            self._project(self.gradient)
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.gradient[i] -= damping * self.w[i]
+            new = self._inner(self.gradient, self.gradient)
+            if new <= 1e-24 * first:
+                return
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.search[i] = self.gradient[i] + new / gamma * self.search[i]
+            gamma = new
+
+    cdef double _distance(self, const double* x, const double* home) noexcept nogil:
+        """Squared distance from home in scaled unknowns."""
+        cdef Py_ssize_t k, i
+        cdef double v, total = 0.0
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            v = (home[i] - x[i]) / self.scale[i]
+            total += v * v
+        return total
+
+    cdef bint _sides_kept(self, const double* x) noexcept nogil:
+        """Whether all guards have the signs in `sign` at x."""
+        cdef Py_ssize_t g
+        if self.guards is None:
+            return True
+        if self.guards.residuals(x, self.tried_guard) < 0:
+            self.stopped = True
+            return False
+        for g in range(self.guards.m):
+            if self.sign[g] != 0.0 and not self.sign[g] * self.tried_guard[g] > 0.0:
                 return False
         return True
 
-    def _outcome(self, bint solved, int steps, int most, int factors, double distance=0.0):
-        cdef int i, worst = -1, guard = -1
-        cdef double largest = 0.0
-        for i in range(self.m):
-            if self.wanted[i] and (worst < 0 or fabs(self.r[i]) > largest):
-                worst, largest = i, fabs(self.r[i])
-        if solved:
-            return Outcome("solved", steps, factors, largest, worst, -1, distance)
-        if worst >= 0 and self.of_row[worst] >= 0:
-            guard = self.blocked_by[self.of_row[worst]]
-        status = "side" if guard >= 0 else "step_limit" if steps >= most else "stalled"
-        return Outcome(status, steps, factors, largest, worst, guard, distance)
+    cdef bint _restore(self, double* x) noexcept nogil:
+        """Solve the exact rows of the live components at x, with the factors at hand."""
+        cdef Py_ssize_t j
+        if self.guards is not None and not self._sides_kept(x):
+            return False
+        for j in range(self.live_count):
+            self.restart(self.live[j], x)
+        self.solve_parts(x, self.live, self.live_count)
+        if self.stopped:
+            return False
+        for j in range(self.live_count):
+            if self.part[self.live[j]].status != SOLVED:
+                return False
+        return True
 
-    @property
-    def state_of_unknowns(self):
-        """(n,) unknowns where the last solve ended, whether it succeeded or not."""
-        found = np.empty(self.n)
-        memcpy(<double*>writable(found, np.float64), self.x, self.n * sizeof(double))
-        return found
+    cdef double _into(
+        self, double* to, const double* x, const double* v, double along
+    ) noexcept nogil:
+        """Set `to` to x + along S v, shortened at the first bound; the fraction that was gone."""
+        cdef Py_ssize_t k, i
+        cdef double step
+        if self.low != NULL:
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                step = along * self.factor.scale[i] * v[i]
+                if x[i] + step < self.low[i]:
+                    along *= (self.low[i] - x[i]) / step
+                elif x[i] + step > self.high[i]:
+                    along *= (self.high[i] - x[i]) / step
+        memcpy(to, x, self.factor.n * sizeof(double))
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            to[i] = x[i] + along * self.factor.scale[i] * v[i]
+            if self.low != NULL:
+                to[i] = min(max(to[i], self.low[i]), self.high[i])
+        return along
 
-    @property
-    def residuals(self):
-        """(m,) residuals where the last solve ended."""
-        found = np.empty(self.m)
-        memcpy(<double*>writable(found, np.float64), self.r, self.m * sizeof(double))
-        return found
-
-    def drag(self, x, at, targets, home, tolerance, active=None, int most=30):
-        """Rows exactly; then some unknowns as near to targets as they can be; then all to `home`.
-
-        Each round projects: the pull on the dragged unknowns, and what is left of closeness to
-        home, onto the directions that the level above leaves free; then the exact rows are solved
-        again from there, and the step is kept if the dragged unknowns came nearer (or stayed as
-        near, and everything nearer to home).
-
-        Parameters
-        ----------
-        x : (n,) float64, changed in place; where the rows cannot be made to hold it stays
-        at : (k,) int, unknowns that are pulled
-        targets : (k,) float64
-        home : (n,) float64, where everything was when the drag began
-        tolerance, active : as `solve`
-
-        Returns
-        -------
-        Outcome
-        """
-        cdef double* into = <double*>writable(x, np.float64, self.n)
-        at = np.asarray(at, dtype=np.int64)
-        targets = np.asarray(targets, dtype=np.float64)
-        home = np.asarray(home, dtype=np.float64)[: self.rows.n]
-        made = self.factors
-        first = self.solve(x, tolerance, active)
-        if not first.solved:
-            return first
-        cdef int i
-        here = np.array(x[: self.n])
-        near = float(np.linalg.norm(targets - here[at]))
-        away = float(np.linalg.norm(home - here))
-        size = max(near, away, 1e-300)
-        steps = first.steps
-        part = 1.0
-        for round_ in range(most):
-            pull, back = self._directions(here, at, targets, home)
-            if pull is None:
-                break
-            step = pull + back
-            length = float(np.abs(step).max(initial=0.0))
-            if length <= 1e-15 * (np.abs(here).max(initial=0.0) + size):
-                break
-            found = self._along(here, step, pull, at, targets, home, near, away, part,
-                                tolerance, active)
-            steps += 1
-            if found is None:
-                if part < 1e-3:
-                    break
-                part *= 0.25
+    cdef bint _hold_along(self, const double* x, const double* v) noexcept nogil:
+        """Hold unknowns at a bound that the direction v would cross; whether there are any."""
+        cdef Py_ssize_t k, i
+        cdef bint found = False
+        cdef double near
+        if self.low == NULL:
+            return False
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            if self.held[i] or v[i] == 0.0:
                 continue
-            moved = float(np.abs(found[0] - here).max(initial=0.0))
-            here, near, away, part = found
-            if moved <= 1e-14 * size:
-                break
-        self._begin(here, tolerance, active)
-        for i in range(self.n):
-            into[i] = self.x[i]
-        return self._outcome(True, steps, steps + 1, self.factors - made, near)
+            if (x[i] <= self.low[i] and v[i] < 0) or (x[i] >= self.high[i] and v[i] > 0):
+                self.held[i] = 1 if v[i] < 0 else 2
+                self.factor.scale[i] = 0.0
+                found = True
+        return found
 
-    def _along(self, here, step, pull, at, targets, home, near, away, part, tolerance, active):
-        """A feasible point along a step that is better, with its distances; None if none is."""
-        wanted = targets - here[at]
-        slope = -2.0 * float(wanted @ pull[at])
-        t = part
-        for _ in range(8):
-            trial = here + t * step
-            outcome = self.solve(trial, tolerance, active, 12)
-            if outcome.solved:
-                closer = float(np.linalg.norm(targets - trial[at]))
-                farther = float(np.linalg.norm(home - trial))
-                if closer < near * (1.0 - 1e-12) or (
-                    closer <= near * (1.0 + 1e-12) + 1e-15 and farther < away * (1.0 - 1e-9)
-                ):
-                    if t == 1.0 and slope < 0.0:
-                        # Where the parabola through both ends has its lowest point: much shorter
-                        # than the step where a point turns about a near one.
-                        bend = closer * closer - near * near - slope
-                        best = -slope / (2.0 * bend) if bend > 0.0 else 1.0
-                        if best < 0.7:
-                            again = here + best * step
-                            outcome = self.solve(again, tolerance, active, 12)
-                            if outcome.solved:
-                                other = float(np.linalg.norm(targets - again[at]))
-                                if other < closer:
-                                    return again, other, float(np.linalg.norm(home - again)), 1.0
-                    return trial, closer, farther, min(1.0, 2.0 * t)
-                bend = (closer * closer - near * near - slope * t) / (t * t)
-                best = -slope / (2.0 * bend) if bend > 0.0 and slope < 0.0 else 0.5 * t
-                t = min(max(best, 0.05 * t), 0.5 * t)
+    cdef bint _release_from(self, const double* pull, double whole) noexcept nogil:
+        """Release held unknowns that descend inwards; `pull` is J2' r2 unscaled, or -1 x toward."""
+        cdef Py_ssize_t j, k, t, i, e, c, found = 0
+        cdef double wish
+        for j in range(self.live_count):
+            c = self.live[j]
+            for k in range(self.factor.component_start[c], self.factor.component_start[c + 1]):
+                wish = 0.0
+                for e in range(self.factor.start[k], self.factor.start[k + 1]):
+                    i = self.factor.unknown[e]
+                    wish += self.factor.value[e] * self.factor.scale[i] * pull[i]
+                self.factor.solution[k] = wish
+            self.factor.solve(c)        # least-squares multipliers
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            if not self.held[i] or self.released[i] > 2:
+                continue
+            wish = -pull[i]
+            for t in range(self.factor.column_start[i], self.factor.column_start[i + 1]):
+                e = self.factor.column_position[t]
+                wish += (
+                    self.entries[self.factor.source[self.factor.column_entry[t]]]
+                    * self.factor.row_scale[e] * self.factor.solution[e]
+                )
+            wish *= self.scale[i]
+            if wish > NOTHING * whole if self.held[i] == 1 else wish < -NOTHING * whole:
+                self.held[i] = 0
+                self.released[i] += 1
+                self.factor.scale[i] = self.scale[i]
+                found += 1
+        return found > 0
+
+    cdef bint _soft_level(self, double* x, int limit) noexcept nogil:
+        """Make the soft rows' sum of squares least, on the exact rows; whether it converged."""
+        cdef Py_ssize_t k, i, t
+        cdef double damping = 0.0, f2, new, predicted, slope, curvature, along, whole, norm, size
+        cdef double stretch = 1.0, left = 1.0
+        cdef bint renew = True
+        cdef int retries
+        if self.guards is not None:
+            self.guards.residuals(x, self.sign)
+        retries = 0
+        for t in range(limit):
+            if self.interrupted():
+                return False
+            if renew:
+                if self.refactor(x, self.live, self.live_count) != 0:
+                    return False
+                if self.target.linearise(x, self.r2, self.e2) != 0:
+                    self.stopped = self.target.raised is not None
+                    return False
+            f2 = _dot(self.r2, self.r2, self.target.m)
+            if f2 <= self.soft_tolerance * self.soft_tolerance:
+                return True
+            for i in range(self.target.m):
+                self.left[i] = -self.r2[i]
+            self._pull(self.left, self.gradient)
+            whole = sqrt(self._inner(self.gradient, self.gradient))
+            self._project(self.gradient)
+            norm = sqrt(self._inner(self.gradient, self.gradient))
+            if self.low != NULL:
+                memset(self.before, 0, self.factor.n * sizeof(double))
+                for i in range(self.target.m):
+                    for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                        self.before[self.target.indices[k]] += self.e2[k] * self.r2[i]
+                size = 0.0
+                for k in range(self.moving_count):
+                    i = self.moving[k]
+                    size = max(size, fabs(self.scale[i] * self.before[i]))
+                if norm <= 1e-6 * max(whole, size) and self._release_from(self.before, size):
+                    renew = True
+                    continue
+            if norm <= NOTHING * whole or whole == 0.0:
+                return True
+            left = norm / whole
+            self._least(damping)
+            if self._hold_along(x, self.w):
+                renew = True
+                continue
+            # The model along w, and its slope.
+            self._push(self.w, self.image)
+            slope = 2.0 * _dot(self.image, self.r2, self.target.m)
+            size = _dot(self.image, self.image, self.target.m)
+            predicted = -(slope + size)
+            norm = self._inner(self.w, self.w)
+            if norm == 0.0:
+                return True
+            along = self._into(self.moved, x, self.w, stretch)
+            renew = False
+            if not self._restore(self.moved):
+                if self.stopped:
+                    return False
+                damping = max(8.0 * damping, 2.0 * size / norm)
+                retries += 1
+                if retries > 25:
+                    return left <= NEARLY
+                stretch = 1.0
+                for k in range(self.live_count):    # the factor may be of another point by now
+                    self.part[self.live[k]].factored = False
+                renew = True
+                continue
+            if self.target.residuals(self.moved, self.left) != 0:
+                self.stopped = self.target.raised is not None
+                if self.stopped:
+                    return False
+                new = f2 * 2 + 1
             else:
-                t *= 0.3
-        return None
+                new = _dot(self.left, self.left, self.target.m)
+            renew = True
+            # Curvature along w beyond that of Gauss and Newton becomes the damping.
+            curvature = (new - f2 - along * slope) / (along * along) - size
+            if new < f2:
+                memcpy(x, self.moved, self.factor.n * sizeof(double))
+                retries = 0
+                damping = max(0.0, curvature / norm)
+                if damping * norm < 1e-3 * size:
+                    damping = 0.0
+                # Less curvature than that of Gauss and Newton: the next step is longer.
+                stretch = 1.0
+                if curvature < -1e-3 * size:
+                    stretch = size / max(size + curvature, 0.05 * size)
+                if f2 - new <= 1e-15 * f2:
+                    return True
+                continue
+            retries += 1
+            if predicted <= 1e-14 * f2:     # below rounding of the sum
+                return True
+            if retries > 25:
+                return left <= NEARLY
+            stretch = 1.0
+            damping = max(max(4.0 * damping, size / norm), curvature / norm)
+        return left <= NEARLY
 
-    def _directions(self, here, at, targets, home):
-        """The pull on the dragged unknowns and the way home, in what is left free at a point."""
-        memcpy(self.x, <const double*>address(here, np.float64), self.n * sizeof(double))
-        cdef int code
-        with nogil:
-            code = self.renew()
-        if code:
-            return None, None
-        units = np.zeros((len(at), self.n))
-        units[np.arange(len(at)), at] = 1.0
-        free = self.qr.project(units)                  # rows: P e
-        square = free[:, at]
-        values, vectors = np.linalg.eigh(0.5 * (square + square.T))
-        kept = values > 1e-10 * max(values.max(initial=0.0), 1e-300)
-        kept &= values > 1e-14
-        inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
-        pull = (inverse @ (targets - here[at])) @ free
-        back = self.qr.project(home - here - pull)
-        back -= (inverse @ back[at]) @ free
-        return pull, back
+    cdef bint _home_level(self, double* x, const double* home, int limit) noexcept nogil:
+        """Come as close to home as the levels above allow; whether it converged."""
+        cdef Py_ssize_t k, i, t, tried
+        cdef double f2, new2, f3, new3, along = 1.0, whole, norm, slack, ss, sy, v
+        cdef double reach
+        cdef bint first = True, accepted
+        self.target.residuals(x, self.r2)
+        f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+        slack = max(f2 * (1.0 + 1e-9), 10.0 * self.soft_tolerance)
+        for t in range(limit):
+            if self.interrupted():
+                return False
+            if self.refactor(x, self.live, self.live_count) != 0:
+                return False
+            if self.target.linearise(x, self.r2, self.e2) != 0:
+                return False
+            f3 = reach = 0.0
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                reach = max(reach, max(fabs(x[i]), fabs(home[i])) / self.scale[i])
+                v = (home[i] - x[i]) / self.scale[i]
+                f3 += v * v
+                self.further[i] = v if self.factor.scale[i] != 0.0 else 0.0
+            whole = sqrt(f3)
+            self._project(self.further)
+            self._push(self.further, self.left)
+            self._least(0.0)
+            norm = 0.0
+            ss = sy = 0.0
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.further[i] -= self.w[i]
+                norm += self.further[i] * self.further[i]
+                if not first:
+                    v = along * self.toward[i]
+                    ss += v * v
+                    sy += v * (self.toward[i] - self.further[i])
+            norm = sqrt(norm)
+            if norm <= NEAR_HOME * whole or norm <= 1e-14 * reach:
+                return True
+            if self._hold_along(x, self.further):
+                continue
+            if not first:       # the step of Barzilai and Borwein
+                along = ss / sy if sy > 0.25 * ss else 4.0
+            along = min(max(along, 0.02), 4.0)
+            first = False
+            memcpy(self.toward, self.further, self.factor.n * sizeof(double))
+            accepted = False
+            for tried in range(12):
+                if along * norm <= 1e-14 * reach:
+                    break
+                self._into(self.further, x, self.toward, along)
+                if self._restore(self.further):
+                    self._soft_level(self.further, 8)
+                    if self.stopped:
+                        return False
+                    self.target.residuals(self.further, self.r2)
+                    new2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+                    new3 = self._distance(self.further, home)
+                    if new2 <= slack and new3 < f3 and self._sides_kept(self.further):
+                        accepted = True
+                        break
+                if self.stopped:
+                    return False
+                along *= 0.3
+            if not accepted:
+                return norm <= 1e-6 * whole or norm <= 1e-10 * reach
+            memcpy(x, self.further, self.factor.n * sizeof(double))
+            if f3 - new3 <= 1e-15 * f3:
+                return True
+        return False
+
+
+cdef double _dot(const double* a, const double* b, Py_ssize_t n) noexcept nogil:
+    cdef Py_ssize_t i
+    cdef double total = 0.0
+    for i in range(n):
+        total += a[i] * b[i]
+    return total
+
+
+def _mask(given, Py_ssize_t size, what):
+    """A boolean mask, or None."""
+    if given is None:
+        return None
+    given = np.ascontiguousarray(given)
+    if given.dtype != bool or given.shape != (size,):
+        raise ValueError(f"expected {what} as {size} booleans, found {given.dtype} {given.shape}")
+    return given
+
+
+def _pattern(rows):
+    """Pattern of rows as arrays; attributes of a typed object would be the pointers."""
+    return rows.indptr, rows.indices
+
+
+def _same(a, b):
+    return a is b if a is None or b is None else np.array_equal(a, b)
