@@ -10,7 +10,11 @@ _OF_POINTS = {"start_angle": "start", "end_angle": "end"}
 
 
 def replacements(division: Division) -> dict[str, str]:
-    """Old path -> new expression; what has no successor is left out, and breaks what reads it."""
+    """Old path -> new expression; what has no successor is left out, and breaks what reads it.
+
+    The length of pieces that are all kept is their sum; of a line that lost a stretch inside, the
+    distance of its ends.
+    """
     old = division.old.name
     found: dict[str, str] = {}
     if not division.parts:
@@ -26,6 +30,10 @@ def replacements(division: Division) -> dict[str, str]:
             successor = division.successor(end)
             if successor is not None:
                 found[f"{old}.{name}"] = f"{successor.partition('.')[0]}.{name}"
+        elif name in _SUMMED and not division.whole:
+            ends = division.successor("p1"), division.successor("p2")
+            if division.old.kind == "line" and None not in ends:
+                found[f"{old}.{name}"] = f"dist({ends[0]}, {ends[1]})"
         elif name in _SUMMED:
             terms = " + ".join(f"{one}.{name}" for one in names)
             found[f"{old}.{name}"] = f"({terms})" if len(names) > 1 else terms
