@@ -30,6 +30,8 @@ PARTS = {
     "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
     "pyarrow": Part("pyarrow", 'pip install "arael[arrow]"'),
     "h5py": Part("h5py", 'pip install "arael[hdf5]"'),
+    "ezdxf": Part("ezdxf", 'pip install "arael[sketch]"'),
+    "build123d": Part("build123d", 'pip install "arael[step]"'),
     "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),

@@ -28,7 +28,7 @@ def to_image(
     Raises
     ------
     AraelError
-        E1310: matplotlib is not installed.
+        E1305: matplotlib is not installed.
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # imported here: start-up time
@@ -36,7 +36,7 @@ def to_image(
     except ImportError:
         raise AraelError(
             Diagnostic(
-                "E1310",
+                "E1305",
                 f"a {kind.upper()} picture is drawn by matplotlib, which is not installed",
                 help=('pip install "arael[plot]"',),
             )

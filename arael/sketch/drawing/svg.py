@@ -28,9 +28,10 @@ def to_svg(drawing: Layout, theme: Theme = "light") -> str:
     """
     colours = THEMES[theme]
     width, height = number(drawing.width), number(drawing.height)
+    label = quoteattr(printable(drawing.title))
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
-        f'viewBox="0 0 {width} {height}" role="img" aria-label={quoteattr(drawing.title)} '
+        f'viewBox="0 0 {width} {height}" role="img" aria-label={label} '
         'stroke-linecap="round" stroke-linejoin="round" fill="none" '
         f'font-family="{escape(FONT)}" text-anchor="middle" dominant-baseline="central">',
         f"<title>{clean(drawing.title)}</title>",
@@ -42,15 +43,22 @@ def to_svg(drawing: Layout, theme: Theme = "light") -> str:
     return "\n".join(parts) + "\n"
 
 
+def printable(text: str) -> str:
+    """Text without the characters that XML forbids."""
+    return "".join(
+        c if c in "\t\n" or " " <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd" or c > "\uffff"
+        else "\ufffd"
+        for c in text
+    )  # fmt: skip
+
+
 def clean(text: str) -> str:
-    """Text for XML: escaped, and without characters that XML forbids."""
-    allowed = (c if c in "\t\n" or " " <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd" or c > "\uffff"
-               else "\ufffd" for c in text)  # fmt: skip
-    return escape("".join(allowed))
+    """Text for the content of an element."""
+    return escape(printable(text))
 
 
 def _named(name: str) -> str:
-    return f" data-name={quoteattr(clean(name))}" if name else ""
+    return f" data-name={quoteattr(printable(name))}" if name else ""
 
 
 def _path(item: Path, colours: Mapping[str, str]) -> str:

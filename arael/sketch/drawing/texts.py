@@ -9,7 +9,7 @@ from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount, Dimension
 
 PREFIXES: Mapping[str, str] = MappingProxyType(
-    {"radius": "R", "radius_b": "R", "diameter": "⌀", "arc_length": "⌒ ", "total_length": "Σ ",
+    {"radius": "R", "radius_b": "R", "diameter": "⌀", "arc_length": "◠ ", "total_length": "Σ ",
      "area": "A ", "hdistance": "", "vdistance": ""}
 )  # fmt: skip
 

@@ -41,7 +41,7 @@ def chains(curves: Sequence[Curve], tolerance: float) -> list[Chain]:
             found.append(Chain((Link(i, False),), True))
         else:
             ends += [(curve.start, i, False), (curve.end, i, True)]
-    node = _nodes([point for point, _, _ in ends], tolerance)
+    node = clusters([point for point, _, _ in ends], tolerance)
     meeting: dict[int, list[int]] = {}
     for k, n in enumerate(node):
         meeting.setdefault(n, []).append(k)
@@ -71,7 +71,7 @@ def chains(curves: Sequence[Curve], tolerance: float) -> list[Chain]:
     return sorted(found, key=lambda chain: min(link.number for link in chain.links))
 
 
-def _nodes(points: Sequence[Point], tolerance: float) -> list[int]:
+def clusters(points: Sequence[Point], tolerance: float) -> list[int]:
     """Number of the cluster of each point: those within `tolerance`, found on a grid."""
     cell = tolerance if tolerance > 0 else 1e-300
     grid: dict[tuple[float, float], list[int]] = {}

@@ -1,0 +1,1 @@
+"""DXF files, by ezdxf."""

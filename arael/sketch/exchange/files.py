@@ -1,0 +1,120 @@
+"""Reading and writing by the suffix of a file's name."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Literal, cast
+
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
+from arael.io.files import read_bytes, write_whole
+from arael.sketch.document.document import Document
+from arael.sketch.document.saved import from_json, to_json
+from arael.sketch.drawing import Theme
+from arael.sketch.exchange.imported import Imported
+from arael.sketch.exchange.problems import MAX_BYTES
+
+StrPath = str | os.PathLike[str]
+
+WRITERS = (".dxf", ".svg", ".pdf", ".png", ".step", ".stp", ".json")
+READERS = (".dxf", ".svg", ".json")
+
+
+def write(document: Document, path: StrPath, *, theme: Theme = "light") -> None:
+    """Write a sketch, whole or not at all, in the format of the suffix.
+
+    ``.dxf`` keeps everything: it is read back as the same sketch. ``.svg`` is the geometry to scale
+    in millimetres, ``.pdf`` the drawing with dimensions at full size, ``.png`` a picture of it,
+    ``.step`` faces of closed chains and wires of others, ``.json`` the document.
+
+    Parameters
+    ----------
+    document
+        The sketch.
+    path
+        Name of the file; an existing one is replaced.
+    theme
+        ``light`` or ``dark``, of PDF and PNG.
+
+    Raises
+    ------
+    AraelError
+        E1301: another suffix; E1305: an optional library is missing; E1307: nothing to write.
+    OSError
+        If the file cannot be written.
+    """
+    data = _content(document, _suffix(path, WRITERS, "written"), theme)
+    write_whole(path, lambda file: file.write(data))
+
+
+def _content(document: Document, suffix: str, theme: Theme) -> bytes:
+    if suffix == ".json":
+        return to_json(document)
+    if suffix == ".svg":
+        from arael.sketch.exchange.svg.writer import to_svg  # imported here: start-up time
+
+        return to_svg(document).encode("utf-8")
+    if suffix == ".dxf":
+        from arael.sketch.exchange.dxf.writer import to_dxf  # imported here: start-up time
+
+        return to_dxf(document)
+    if suffix in (".step", ".stp"):
+        from arael.sketch.exchange.step import to_step  # imported here: start-up time
+
+        return to_step(document)
+    from arael.sketch.exchange.sheet import to_sheet  # imported here: start-up time
+
+    return to_sheet(document, cast("Literal['png', 'pdf']", suffix[1:]), theme)
+
+
+def read(path: StrPath, *, tolerance: float | None = None) -> Document | Imported:
+    """Read a file: a sketch of ours as it was written, anything else as geometry.
+
+    Parameters
+    ----------
+    path
+        A ``.dxf``, ``.svg`` or ``.json`` file.
+    tolerance
+        Distance within which constraints are recognised; by default 1e-5 of the drawing.
+
+    Returns
+    -------
+    Document or Imported
+        A `Document` of JSON, and of DXF that was written by `write` and not changed since;
+        otherwise geometry with suggested constraints.
+
+    Raises
+    ------
+    AraelError
+        E1301: another suffix; E1302: damaged, or not of this format; E1303: too large, too deeply
+        nested; E1210, E1211 of JSON; E0711 and others if the file cannot be read.
+    """
+    suffix = _suffix(path, READERS, "read")
+    data = read_bytes(path, MAX_BYTES)
+    origin = str(Path(path))
+    if suffix == ".json":
+        return from_json(data, origin)
+    if suffix == ".svg":
+        from arael.sketch.exchange.svg.reader import from_svg  # imported here: start-up time
+
+        return from_svg(data, origin, tolerance)
+    from arael.sketch.exchange.dxf.reader import from_dxf  # imported here: start-up time
+
+    return from_dxf(data, origin, tolerance)
+
+
+def _suffix(path: StrPath, known: tuple[str, ...], done: str) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix in known:
+        return suffix
+    near = closest(suffix, known)
+    hint = f"did you mean `{near[0]}`?" if near and suffix else f"use {', '.join(known)}"
+    raise AraelError(
+        Diagnostic(
+            "E1301",
+            f"`{suffix or Path(path).name}` is not a format that is {done}",
+            origin=str(Path(path)),
+            help=(hint,),
+        )
+    )
