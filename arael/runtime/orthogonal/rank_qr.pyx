@@ -16,6 +16,7 @@ from arael.runtime.orthogonal.scaling cimport (
 from arael.runtime.orthogonal.sorting cimport sort
 
 from arael.runtime.orthogonal.copies import with_copies
+from arael.runtime.orthogonal.freedom import row_lengths
 from arael.runtime.orthogonal.results import Dependency, Vectors
 from arael.runtime.orthogonal.settle import settle
 
@@ -591,22 +592,12 @@ cdef class RankQR:
             unknown that is determined, 1 for one that is in no equation.
         """
         self._require()
-        cdef int s, u, i, count
-        found = np.zeros(self.n)
-        cdef double[::1] sums = found
-        cdef double x
-        with nogil:
-            for s in range(self.n + self.copies):
-                if self.part.free[s]:
-                    count = self.part.spread(s)
-                    for i in range(count):
-                        u = self.part.reached[i]
-                        x = self.part.work[u]
-                        self.part.work[u] = 0
-                        if u < self.n:
-                            x *= self.share[u]
-                            sums[u] += x * x
-        return np.sqrt(found)
+        shares = np.empty(self.n)
+        cdef double[::1] share = shares
+        cdef int u
+        for u in range(self.n):
+            share[u] = self.share[u]
+        return row_lengths(self.part)[:self.n] * shares
 
     def movable(self, least=1e-9):
         """Mask (n,) of the unknowns whose `freedom` is above `least`."""
