@@ -38,7 +38,7 @@ def prepare(
     Raises
     ------
     SolveError
-        E1005, E1016: the data does not fit its constraints.
+        E1005, E1016, E1017: the data does not fit its constraints.
     AraelError
         As `solve`: E0702, E0820, E0840-E0842, E1011, E1012, E1040.
     """

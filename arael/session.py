@@ -79,7 +79,14 @@ class Session:
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
         """The cached problem with current values and data; None if the structure changed."""
         found = self._problem
-        if found is None or found.store is not store or not found.refresh(frozen):
+        if found is None:
+            return None
+        if store.layout.summed:
+            # imported here: start-up time
+            from arael.runtime.unrolled import unrolled
+
+            store = unrolled(store.layout, store, getattr(store, "programs", None))[1]
+        if found.store is not store or not found.refresh(frozen):
             return None
         self.counts.gathered += found.gathered
         return found

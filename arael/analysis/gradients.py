@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Entity
+from arael.runtime.layout import Entity, Group
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.problem import Problem
 
@@ -93,7 +93,7 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
     checked = [
         _Group(problem, number)
         for number, active in enumerate(problem.structure.active)
-        if len(active)
+        if len(active) and not _is_constant(problem.layout.groups[number])
     ]
     still: list[Floats] = [np.zeros(block.free.shape) for block in system.blocks]
     here = _moved(problem, still, 0.0)
@@ -115,7 +115,25 @@ def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> lis
         one = found[group.number]
         if not one.agrees:
             found[group.number] = replace(one, parameter=group.wrong_parameter(scales, here))
-    return [found[number] for number in sorted(found)]
+    return _joined(problem, found)
+
+
+def _is_constant(group: Group) -> bool:
+    """Whether a constraint that sums over rows reads no parameter, since there are no rows."""
+    return group.row_sums is not None and not group.jacobian
+
+
+def _joined(problem: Problem, found: dict[int, GradientCheck]) -> list[GradientCheck]:
+    """One check for each constraint: the groups of one that sums over rows are one constraint."""
+    joined: dict[int, GradientCheck] = {}
+    for number in sorted(found):
+        one, case_of = found[number], problem.layout.groups[number].case_of
+        known = joined.get(case_of if case_of >= 0 else number)
+        if known is not None:
+            worse = one if one.difference - one.bound > known.difference - known.bound else known
+            one = replace(worse, instances=known.instances + one.instances)
+        joined[case_of if case_of >= 0 else number] = one
+    return [joined[number] for number in sorted(joined)]
 
 
 def _scales(entity: Entity, state: Floats) -> Floats:

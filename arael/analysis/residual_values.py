@@ -16,6 +16,7 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.runtime.problem import Problem
+from arael.runtime.system import row_names
 
 Floats = NDArray[np.float64]
 
@@ -75,21 +76,24 @@ def residual_values(
     """
     if not isinstance(label, str):
         raise wrong_argument("residual_values", "label", "the label of a constraint", label)
-    numbers = [k for k, group in enumerate(problem.layout.groups) if group.label == label]
+    groups = problem.layout.groups
+    numbers = [k for k, one in enumerate(groups) if one.label == label and one.case_of < 0]
     if not numbers:
-        known = list(dict.fromkeys(group.label for group in problem.layout.groups))
+        known = list(dict.fromkeys(group.label for group in groups))
         near = closest(label, known)
         help_ = f"did you mean `{near[0]}`?" if near else f"there are {', '.join(known)}"
         raise _wrong(f"there is no constraint `{label}`", help_)
     parts = []
     for number in numbers:
-        acting = np.flatnonzero(problem.evaluation.acting(number))
-        robust = np.asarray(problem.evaluation.group_rows(number)[0][acting], dtype=np.float64)
+        robust, acting, active = problem.constraint_rows(number)
         raw, whitened = unweighted(number)
-        rows = tuple(problem.instance_place(number, int(row)) for row in acting)
-        if problem.layout.groups[number].table.endswith("/rows"):  # added at run time
-            rows = tuple(f"row {problem.structure.active[number][row]}" for row in acting)
-        parts.append((rows, raw[acting], whitened[acting], robust))
+        table = groups[number].table
+        rows = tuple(row_names(problem.store, table, active[acting]))
+        if not table:
+            rows = (problem.layout.root,) * len(rows)
+        if table.endswith("/rows"):  # added at run time
+            rows = tuple(f"row {row}" for row in active[acting])
+        parts.append((rows, raw[acting], whitened[acting], robust[acting]))
     rows_, *arrays = zip(*parts, strict=True)
     return ResidualValues(
         label,

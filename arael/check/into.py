@@ -178,6 +178,8 @@ class IntoRule:
                     here[site.slots[one.slot].steps, entity.prefix] = entity
             read.update(here)
             coupled.update({frozenset(pair): pair for pair in combinations(here, 2)})
+            # Rows that a sum runs over are coupled with each other.
+            coupled.update({frozenset([k]): (k, k) for k in here if _is_summed(k)})
 
         entity_names = {key: _entity_name(key, entity) for key, entity in read.items()}
         reads = "it reads parameters of " + _listed([f"{entity_names[key]}" for key in read])
@@ -237,11 +239,13 @@ class IntoRule:
         shown = ", ".join([*given, f"root.{triplets or 'hbt'}"])
         helps.append(f"{declare}write `into [{shown}]`")
         helps.append("or omit `into`: blocks are inferred without it")
+        what = f"{entity_names[a[0]]} and {entity_names[b[0]]}"
+        if a[0] == b[0]:
+            what = f"rows of {entity_names[a[0]]}"
         self.report.error(
             "E0431",
             last.span,
-            f"the constraint couples {entity_names[a[0]]} and {entity_names[b[0]]}, but `into` "
-            "has no block of the two",
+            f"the constraint couples {what}, but `into` has no block of the two",
             label="a block is missing",
             labels=[Label(node.name.span, "this constraint")],
             help=helps,
@@ -286,6 +290,11 @@ class IntoRule:
         )
 
 
+def _is_summed(key: Key) -> bool:
+    """Whether an entity is one of many rows that a sum runs over."""
+    return any(step.kind == "rows" for step in key[0])
+
+
 def _covered(site: ConstraintSite, into: Into) -> ConstraintSite:
     return replace(site, triplets=into.triplets, crossed=tuple(into.crossed))
 
@@ -310,7 +319,7 @@ def _in_block(key: Key, place: Place) -> str:
         if not name:
             return element
         return f"{name}[{element}]" if element.isdecimal() and "." not in name else ""
-    if all(s.kind != "ref" for s in steps):
+    if all(s.kind not in ("ref", "rows") for s in steps):
         return place.struct.name
     return ""
 

@@ -3,10 +3,10 @@
 Allowed: ``sum(k in self.knots) { ... }`` over a list of refs; over refs written in brackets,
 ``sum(p in [a, b, c]) { ... }``; over the elements of a vector; with the number of the element,
 ``sum(i, k in knots) { B[i] * k.pos }``; `let`s in its body; a sum within a sum. Over the rows of a
-collection, ``sum(x in self.items) { x.a * p }``, where only data is read from rows.
+collection, ``sum(x in self.items) { x.a * p }``, with their data and parameters.
 
 Not allowed: a single entity; a name that is in use already; a truth value or a rotation as body;
-parameters or numbers of the rows of a collection.
+numbers of the rows of a collection.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from arael.check.builtins import widened
 from arael.check.field_reads import row_is_there
 from arael.check.operators import result_type
 from arael.check.scope import Candidate, Scope
-from arael.check.typed import INT, REAL, Component, Literal_, Read, Total, Typed, VectorType
+from arael.check.typed import INT, REAL, Component, Literal_, Total, Typed, VectorType
 from arael.check.typist import Typist
-from arael.check.walk import postorder
 from arael.diagnostics.records import Label, Span
 from arael.runtime.layout import Step
 from arael.syntax import tree
@@ -99,11 +98,6 @@ def _over_rows(t: Typist, node: tree.Sum, over: Collection) -> Binding:
     term = _term(t, node, {node.element.id: (row, node.element.span)})
     if isinstance(term, Broken):
         return BROKEN
-    for read in postorder([term]):
-        if not isinstance(read, Read) or t.slots.steps(read.slot)[: len(steps)] != steps:
-            continue
-        if read.version != "data":
-            return _refuse_parameter(t, node, over, read)
     total = Total(
         type=widened(term.type),
         span=node.span,
@@ -113,22 +107,6 @@ def _over_rows(t: Typist, node: tree.Sum, over: Collection) -> Binding:
         collection=over.site.path,
     )
     return t.make(total)
-
-
-def _refuse_parameter(t: Typist, node: tree.Sum, over: Collection, read: Read) -> Broken:
-    struct, text = over.site.place.struct.name, node.over.span.text
-    return t.fail(
-        "E0613",
-        read.span,
-        "a sum over the rows of a collection reads only data of its rows",
-        label="this is a parameter",
-        labels=[Label(node.over.span, "any number of rows"), *t.origin(read)],
-        notes=["a residual reads the parameters of a fixed number of rows"],
-        help=[
-            f"declare a list of fixed length, `rows: [ref {struct} in ...; 4]`, and sum over it",
-            f"or write a constraint in {struct}, where it runs for each row of `{text}`",
-        ],
-    )
 
 
 def _list(t: Typist, node: tree.Expr) -> Sequence[Binding] | Collection | None:

@@ -233,6 +233,9 @@ def _group(group: Group) -> Iterator[str]:
         f"  {group.label}{clauses}: {group.residuals} {noun}, "
         f"{group.operations_before} -> {group.operations_after} operations  ({group.where})"
     )
+    if group.row_sums is not None:
+        terms = sum(piece.tape.operations for _, piece in group.row_sums.sums)
+        yield f"    without rows; {terms} operations for each row that it sums over"
     yield from _doc(group.doc, "    ")
 
 

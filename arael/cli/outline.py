@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import Source, Span
-from arael.runtime.layout import Group, Layout, Use
+from arael.runtime.layout import Group, Layout, RowSums, Use
 from arael.runtime.machine.tape import Tape
 
 if TYPE_CHECKING:
@@ -92,11 +92,40 @@ def _constraint(kernel: Kernel, layout: Layout) -> str:
         lines.append(f"  loss {group.loss_text}")
     names = [*kernel.state_names, *kernel.data_names, *kernel.uniform_names]
     lines += [f"  {line}" for line in _tape(group.tape, names)]
+    if group.row_sums is not None:
+        lines += ["  for lists without rows", *_pieces(group, group.row_sums, layout)]
     outputs = group.tape.outputs
     lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]
     for node, (row, use, k) in zip(outputs[group.residuals :], group.jacobian, strict=True):
         lines.append(f"  d r{row} / d {_tangent(group, group.uses[use], k, layout)} = t{node}")
     return "\n".join(lines)
+
+
+def _pieces(group: Group, sums: RowSums, layout: Layout) -> Iterator[str]:
+    """Programs for lists with rows, behind that for lists without."""
+    titles = ["residuals, which read the sums"]
+    for number, _ in sums.sums:
+        table = layout.table(sums.slots[sums.lists[number][1]].table)
+        titles.append(f"term of the sum over {table.field}")
+    pieces = [sums.main, *(piece for _, piece in sums.sums)]
+    for title, piece in zip(titles, pieces, strict=True):
+        yield f"  {title}"
+        names = []
+        for kind, a, b in piece.inputs:
+            if kind == "state":
+                use = sums.uses[a]
+                names.append(f"{_way(sums, use)}state[{b}] of {layout.entities[use.entity].struct}")
+            else:
+                names.append(f"sum{a + 1}[{b}]" if kind == "sum" else f"{kind}[{a}]")
+        yield from (f"    {line}" for line in _tape(piece.tape, names))
+        for k, node in enumerate(piece.tape.outputs[: piece.values]):
+            yield f"    v{k} = t{node}"
+        ends = piece.tape.outputs[piece.values :]
+        for node, (value, number, k) in zip(ends, piece.entries, strict=True):
+            by = f"sum{-number}[{k}]"
+            if number >= 0:
+                by = _tangent(sums, sums.uses[number], k, layout)
+            yield f"    d v{value} / d {by} = t{node}"
 
 
 def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
@@ -109,12 +138,12 @@ def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
             yield f"t{number} = {op} {' '.join(f't{a}' for a in args)}"
 
 
-def _tangent(group: Group, use: Use, index: int, layout: Layout) -> str:
+def _tangent(group: Group | RowSums, use: Use, index: int, layout: Layout) -> str:
     entity = layout.entities[use.entity]
     return f"{_way(group, use)}{entity.prefix}{entity.tangent_names[index]}"
 
 
-def _way(group: Group, use: Use) -> str:
+def _way(group: Group | RowSums, use: Use) -> str:
     """Text of the path to an entity, with a dot at its end: ``pose.``, ``parent.``, ``root.``."""
     steps = group.slots[use.slot].steps
     return "".join(f"{step.shown}." for step in steps)

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
+
+from msgspec import structs
 
 from arael.check.typed import ConstraintSite, Typed
 from arael.compiler.bounded import BoundedGraph
@@ -19,11 +22,12 @@ from arael.compiler.lead import leading
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
-from arael.compiler.products import many_products, products_of, triplet_pairs
+from arael.compiler.products import crossed_pairs, many_products, products_of, triplet_pairs
+from arael.compiler.row_sums import Divided, SumInput, divide, without_rows
 from arael.compiler.scalar_programs import Functions
 from arael.compiler.scalarise import Calls, RawInput, Scalariser, StateInput
 from arael.compiler.totals import Totals, slots_of_rows
-from arael.runtime.layout import Group, Raw, Total, Use
+from arael.runtime.layout import Group, Length, Raw, RowSums, Total, Use
 from arael.runtime.machine.tape import Tape
 from arael.symbolic.graph import Graph
 from arael.symbolic.jacobian import derive
@@ -80,10 +84,12 @@ class Derivatives:
 class _Uses:
     """Numbers the entities that a constraint reads, in order of appearance."""
 
-    def __init__(self, site: ConstraintSite, states: Sequence[StateModel]) -> None:
+    def __init__(
+        self, site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use] = ()
+    ) -> None:
         self.site = site
         self.states = states
-        self.uses: list[Use] = []
+        self.uses = list(uses)
 
     def _find(self, slot: int, column: str) -> tuple[int, StateModel]:
         table = self.site.slots[slot].table
@@ -150,8 +156,20 @@ def _compile(
         site, states, single, functions, factored
     )
     graph = scalariser.graph
+    assert isinstance(scalariser.totals, Totals)
+    row_sums = None
+    if scalariser.totals.rows:
+        seeds = partial(_seeds, uses=uses)
+        whole = Divided(graph, uses.uses, residuals, holds, scalariser.totals.rows, seeds)
+        row_sums = structs.replace(
+            divide(site, whole), crossed=crossed_pairs(site, states, uses.uses)
+        )
+        graph, found, residuals, holds = without_rows(site, whole)
+        uses = _Uses(site, states, found)
     jacobian = _differentiate(graph, residuals, uses)
-    kernel = _assemble(site, states, graph, scalariser, uses, residuals, jacobian, guard, holds)
+    kernel = _assemble(
+        site, states, graph, scalariser, uses, residuals, jacobian, guard, holds, row_sums
+    )
     return kernel, scalariser.chains
 
 
@@ -167,6 +185,9 @@ def derivatives(
     )
     graph = scalariser.graph
     seeds = _seeds(graph, residuals, uses)
+    sums = {k: graph.input(k) for k in list(graph.inputs) if isinstance(k, SumInput)}
+    for total, node in sums.items():
+        seeds[node] = {(-1 - total.sum, total.component): graph.const(1.0)}
     if not any(seeds.values()):
         return None
     names: dict[int, str] = {}
@@ -181,6 +202,8 @@ def derivatives(
         for use, u in enumerate(uses.uses)
         for k, name in enumerate(states[u.entity].entity.tangent_names)
     }
+    for total, node in sums.items():
+        tangents[-1 - total.sum, total.component] = names[node]
     return Derivatives(residuals, derive(graph, residuals, seeds), names, tangents)
 
 
@@ -195,7 +218,7 @@ def _scalarise(
     graph = BoundedGraph(site.label, site.span)
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses, functions, factored)
-    scalariser.totals = Totals(graph, site)
+    scalariser.totals = Totals(graph, site, uses.uses)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -254,6 +277,7 @@ def _assemble(
     jacobian: dict[tuple[int, int, int], int],
     still_guard: Typed | None,
     moving_guard: int | None,
+    row_sums: RowSums | None = None,
 ) -> Kernel:
     outputs = [*residuals, *jacobian.values()]
     guards = [] if moving_guard is None else [moving_guard]
@@ -321,6 +345,8 @@ def _assemble(
         residuals=len(r),
         slots=slots_of_rows(site),
         totals=totals,
+        lengths=() if row_sums is None else _empty(row_sums),
+        row_sums=row_sums,
         uses=tuple(uses.uses),
         raw=tuple(Raw(*key) for key in raw_keys),
         prepare=prepare,
@@ -375,15 +401,19 @@ def _of_data(
     if value is None:
         return None, (), ()
     graph = BoundedGraph(site.label, site.span)
-    scalariser, totals = (
-        Scalariser(graph, _Uses(site, states), functions),
-        Totals(graph, site, mark),
-    )
+    uses = _Uses(site, states)
+    scalariser, totals = Scalariser(graph, uses, functions), Totals(graph, site, uses.uses, mark)
     scalariser.totals = totals
     nodes = list(scalariser.nodes(value))
     live = set(graph.live(nodes))
     keys = [k for k in graph.inputs if isinstance(k, RawInput) and graph.input(k) in live]
     return graph.tape(nodes, inputs=keys), tuple(Raw(*key) for key in keys), tuple(totals.found)
+
+
+def _empty(row_sums: RowSums) -> tuple[Length, ...]:
+    """Every list that is summed over term by term, without rows."""
+    slots = row_sums.slots
+    return tuple(Length(owner, slots[rows].table) for owner, rows in row_sums.lists)
 
 
 def _lead(
@@ -411,6 +441,8 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
         key = graph.key(node)
         if key == LANE:
             return "whether the guard holds"
+        if isinstance(key, SumInput):
+            return f"sum{key.sum + 1}[{key.component}]"
         assert isinstance(key, RawInput)
         slot, column, component = key
         if "#" in column:

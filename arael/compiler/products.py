@@ -79,10 +79,18 @@ def triplet_pairs(
     """Pairs of uses that go into `triplets`: those without a separate block."""
     if not site.triplets:
         return ()
+    apart = set(crossed_pairs(site, states, uses))
+    return tuple((a, b) for b in range(len(uses)) for a in range(b) if (a, b) not in apart)
+
+
+def crossed_pairs(
+    site: ConstraintSite, states: Sequence[StateModel], uses: Sequence[Use]
+) -> tuple[tuple[int, int], ...]:
+    """Pairs of uses, ascending, that have a separate named block."""
     keys = [(site.slots[u.slot].steps, states[u.entity].entity.prefix) for u in uses]
     return tuple(
         (a, b)
         for b in range(len(uses))
         for a in range(b)
-        if frozenset((keys[a], keys[b])) not in site.crossed
+        if frozenset((keys[a], keys[b])) in site.crossed
     )

@@ -6,16 +6,20 @@ Its term is written as a sum of products of a factor that depends on the row and
     sum_i (a_i x - b_i)^2 = x^2 sum_i a_i^2 - 2 x sum_i a_i b_i + sum_i b_i^2,
 
 and the kernel reads the sums of the factors that depend on rows. The other factors may depend on
-parameters and are differentiated as usual.
+parameters and are differentiated as usual. A term that is no such sum, or that reads parameters of
+rows, is evaluated for each row (`row_sums.py`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from arael.check import typed
 from arael.check.typed import ConstraintSite
-from arael.compiler.scalarise import Nodes, RawInput
+from arael.compiler.row_sums import RowSum, SumInput, require_flat
+from arael.compiler.scalarise import Nodes, RawInput, StateInput
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.layout import Raw, Slot, Step, Total
+from arael.runtime.layout import Raw, Slot, Step, Total, Use, without_row_slots
 from arael.symbolic.graph import Graph
 
 MAX_PRODUCTS = 100
@@ -26,18 +30,29 @@ Terms = dict[int, int]
 
 
 class Totals:
-    """Expands the sums of one constraint; `found` are those that the runtime computes.
+    """Expands the sums of one constraint.
 
     Parameters
     ----------
-    mark : makes names differ from those of other `Totals` of the constraint
+    slots_of_uses : the slots of the entities that the constraint reads
+    mark : makes names differ from those of other `Totals` of the constraint; where it is given,
+        sums are over data alone
+
+    Attributes
+    ----------
+    found : sums that the runtime computes before a solve
+    rows : sums that are evaluated term by term
     """
 
-    def __init__(self, graph: Graph, site: ConstraintSite, mark: str = "") -> None:
+    def __init__(
+        self, graph: Graph, site: ConstraintSite, uses: Sequence[Use], mark: str = ""
+    ) -> None:
         self.graph = graph
         self.site = site
+        self.uses = uses
         self.mark = mark
         self.found: list[Total] = []
+        self.rows: list[RowSum] = []
 
     def of(self, total: typed.Total, terms: Nodes) -> Nodes:
         """Scalars of a sum, from those of its term.
@@ -45,10 +60,18 @@ class Totals:
         Raises
         ------
         AraelError
-            E0621: the term is no sum of products of a factor of the row and one of parameters.
+            E0621: a sum over data alone, or one with a sum over rows within it, whose term is no
+            sum of products of a factor of the row and another.
         """
         g, site = self.graph, self.site
-        parted = [_Parts(g, site, total).of(node) for node in terms]
+        try:
+            if self._reads_parameters(total, terms):
+                return self._term_by_term(total, terms)
+            parted = [_Parts(g, site, total).of(node) for node in terms]
+        except _Inseparable as found:
+            if self.mark:
+                raise found.error from None
+            return self._term_by_term(total, terms)
         owner = site.slots[total.slot].table
         field = total.collection.removeprefix(f"{owner}." if owner else "")
         # Unique among the sums over this collection in all constraints.
@@ -63,6 +86,28 @@ class Totals:
             result.append(node)
         self.found.append(self._program(total, name, owner, factors))
         return result
+
+    def _reads_parameters(self, total: typed.Total, terms: Nodes) -> bool:
+        """Whether a term reads what moves in a solve from the row or through it."""
+        g, rows = self.graph, self.site.slots[total.rows].steps
+        for node in g.live(terms):
+            key = g.key(node) if g.ops[node] == "input" else None
+            if isinstance(key, StateInput):
+                slot = self.uses[key.use].slot
+            elif isinstance(key, SumInput):
+                slot = key.owner
+            else:
+                continue
+            if self.site.slots[slot].steps[: len(rows)] == rows:
+                return True
+        return False
+
+    def _term_by_term(self, total: typed.Total, terms: Nodes) -> Nodes:
+        """Scalars of a sum whose terms are evaluated for each row."""
+        require_flat(self.site, self.graph, total, terms)
+        number = len(self.rows)
+        self.rows.append(RowSum(total, terms))
+        return [self.graph.input(SumInput(number, k, total.slot)) for k in range(len(terms))]
 
     def _program(self, total: typed.Total, name: str, owner: str, factors: list[int]) -> Total:
         """The factors that depend on rows as a program over the data of a row."""
@@ -87,6 +132,14 @@ class Totals:
         tape = program.tape(outputs, inputs=[key for key, _ in raws])
         found = tuple(raw for _, raw in raws)
         return Total(name, owner, total.collection, tuple(slots), found, tape)
+
+
+class _Inseparable(Exception):
+    """A term is no sum of products; `error` is for a sum that must be one."""
+
+    def __init__(self, error: AraelError) -> None:
+        super().__init__()
+        self.error = error
 
 
 class _Parts:
@@ -122,7 +175,7 @@ class _Parts:
             else:
                 parts = self._expand(one, [done[o] for o in self.graph.operands(one)])
                 if parts is None or len(parts) > MAX_PRODUCTS:
-                    raise self._refusal(one, parts)
+                    raise _Inseparable(self._refusal(one, parts))
                 done[one] = parts
         return done[node]
 
@@ -204,8 +257,8 @@ class _Parts:
                     "are formed before a solve",
                 ),
                 help=(
-                    "write a constraint in the struct of the rows, or sum over a list of refs of "
-                    "fixed length",
+                    "let what is no data of a row stand outside of the sum, or sum over a list of "
+                    "refs of fixed length",
                 ),
             )
         )
@@ -232,5 +285,4 @@ def slots_of_rows(site: ConstraintSite) -> tuple[Slot, ...]:
 
     The rows of a sum are read by its own program; the numbers of the other slots stay the same.
     """
-    own = site.slots[0]
-    return tuple(own if any(s.kind == "rows" for s in x.steps) else x for x in site.slots)
+    return without_row_slots(site.slots)

@@ -62,7 +62,7 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
             None,
             bindings={**(compiled.bindings or {}), **getattr(model._store, "bindings", {})},
         )
-        found.append(np.asarray(alone.evaluation.group_rows(0)[0], dtype=np.float64))
+        found.append(alone.constraint_rows(0)[0])
     return found[0], found[1]
 
 
@@ -83,7 +83,7 @@ def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
         raise _changed(layout.source)
     site = typed.constraints[number]
     same = compile_constraint(site, states, single, functions).group
-    if same.label != group.label or same.tape != group.tape:
+    if (same.label, same.tape, same.row_sums) != (group.label, group.tape, group.row_sums):
         raise _changed(layout.source)
     whitened = replace(site, loss=None, triplets="", crossed=())
     raw = replace(whitened, residual=tuple(_measured(part) for part in site.residual))

@@ -37,16 +37,23 @@ LAYOUT_VERSION = 4
 class Step(msgspec.Struct, frozen=True):
     """One step from row to row: to the owner of this row, through a ref column, or to the root.
 
-    In a typed model there are also steps to every row of the collection `ref`, for sums.
+    In a typed model there are also steps to every row of the collection `ref`, for sums; where such
+    a sum is written out, steps to one ``row`` of it, ``landmarks.frines[2]``.
     """
 
-    kind: Literal["parent", "ref", "root", "rows"]
+    kind: Literal["parent", "ref", "root", "rows", "row"]
     ref: str = ""
+
+    @property
+    def element(self) -> tuple[str, int]:
+        """Collection and number of a ``row``, counted from 0 among the rows of one owner."""
+        path, _, number = self.ref.removesuffix("]").rpartition("[")
+        return path, int(number)
 
     @property
     def shown(self) -> str:
         """The step as a model writes it: ``prev``, ``knots[0]``, ``parent``."""
-        if self.kind == "rows":
+        if self.kind in ("rows", "row"):
             return self.ref.rpartition(".")[2]
         name, _, last = self.ref.rpartition(".")
         return f"{name}[{last}]" if name and last.isdecimal() else self.ref or self.kind
@@ -251,6 +258,11 @@ class Slot(msgspec.Struct, frozen=True):
     table: str
 
 
+def without_row_slots(slots: tuple[Slot, ...]) -> tuple[Slot, ...]:
+    """The slots of a constraint, with its own row in place of what sums run over."""
+    return tuple(slots[0] if any(s.kind == "rows" for s in x.steps) else x for x in slots)
+
+
 class Use(msgspec.Struct, frozen=True):
     """An entity that a constraint reads at trial values; its tangent columns in `tape.outputs`."""
 
@@ -289,6 +301,78 @@ class Total(msgspec.Struct, frozen=True):
     tape: Tape
 
 
+class Length(msgspec.Struct, frozen=True):
+    """Instances of a group by the number of rows in a list: from `low` to `high`.
+
+    Attributes
+    ----------
+    slot : of the row that owns the list
+    collection : table of the rows
+    """
+
+    slot: int
+    collection: str
+    low: int = 0
+    high: int = 0
+
+
+class Piece(msgspec.Struct, frozen=True):
+    """One of the programs that a constraint with sums over rows consists of.
+
+    Attributes
+    ----------
+    inputs : kind of each input and its numbers: ``state`` (use, offset); ``lane`` and ``row``, a
+        lane input of the instance or of the row; ``uniform``; ``sum`` (sum, component); ``guard``
+    values : number of values; outputs of `tape` are these, then their derivatives
+    entries : of each derivative, the value, the use and its tangent scalar; by a component of sum s
+        the use is ``-1 - s``
+    """
+
+    inputs: tuple[tuple[Literal["state", "lane", "row", "uniform", "sum", "guard"], int, int], ...]
+    tape: Tape
+    values: int
+    entries: tuple[tuple[int, int, int], ...] = ()
+
+
+class RowSums(msgspec.Struct, frozen=True):
+    """Sums over rows that are evaluated term by term: `arael.runtime.unrolled` writes them out.
+
+    Attributes
+    ----------
+    slots, uses : of the constraint, those of rows included; a way to the rows has a step ``rows``
+    lists : per list that is summed over, the slots of its owner and of its rows
+    raw, prepare : data of an instance, and the program whose outputs are lane inputs, then uniforms
+    uniforms : number of uniforms
+    row_raw, row_prepare : the same per list, for one row
+    main : residuals, which read sums
+    sums : per sum the number of its list, and the program of its term; it may read sums before it
+    guard : over parameters, which may read sums
+    crossed : pairs of uses, ascending, that have a named block of the Hessian
+    """
+
+    slots: tuple[Slot, ...]
+    uses: tuple[Use, ...]
+    lists: tuple[tuple[int, int], ...]
+    raw: tuple[Raw, ...]
+    prepare: Tape
+    uniforms: int
+    row_raw: tuple[tuple[Raw, ...], ...]
+    row_prepare: tuple[Tape, ...]
+    main: Piece
+    sums: tuple[tuple[int, Piece], ...]
+    guard: Piece | None = None
+    crossed: tuple[tuple[int, int], ...] = ()
+
+    def list_of(self, slot: int) -> int:
+        """Number of the list whose rows a slot is, or is reached from; -1 if there is none."""
+        steps = self.slots[slot].steps
+        for number, (_, rows) in enumerate(self.lists):
+            way = self.slots[rows].steps
+            if steps[: len(way)] == way:
+                return number
+        return -1
+
+
 class Place(msgspec.Struct, frozen=True):
     """An expression of the model, for messages about runtime failures."""
 
@@ -314,6 +398,10 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     residuals are switched by.
 
     `sigma` is over `sigma_raw` alone: standard deviations of a prior, which must be positive.
+
+    With `row_sums` the group is for instances whose lists are empty. The others are in groups that
+    `arael.runtime.unrolled` appends, one for each of some `lengths`; `case_of` is the number of the
+    group they belong to.
     """
 
     label: str
@@ -345,6 +433,9 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     triplet_pairs: tuple[tuple[int, int], ...] = ()
     index_column: str = ""
     totals: tuple[Total, ...] = ()
+    lengths: tuple[Length, ...] = ()
+    row_sums: RowSums | None = None
+    case_of: int = -1
     operations_before: int = 0
     operations_after: int = 0
     workspace: int = 0  # columns of lanes that a kernel in parts keeps; 0: it is in one piece
@@ -529,6 +620,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
                 if "#" not in place[1]:  # a total, whose own reads are here
                     found.setdefault(place, []).append(number)
         return {place: tuple(numbers) for place, numbers in found.items()}
+
+    @cached_property
+    def summed(self) -> tuple[int, ...]:
+        """Numbers of the groups with sums over rows that are evaluated term by term."""
+        return tuple(n for n, group in enumerate(self.groups) if group.row_sums is not None)
 
     @cached_property
     def totals(self) -> dict[tuple[str, str], Total]:

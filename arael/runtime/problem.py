@@ -25,7 +25,7 @@ from arael.runtime.layout import Layout
 from arael.runtime.levenberg.box import Box
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.small import small_solver
-from arael.runtime.store.access import Array, Ints, StoreLike
+from arael.runtime.store.access import Array, Bools, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
 
 
@@ -58,7 +58,7 @@ class Problem:
     ------
     SolveError
         E1005: an active constraint reads through a null ref; E1016: the sigma of a prior is not
-        positive.
+        positive; E1017: a list is too long for a sum that is evaluated term by term.
     AraelError
         E0820: nothing is bound to a native function that a constraint calls.
     """
@@ -77,6 +77,11 @@ class Problem:
         keep_idle: bool = False,
     ) -> None:
         began = time.perf_counter()
+        if layout.summed:
+            # imported here: start-up time
+            from arael.runtime.unrolled import unrolled
+
+            layout, store, programs = unrolled(layout, store, programs)
         self.layout = layout
         self.store = store
         self.dtype = np.dtype(np.float32 if layout.precision == "f32" else np.float64)
@@ -323,6 +328,23 @@ class Problem:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
         return [*moving, *data, *one.uniform]
 
+    def constraint_rows(self, number: int) -> tuple[Array, Bools, Ints]:
+        """Residuals (n, m), whether they act, and rows of the instances of a constraint, in order.
+
+        A constraint with sums over rows is evaluated by several groups (`arael.runtime.unrolled`).
+        """
+        groups = self.layout.groups
+        cases = [number, *(k for k, group in enumerate(groups) if group.case_of == number)]
+        residuals = [self.evaluation.group_rows(k)[0] for k in cases]
+        acting = [np.asarray(self.evaluation.acting(k), dtype=bool) for k in cases]
+        active = np.concatenate([self.structure.active[k] for k in cases])
+        order = np.argsort(active, kind="stable")
+        return (
+            np.concatenate(residuals).astype(np.float64)[order],
+            np.concatenate(acting)[order],
+            active[order],
+        )
+
     # --- dense views of the linearisation ----------------------------------------------------
 
     def cost(self) -> float:
@@ -377,6 +399,7 @@ class Problem:
         for group, active in zip(self.layout.groups, self.structure.active, strict=True):
             if group.index_column:
                 column = self.store.tables[group.table].column(group.index_column)
-                column[...] = -1
+                if group.case_of < 0:
+                    column[...] = -1
                 column[active] = first + np.arange(len(active))
             first += len(active)

@@ -789,15 +789,6 @@ class Commands:
         """
         return self._command("fix", (*operands,), {"force": force})
 
-    def explain(self, *command: Argument) -> Any:
-        """Say what a command would do, without doing it.
-
-        As a command::
-
-            explain <command>
-        """
-        return self._command("explain", (*command,), {})
-
     def length(
         self,
         entity: Argument,
@@ -1188,6 +1179,15 @@ class Commands:
             deselect L0 ...
         """
         return self._command("deselect", (*names,), {})
+
+    def explain(self, *command: Argument) -> Any:
+        """Say what a command would do, without doing it.
+
+        As a command::
+
+            explain <command>
+        """
+        return self._command("explain", (*command,), {})
 
     def print(self, *expressions: Argument) -> Any:
         """Show the value of expressions, coordinates and variables.

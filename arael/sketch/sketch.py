@@ -152,7 +152,7 @@ def _text(argument: object, word: str) -> str:
         return str(argument)
     if isinstance(argument, bool):
         return "on" if argument else "off"
-    if isinstance(argument, SupportsFloat):
+    if isinstance(argument, SupportsFloat) and not isinstance(argument, Iterable):
         return exact(float(argument))
     if isinstance(argument, str):
         return _written(argument, word)

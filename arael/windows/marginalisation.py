@@ -287,6 +287,9 @@ def _refuse_others(model: Any, problem: Problem, gone: Masks) -> None:
     known = priors(model)
     for number in range(len(model._compiled.layout.groups), len(problem.layout.groups)):
         label = problem.layout.groups[number].label
+        if problem.layout.groups[number].case_of >= 0:
+            _refuse_part(problem, number, gone)
+            continue
         if label not in known and _touching(problem, number, gone).any():
             raise _reads(label)
     for update in () if model._residuals is None else model._residuals.updates.values():
@@ -294,6 +297,22 @@ def _refuse_others(model: Any, problem: Problem, gone: Masks) -> None:
             refs = argument.refs
             if refs is not None and gone[argument.table][refs.rows].any():
                 raise _reads(update.label)
+
+
+def _refuse_part(problem: Problem, number: int, gone: Masks) -> None:
+    """Refuse that rows leave a list which a residual of a row that stays sums over."""
+    group = problem.layout.groups[number]
+    stay = ~gone[group.table][problem.structure.active[number]]
+    stay &= _touching(problem, number, gone)
+    if not stay.any():
+        return
+    place = problem.instance_place(number, int(np.argmax(stay)))
+    raise error(
+        "E0781",
+        f"`{group.label}` of `{place}`, which stays, sums over a row that leaves",
+        "marginalise",
+        f"marginalise `{place}` too, or keep all rows of its list",
+    )
 
 
 def _reads(label: str) -> Exception:

@@ -258,13 +258,13 @@ root R {
 
 @pytest.mark.parametrize(
     ("term", "operation"),
-    [("sin(x.a * p)", "sin"), ("1 / (x.a + p)", "div"), ("exp(p + x.a)", "exp")],
+    [("sin(x.a * k)", "sin"), ("1 / (x.a + k)", "div"), ("exp(k + x.a)", "exp")],
 )
-def test_a_term_that_is_no_sum_of_products_is_refused(term: str, operation: str) -> None:
+def test_a_guard_that_is_no_sum_of_products_is_refused(term: str, operation: str) -> None:
     text = f"""
 struct Item {{ a: real }}
-struct Row {{ param p: real; items: list of Item
-    constraint c {{ sum(x in items) {{ {term} }} }} }}
+struct Row {{ param p: real; k: real; items: list of Item; other: ref Row in root.rows
+    constraint c when sum(x in other.items) {{ {term} }} > 0 {{ p }} }}
 root R {{ rows: list of Row }}
 """
     with pytest.raises(AraelError, match=f"`{operation}` joins data") as caught:
@@ -273,12 +273,12 @@ root R {{ rows: list of Row }}
 
 
 def test_a_term_of_too_many_products_is_refused() -> None:
-    sums = " * ".join(f"(x.a{i} + p^{i + 1} + q^{i + 1})" for i in range(8))
+    sums = " * ".join(f"(x.a{i} + k^{i + 1} + q^{i + 1})" for i in range(8))
     data = "; ".join(f"a{i}: real" for i in range(8))
     text = f"""
 struct Item {{ {data} }}
-struct Row {{ param p: real; param q: real; items: list of Item
-    constraint c {{ sum(x in items) {{ {sums} }} }} }}
+struct Row {{ param p: real; k: real; q: real; items: list of Item; other: ref Row in root.rows
+    constraint c when sum(x in other.items) {{ {sums} }} > 0 {{ p }} }}
 root R {{ rows: list of Row }}
 """
     with pytest.raises(AraelError, match="more than 100 products"):

@@ -28,7 +28,7 @@ class Added:
 
 try:
     from arael.sketch.editing import editor as _editor  # noqa: F401
-except ModuleNotFoundError:  # until solver and judge are in the tree
+except ImportError:  # until solver and judge are in the tree
     _stub = types.ModuleType("arael.sketch.editing.editor")
     _stub.Added = Added  # type: ignore[attr-defined]
     sys.modules["arael.sketch.editing.editor"] = _stub

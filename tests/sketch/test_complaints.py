@@ -222,7 +222,9 @@ def test_free_parts_can_be_found() -> None:
 
 
 def test_a_line_does_not_collapse_to_a_point() -> None:
-    session = sketch("add_line 0,0 5,0; add_line 5,0 5,3; lock L0.p1 0,0; horizontal L0; length L0 5")
+    session = sketch(
+        "add_line 0,0 5,0; add_line 5,0 5,3; lock L0.p1 0,0; horizontal L0; length L0 5"
+    )
     session.run("vertical L1")
     assert code(session, "length L1 0") == "E1220"
     with pytest.raises(AraelError):
@@ -266,6 +268,8 @@ def test_deleting_takes_what_rests_on_it_in_one_step() -> None:
     session = sketch(RECTANGLE)
     before = session.document.values.tobytes(), dict(session.document.constraints)
     session.run("delete L1")
-    assert not any("L1" in c.args or "L1.p1" in c.args for c in session.document.constraints.values())
+    assert not any(
+        "L1" in c.args or "L1.p1" in c.args for c in session.document.constraints.values()
+    )
     session.run("undo")
     assert (session.document.values.tobytes(), dict(session.document.constraints)) == before

@@ -14,7 +14,15 @@ from arael.runtime.assembly.placement import Placement
 from arael.runtime.assembly.scatter_plan import ScatterPlan, scatter_plan
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group
-from arael.runtime.store.access import Bools, Ints, StoreLike, Walker, gather, outputs
+from arael.runtime.store.access import (
+    Bools,
+    Ints,
+    StoreLike,
+    Walker,
+    gather,
+    lengths_through,
+    outputs,
+)
 from arael.runtime.system import (
     System,
     build_system,
@@ -187,20 +195,35 @@ def _with_other_flags(
 def active_rows(store: StoreLike, group: Group, natives: NativeTable | None = None) -> Ints:
     """Rows of the group's table whose guard holds, ascending."""
     rows = np.arange(store.tables[group.table].size, dtype=np.int64)
+    if group.lengths and len(rows):
+        rows = _of_lengths(store, group, rows)
     if group.guard is None or len(rows) == 0:
         return rows
     walker = Walker(store, group.table, rows)
     ways = [walker.rows(slot) for slot in group.slots]
     inputs = [gather(store, group.slots, ways, raw) for raw in group.guard_raw]
     holds = outputs(group.guard, inputs, len(rows), natives)[0]
-    return np.flatnonzero((holds != 0) & ~np.isnan(holds)).astype(np.int64)
+    chosen: Ints = rows[(holds != 0) & ~np.isnan(holds)]
+    return chosen
+
+
+def _of_lengths(store: StoreLike, group: Group, rows: Ints) -> Ints:
+    """Those of `rows` whose lists have as many rows as the group is for."""
+    walker = Walker(store, group.table, rows, True)
+    chosen = np.ones(len(rows), dtype=bool)
+    for one in group.lengths:
+        owners = walker.rows(group.slots[one.slot])
+        count = lengths_through(store, one.collection, owners)
+        chosen &= (count >= one.low) & (count <= one.high)
+    return rows[chosen]
 
 
 def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
-    whole = group.guard is None  # then all rows are active
+    whole = group.guard is None and not group.lengths  # then all rows are active
     walker = Walker(store, group.table, active, whole)
     found = []
     needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
+    needed |= {one.slot for one in group.lengths}
     for number, slot in enumerate(group.slots):
         rows = walker.rows(slot)
         # What only a guard looks at may be null where the guard holds.

@@ -177,13 +177,13 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
     )
     if found is None:
         return []
-    lines, bad_input = found
+    lines, bad_input, reads = found
     first_lane = len(group.states)
     if bad_input is None or bad_input < first_lane:
         if bad_input is not None:
             use, offset = group.states[bad_input]
             lines.append(f"a parameter of it is not finite (state {offset} of use {use})")
-        return lines
+        return lines + _summed_row(problem, number, instance, _slots_read(group, reads))
     rows = problem.structure.slot_rows[number]
     raw = [_one(gather(problem.store, group.slots, rows, r), instance) for r in group.raw]
     prepared = _first_bad(
@@ -195,12 +195,40 @@ def _cause(problem: Problem, number: int, instance: int, output: int) -> list[st
     )
     if prepared is None:
         return lines
-    more, bad_raw = prepared
+    more, bad_raw, reads = prepared
     if bad_raw is not None:
         more.append(
             f"`{_raw_name(problem, group, rows, instance, bad_raw)}` is {_shown(raw[bad_raw])}"
         )
-    return lines + more
+    slots = [group.raw[k].slot for k in reads]
+    return lines + more + _summed_row(problem, number, instance, slots)
+
+
+def _slots_read(group: Group, inputs: Sequence[int]) -> list[int]:
+    """Slots that inputs of the tape of a group come from."""
+    found: list[int] = []
+    for k in inputs:
+        if k < len(group.states):
+            found.append(group.uses[group.states[k][0]].slot)
+        else:
+            node = group.prepare.outputs[k - len(group.states)]
+            found += [group.raw[i].slot for i in _inputs_of(group.prepare, node)]
+    return found
+
+
+def _summed_row(problem: Problem, number: int, instance: int, slots: Sequence[int]) -> list[str]:
+    """The row of a sum over rows that a value was computed from, if it is one row."""
+    group = problem.layout.groups[number]
+    ways = set()
+    for slot in slots:
+        steps = group.slots[slot].steps
+        ways |= {steps[: k + 1] for k, step in enumerate(steps) if step.kind == "row"}
+    if len(ways) != 1:
+        return []
+    (way,) = ways
+    at = next(k for k, slot in enumerate(group.slots) if slot.steps == way)
+    row = int(problem.structure.slot_rows[number][at][instance])
+    return [f"in the term of `{row_name(problem.store, group.slots[at].table, row)}`"]
 
 
 def _first_bad(
@@ -209,10 +237,11 @@ def _first_bad(
     inputs: Sequence[Array],
     places: tuple[Place, ...],
     natives: NativeTable,
-) -> tuple[list[str], int | None] | None:
+) -> tuple[list[str], int | None, list[int]] | None:
     """The first node among the operands of `output` whose value is not finite for finite operands.
 
-    Returns lines that describe it, and the number of the input if it is one.
+    Returns lines that describe it, the number of the input if it is one, and the numbers of the
+    inputs that it is computed from.
     """
     every = tuple(range(len(tape.ops)))
     values = evaluate(msgspec.structs.replace(tape, outputs=every), inputs, natives=natives)
@@ -225,7 +254,7 @@ def _first_bad(
             break
         node = worse[0]
     if tape.ops[node] == "input":
-        return [], tape.args[node][0]
+        return [], tape.args[node][0], [tape.args[node][0]]
     operands = ", ".join(_shown(values[a]) for a in tape.args[node])
     lines = []
     place = tape.places[node] if tape.places else -1
@@ -236,7 +265,16 @@ def _first_bad(
     taken = outside_domain(tape.ops[node], *(float(values[a]) for a in tape.args[node]))
     if taken:
         lines.append(taken)
-    return lines, None
+    return lines, None, _inputs_of(tape, node)
+
+
+def _inputs_of(tape: Tape, node: int) -> list[int]:
+    """Numbers of the inputs that a node is computed from."""
+    needed = {node}
+    for k in range(node, -1, -1):
+        if k in needed and tape.ops[k] not in ("input", "const"):
+            needed.update(tape.args[k])
+    return [tape.args[k][0] for k in sorted(needed) if tape.ops[k] == "input"]
 
 
 def _read(tape: Tape, node: int, values: Sequence[Array]) -> tuple[int, ...]:

@@ -117,6 +117,7 @@ class Walker:
         self._whole = whole
         self._start = table
         self._known: dict[tuple[Step, ...], tuple[str, Ints]] = {(): (table, rows)}
+        self._children: dict[str, tuple[Ints, Ints, Ints]] = {}
 
     def rows(self, slot: Slot) -> Ints:
         """(n,) row of `slot` for each row of the start; -1 where a ref on the way is null."""
@@ -141,9 +142,43 @@ class Walker:
         layout, table = self._store.layout.table(path), self._store.tables[path]
         if step.kind == "parent":
             return layout.parent, _follow(np.asarray(table.parent_rows()), rows, whole)
+        if step.kind == "row":
+            return self._element(*step.element, rows)
         target = layout.column(step.ref).target
         assert target is not None
         return target.table, _follow(np.asarray(table.target_rows(step.ref)), rows, whole)
+
+    def _element(self, collection: str, number: int, rows: Ints) -> tuple[str, Ints]:
+        """Row of that number in the list of each owner, the last one if there are fewer."""
+        if collection not in self._children:
+            parents = np.asarray(self._store.tables[collection].parent_rows(), dtype=np.int64)
+            self._children[collection] = (
+                np.argsort(parents, kind="stable"),
+                *lengths_of(self._store, collection),
+            )
+        order, count, end = self._children[collection]
+        found = np.full(len(rows), -1, dtype=np.int64)
+        some = np.flatnonzero(rows >= 0)
+        some = some[count[rows[some]] > 0]
+        owners = rows[some]
+        found[some] = order[end[owners] - count[owners] + np.minimum(number, count[owners] - 1)]
+        return collection, found
+
+
+def lengths_of(store: StoreLike, collection: str) -> tuple[Ints, Ints]:
+    """(owners,) number of rows in the list of each owner, and the sums of these so far."""
+    owner = store.layout.table(collection).parent
+    parents = np.asarray(store.tables[collection].parent_rows(), dtype=np.int64)
+    count = np.bincount(parents, minlength=store.tables[owner].size).astype(np.int64)
+    return count, np.cumsum(count)
+
+
+def lengths_through(store: StoreLike, collection: str, owners: Ints) -> Ints:
+    """(n,) number of rows in the lists of `owners`; 0 where an owner is null."""
+    count = lengths_of(store, collection)[0]
+    if not len(count):
+        return np.zeros(len(owners), dtype=np.int64)
+    return np.where(owners >= 0, count[np.maximum(owners, 0)], 0)
 
 
 def _follow(targets: Array, rows: Ints, whole: bool) -> Ints:

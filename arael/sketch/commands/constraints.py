@@ -184,7 +184,7 @@ def inner_command(session: Session, words: Words) -> int:
 
 @command(
     "explain",
-    group="constrain",
+    group="ask",
     usage=["explain <command>"],
     summary="Say what a command would do, without doing it.",
     details="""

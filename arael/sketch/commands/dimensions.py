@@ -102,7 +102,7 @@ class _Value(NamedTuple):
 
 def _read_value(words: Words, quantity: str) -> _Value:
     """A value or a range; all None if there is no word left."""
-    what = f"a value: {'an angle in degrees' if quantity == 'angle' else 'a number'}"
+    what = "an angle in degrees" if quantity == "angle" else "a number"
     sign = words.accept(">=", "<=")
     if sign:
         bound = words.amount("a bound", quantity)

@@ -147,6 +147,7 @@ def import_(session: Session, words: Words) -> Reply:
     names = take_over(session, document)
     entities = [names[name] for name in document.entities]
     lines = [f"Imported {token.text}: {listed(entities, 12) or 'nothing'}"]
+    lines += [f"  {note}" for note in getattr(found, "notes", ())]
     suggestions = [] if isinstance(found, Document) else list(found.suggestions)
     if suggestions:
         lines.append(f"  found {len(suggestions)} relations, which are not applied:")

@@ -263,7 +263,7 @@ class Session:
         parts = split_handle(name)
         if parts is not None and name.rstrip("0123456789") in PREFIXES:
             reason = "it is a name of entities, constraints and dimensions"
-        elif name in _RESERVED or name in CONSTANTS:
+        elif name in _RESERVED or name in CONSTANTS or re.fullmatch(r"_\d*", name):
             reason = "it has a meaning of its own"
         elif name in self.document.parameters:
             reason = "there is a parameter of this name"

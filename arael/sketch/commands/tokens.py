@@ -21,7 +21,7 @@ MAX_WORDS = 20_000
 
 _CLOSED_BY = {"(": ")", "[": "]"}
 _SPACE = " \t\r"
-_NUMBER_END = re.compile(r"(?:^|[^\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\Z")
+_NUMBER_END = re.compile(r"(?:^|[^\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\Z", re.ASCII)
 _UNIT = re.compile(r"(" + "|".join(sorted(SPELLED, key=len, reverse=True)) + r")(?![\w.(])")
 _OPERATOR_AHEAD = re.compile(r"[+\-][ \t]+[^ \t;]|[*/^,]")
 

@@ -25,6 +25,7 @@ from arael.sketch.editing import refusals
 from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
     check_amounts,
+    check_collapse,
     check_extent,
     check_new_constraint,
     same_dimension,
@@ -34,9 +35,11 @@ from arael.sketch.editing.measures import measured, signed, size_of
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.expressions.refresh import refresh
-from arael.sketch.judge.judge import Judge
+from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
-from arael.sketch.solve.solver import Outcome, Solver
+from arael.sketch.layout.sides import mode_of
+from arael.sketch.solve.outcome import Outcome
+from arael.sketch.solve.solver import Solver
 
 #: Ends this close are connected by themselves.
 CONNECT_WITHIN = 1e-3
@@ -101,7 +104,7 @@ class Editor:
         self.document = document
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
-        self.judge = Judge(self.layout, self.solver)
+        self.judge = Judge(self.layout)
         self._points = Points(document)
         self._together = 0
 
@@ -158,7 +161,7 @@ class Editor:
         if outcome.solved:
             return outcome
         if outcome.status == "side":
-            raise refusals.other_side(cause or outcome.open[0], outcome.guard)
+            raise refusals.other_side(cause or outcome.row, outcome.guard)
         members = self.judge.conflict(cause)
         if members:
             raise refusals.impossible(cause or members[0], members, self._cheapest(members, cause))
@@ -215,7 +218,8 @@ class Editor:
         for handle, at in own_points(entity).items():
             x, y = self.document.values[at : at + 2].tolist()
             for other in self._points.near(x, y, CONNECT_WITHIN):
-                if other.partition(".")[0] == entity.name or self.layout.same(handle, other):
+                there = self.document.point_at(other)
+                if other.partition(".")[0] == entity.name or self._is_same(at, there):
                     continue
                 try:
                     with self.document.transaction("connect"):
@@ -223,6 +227,10 @@ class Editor:
                 except AraelError:
                     continue  # not connected: the ends cannot be one point
         return found
+
+    def _is_same(self, a: int, b: int) -> bool:
+        self.layout.refresh()
+        return self.layout.same(a, b)
 
     def _tangents(self, entity: Entity, connected: Sequence[Constraint]) -> list[Constraint]:
         found: list[Constraint] = []
@@ -288,6 +296,7 @@ class Editor:
         """
         _, spelt = matched(self.document, kind, tuple(args))
         check_new_constraint(self.document, kind, spelt)
+        check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
             record = Constraint(
                 self._constraint_name(kind, spelt),
@@ -295,11 +304,14 @@ class Editor:
                 spelt,
                 tuple(map(float, numbers)),
                 self.layout.side_of(kind, spelt, mode),
-                mode,
+                mode or mode_of(self.document, kind, spelt),
                 forced=force,
             )
-            self.document.put("constraints", record)
-            self._let_in(record.name, force)
+            if kind in ("coincident", "concentric") and not self._together:
+                self._let_tie(record, force)
+            else:
+                self.document.put("constraints", record)
+                self._let_in(record.name, force)
         return self.document.constraints[record.name]
 
     def _constraint_name(self, kind: str, args: tuple[str, ...]) -> str:
@@ -318,27 +330,37 @@ class Editor:
                 self._settle(name)
         return self.document.constraints[name]
 
-    def _let_in(self, name: str, force: bool) -> None:
-        """Solve with a new row, or raise why not."""
-        if self._together:
-            return
-        verdict = self.judge.verdict(name)
+    def _let_tie(self, record: Constraint, force: bool) -> None:
+        """Make two points, or two centres, one; judged before, as it makes unknowns fewer."""
+        a, b = (self._center_or_point(arg) for arg in record.args)
+        self.layout.refresh()
+        self._refuse(self.judge.tie_verdict(record.name, a, b), force)
+        self.document.put("constraints", record)
+        self._settle(record.name)
+
+    def _center_or_point(self, handle: str) -> int:
+        entity, point, _ = canonical(self.document, handle)
+        return entity.at if not point else self.document.point_at(handle)
+
+    def _refuse(self, verdict: Verdict, force: bool) -> None:
+        name = verdict.name
         if verdict.kind == "impossible":
             drop = self._cheapest(verdict.members, name)
             raise refusals.impossible(name, verdict.members, drop)
         if verdict.kind == "redundant" and not force:
             drop = self._cheapest(verdict.members, name)
             raise refusals.redundant(name, verdict.members, drop)
+
+    def _let_in(self, name: str, force: bool) -> None:
+        """Solve with a new row, or raise why not."""
+        if self._together:
+            return
+        self._refuse(self.judge.verdict(name), force)
         self._settle(name)
 
     def _judge_all(self, names: Sequence[str]) -> None:
         for verdict in self.judge.verdicts(names):
-            if verdict.kind == "impossible":
-                drop = self._cheapest(verdict.members, verdict.name)
-                raise refusals.impossible(verdict.name, verdict.members, drop)
-            if verdict.kind == "redundant" and not self._forced(verdict.name):
-                drop = self._cheapest(verdict.members, verdict.name)
-                raise refusals.redundant(verdict.name, verdict.members, drop)
+            self._refuse(verdict, self._forced(verdict.name))
 
     def _forced(self, name: str) -> bool:
         record = self.document.constraints.get(name) or self.document.dimensions.get(name)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from arael.diagnostics.records import AraelError, Diagnostic, Span
 from arael.sketch.expressions.reading import path_of, read
-from arael.sketch.expressions.units import UNITS
+from arael.sketch.expressions.units import SPELLED, UNITS
 from arael.syntax import tree
 
 
@@ -32,7 +32,9 @@ def require_quantity(text: str, quantity: str) -> None:
     """
     found = quantity_of(text)
     if found and quantity in ("length", "angle") and found != quantity:
-        names = ", ".join(name for name, unit in UNITS.items() if unit.quantity == quantity)
+        names = ", ".join(
+            written for written, name in SPELLED.items() if UNITS[name].quantity == quantity
+        )
         expression = read(text)
         raise AraelError(
             Diagnostic(

@@ -15,12 +15,14 @@ from arael.syntax.parser import parse_expression
 MAX_LENGTH = 2000
 """Characters of an expression."""
 
-_LITERAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z")
+_LITERAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 _WITH_UNIT = re.compile(
     r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)[ \t]*("
     + "|".join(sorted(SPELLED, key=len, reverse=True))
-    + r")(?![\w.(])"
+    + r")(?![\w.(])",
+    re.ASCII,
 )
+_REWRITTEN = re.compile(_WITH_UNIT.pattern + r"|(?<![\w.)\]])\.(?=\d)", re.ASCII)
 
 
 class Reference(NamedTuple):
@@ -142,7 +144,7 @@ def _with_brackets(text: str) -> tuple[str, list[int]]:
         origin.extend(range(at, upto))
         at = upto
 
-    for found in re.finditer(_WITH_UNIT.pattern + r"|(?<![\w.)\]])\.(?=\d)", text):
+    for found in _REWRITTEN.finditer(text):
         if found[1] is None:
             keep(found.start())
             pieces.append("0")

@@ -34,7 +34,7 @@ UNITS = MappingProxyType(
 )
 
 #: As units are written in sketches; `in` is a reserved word of formulas.
-SPELLED = MappingProxyType({**{name: name for name in UNITS}, "in": "inch"})
+SPELLED = MappingProxyType({("in" if name == "inch" else name): name for name in UNITS})
 
 
 def factor(unit: str, document_unit: str) -> float:

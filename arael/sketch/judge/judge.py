@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
+from arael.sketch.judge.trials import Trials
 from arael.sketch.layout.layout import Layout, Linearisation
-from arael.sketch.solve.solver import Solver
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,13 +71,12 @@ class Judge:
     Parameters
     ----------
     layout : of the document that is judged
-    solver : for what has to be tried: contradictions, positions that are not special
     """
 
-    def __init__(self, layout: Layout, solver: Solver) -> None:
+    def __init__(self, layout: Layout) -> None:
         self.layout = layout
-        self.solver = solver
         self.document = layout.document
+        self.trials = Trials(layout)
 
     # --- verdicts ---------------------------------------------------------------------------
 
@@ -87,26 +86,68 @@ class Judge:
 
     def verdicts(self, names: Sequence[str]) -> list[Verdict]:
         """Verdicts on several, each given everything that is not after it in `names`."""
-        spare = self.layout.spare
         system = self.layout.linearisation()
-        rows = {name: np.asarray(self.layout.rows_of(name), dtype=np.int64) for name in names}
-        new = np.concatenate([*rows.values(), np.zeros(0, dtype=np.int64)])
-        if not len(new):
-            return [self._alias_verdict(name, spare) for name in names]
-        rank = Rank(system, last=new)
-        found = []
-        for name in names:
-            if not len(rows[name]):
-                found.append(self._alias_verdict(name, spare))
-                continue
-            found.append(self._one(name, rows[name], system, rank))
-        return found
+        rows = [self.layout.rows_of(name) for name in names]
+        rank = Rank(system, last=np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
+        return [
+            self._one(name, own, system, rank) if len(own) else self._without_rows(name)
+            for name, own in zip(names, rows, strict=True)
+        ]
 
-    def _alias_verdict(self, name: str, spare: set[str]) -> Verdict:
-        """Of a relation that has no rows: a tie of points, or something that does not act."""
-        if name in spare:
+    def _without_rows(self, name: str) -> Verdict:
+        """Of a relation that has no equations: one of points, or one that does not act."""
+        if name in self.layout.impossible:
+            return Verdict(name, "impossible", (*self.layout.rivals(name), name))
+        if name in self.layout.spare:
             return Verdict(name, "redundant", self.layout.tie_members(name))
         return Verdict(name, "helps")
+
+    def tie_verdict(self, name: str, a: int, b: int) -> Verdict:
+        """What making two points one would do, before it is done.
+
+        Parameters
+        ----------
+        name : that the relation will have
+        a, b : offsets of the x of the points in the document's values
+        """
+        layout, values = self.layout, self.document.values
+        system = layout.linearisation()
+        if layout.same(a, b):
+            return Verdict(name, "redundant", (*layout.places.between(a, b), name))
+        rank: Rank | None = None
+        gained, contradicts = 0, False
+        members: dict[str, None] = {}
+        for k in (0, 1):
+            ends = [(int(layout.column_of[at + k]), w) for at, w in ((a, 1.0), (b, -1.0))]
+            free = [(column, weight) for column, weight in ends if column >= 0]
+            gap = float(values[a + k] - values[b + k])
+            if free:
+                rank = rank or Rank(system)
+                columns = np.array([column for column, _ in free], dtype=np.int64)
+                weights = np.array([weight for _, weight in free])
+                rows, factors, left = rank.combination(columns, weights)
+                if left > rank.tolerance:
+                    gained += 1
+                    continue
+                gap -= float(factors @ system.residuals[rows])
+                members |= self._weighty(system, rows, factors)
+            else:
+                members |= dict.fromkeys((*layout.holders_at(a), *layout.holders_at(b)))
+            contradicts |= abs(gap) > _OPEN * self.layout.size
+        if gained == 2:
+            return Verdict(name, "helps", freedoms=2)
+        named = (*self._named(members), name)
+        if contradicts:
+            return Verdict(name, "impossible", named, gained)
+        return Verdict(name, "partly" if gained else "redundant", named, gained)
+
+    def _weighty(self, system: Linearisation, rows: Ints, weights: Floats) -> dict[str, None]:
+        top = float(np.abs(weights).max(initial=0.0))
+        return {
+            system.owners[row]: None
+            for row, weight in zip(rows.tolist(), weights.tolist(), strict=True)
+            if abs(weight) > _MEMBER * top
+        }
 
     def _one(self, name: str, rows: Ints, system: Linearisation, rank: Rank) -> Verdict:
         dependent = [int(row) for row in rows if rank.is_dependent(int(row))]
@@ -114,16 +155,12 @@ class Judge:
         if not dependent:
             return Verdict(name, "helps", freedoms=gained)
         members: dict[str, None] = {}
-        size = self.layout.size
         contradicts = False
         for row in dependent:
             others, weights = rank.dependency(row)
             gap = system.residuals[row] - float(weights @ system.residuals[others])
-            contradicts |= abs(gap) > _OPEN * size
-            top = float(np.abs(weights).max(initial=0.0))
-            for other, weight in zip(others.tolist(), weights.tolist(), strict=True):
-                if abs(weight) > _MEMBER * top:
-                    members[system.owners[other]] = None
+            contradicts |= abs(gap) > _OPEN * self.layout.size
+            members |= self._weighty(system, others, weights)
         members.pop(name, None)
         named = (*self._named(members), name)
         if self._only_here(name, len(dependent)):
@@ -151,11 +188,11 @@ class Judge:
         for _ in range(3):
             step = basis @ random.standard_normal(basis.shape[1])
             step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
-            x = self.solver.solved_from(start.x + step, without=name)
-            if x is None:
+            moved = self.trials.solved_from(start.x + step, without=name)
+            if moved is None:
                 continue
-            system = self.layout.linearisation(x)
-            rows = np.asarray(self.layout.rows_of(name), dtype=np.int64)
+            system = self.layout.linearisation(moved)
+            rows = self.layout.rows_of(name)
             rank = Rank(system, last=rows)
             if sum(rank.is_dependent(int(row)) for row in rows) < dependent:
                 return True
@@ -171,45 +208,66 @@ class Judge:
         ----------
         cause : a member for sure, if it is one: what was changed last
         """
-        names = self.solver.open_candidates(cause)
-        if self.solver.feasible(names):
-            names = self.layout.connected(cause)
-            if self.solver.feasible(names):
-                return ()
+        if self.layout.impossible:
+            name = cause if cause in self.layout.impossible else next(iter(self.layout.impossible))
+            return (*self.layout.rivals(name), name)
+        names = self._connected(cause)
+        if not names or self.trials.feasible(names):
+            return ()
         kept = [name for name in names if name != cause]
+        order = [*kept]
         if cause:
             kept.append(cause)
-        # From the oldest to the newest, so that what was changed last stays.
-        for name in list(kept):
-            rest = [one for one in kept if one != name]
-            if not self.solver.feasible(rest):
-                kept = rest
-        return tuple(kept)
+        # Halves, then single ones, from the oldest on, so that what was changed last stays.
+        size = max(1, len(order) // 2)
+        while True:
+            for first in range(0, len(order), size):
+                block = set(order[first : first + size])
+                rest = [name for name in kept if name not in block]
+                if len(rest) < len(kept) and rest and not self.trials.feasible(rest):
+                    kept = rest
+            order = [name for name in order if name in kept]
+            if size == 1:
+                return tuple(kept)
+            size = max(1, size // 2)
+
+    def _connected(self, cause: str) -> list[str]:
+        """Constraints and dimensions in the connected part of `cause`; all without one."""
+        found = (
+            self.layout.connected(cause)
+            if cause in self.layout.document.constraints
+            or (cause in self.layout.document.dimensions)
+            else ()
+        )
+        return list(found) or [*self.document.constraints, *self.document.dimensions]
 
     # --- freedoms ---------------------------------------------------------------------------
 
     def freedoms(self) -> Freedoms:
         """Degrees of freedom of the sketch and of its entities."""
-        system = self.layout.linearisation(ranges=False)
+        system = self.layout.linearisation()
         rank = Rank(system)
         names = list(self.document.entities)
-        counts = rank.freedoms_of(self._columns())
-        by_entity = dict(zip(names, counts, strict=True))
-        redundant = dict.fromkeys(self.layout.spare)
+        counts = rank.freedoms_of(self._columns(system))
+        redundant = dict.fromkeys(sorted(self.layout.spare))
         for row in rank.dependent:
             redundant[system.owners[row]] = None
-        return Freedoms(rank.free, by_entity, tuple(self._named(redundant)), rank.gap)
+        return Freedoms(
+            rank.free,
+            dict(zip(names, counts, strict=True)),
+            tuple(self._named(redundant)),
+            rank.gap,
+        )
 
     def free(self) -> list[Motion]:
         """What still moves, in words; as many motions as there are degrees of freedom."""
-        system = self.layout.linearisation(ranges=False)
+        system = self.layout.linearisation()
         rank = Rank(system)
-        column_of = self.layout.column_of
         found: list[Motion] = []
-        for columns, basis in rank.parts(self._columns()):
+        for columns, basis in rank.parts(self._columns(system)):
             inside = np.full(len(system.x) + 1, -1, dtype=np.int64)
             inside[columns] = np.arange(len(columns))
-            local = inside[column_of]  # the last element, -1, for what is fixed
+            local = inside[self.layout.column_of]  # the last element, -1, for what is fixed
             entities = tuple(
                 entity.name
                 for entity in self.document.entities.values()
@@ -218,28 +276,27 @@ class Judge:
             found += motions(self.document, Part(entities, local, basis))
         return found
 
-    def _columns(self) -> list[Ints]:
+    def _columns(self, system: Linearisation) -> list[Ints]:
         """Columns of every entity that are not fixed."""
-        column_of = self.layout.column_of
         found = []
         for entity in self.document.entities.values():
-            columns = column_of[entity.at : entity.at + entity.size]
+            columns = self.layout.column_of[entity.at : entity.at + entity.size]
             found.append(np.unique(columns[columns >= 0]))
         return found
 
     def why(self, name: str) -> tuple[str, ...]:
-        """Constraints and dimensions that hold an entity, a point or one of its numbers.
-
-        Those whose removal alone would give it freedom, then those that act on it.
-        """
-        columns = np.unique(self.layout.columns_of(name))
-        columns = columns[columns >= 0]
+        """Constraints and dimensions that act on an entity, or on one of its points."""
         system = self.layout.linearisation()
-        touching: dict[str, None] = {}
-        near = np.isin(system.indices, columns)
+        entity_name, _, point = name.partition(".")
+        entity = self.document.entity(entity_name)
+        at, size = (self.document.point_at(name), 2) if point else (entity.at, entity.size)
+        columns = np.unique(self.layout.column_of[at : at + size])
+        near = np.isin(system.indices, columns[columns >= 0])
         row_of = np.repeat(np.arange(len(system.owners)), np.diff(system.indptr))
-        for row in np.unique(row_of[near]):
-            touching[system.owners[row]] = None
+        touching = {system.owners[row]: None for row in np.unique(row_of[near])}
+        for one in self.document.constraints.values():
+            if any(name in (arg, arg.partition(".")[0]) for arg in one.args):
+                touching[one.name] = None
         return tuple(self._named(touching))
 
     def sensitivity(self, dimension: str) -> dict[str, float]:
@@ -248,15 +305,15 @@ class Judge:
         By the least motion that follows the dimension and keeps everything else.
         """
         system = self.layout.linearisation()
-        rows = np.asarray(self.layout.rows_of(dimension), dtype=np.int64)
-        residuals = np.zeros(len(system.residuals))
-        residuals[rows] = -self.layout.unit_of(dimension)
-        step = Rank(system).least_norm(residuals)
-        column_of = self.layout.column_of
+        rows = self.layout.rows_of(dimension)
+        rank = Rank(system, last=rows)
+        right = np.zeros(len(system.owners))
+        right[rows] = -self.layout.unit_of(dimension)
+        step = rank.least_norm(right)
         moved = {}
-        for entity in self.document.entities.values():
-            columns = column_of[entity.at : entity.at + entity.size]
-            columns = columns[columns >= 0]
+        for entity, columns in zip(
+            self.document.entities.values(), self._columns(system), strict=True
+        ):
             if len(columns):
                 moved[entity.name] = float(np.abs(step[columns]).max())
         return moved

@@ -57,6 +57,16 @@ class Rank:
         found = self.factor.dependency(row)
         return found.equations.astype(np.int64), found.factors
 
+    def combination(self, columns: Ints, values: Floats) -> tuple[Ints, Floats, float]:
+        """Rows whose combination is nearest to a row, their weights, and what is left of it."""
+        found = self.factor.dependency_of(columns.astype(np.int32), values)
+        return found.equations.astype(np.int64), found.factors, float(found.remainder)
+
+    @property
+    def tolerance(self) -> float:
+        """What may be left of a row that follows from others."""
+        return float(self.factor.tolerance)
+
     def least_norm(self, right: Floats) -> Floats:
         """The least step with ``J step = right`` on the independent rows."""
         step: Floats = self.factor.least_norm(right)

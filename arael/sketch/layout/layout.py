@@ -8,9 +8,11 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from arael.sketch.document.document import Document
-from arael.sketch.document.handles import split_handle
+from arael.sketch.document.handles import point_offsets, split_handle
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Constraint, Dimension, Entity, Record
@@ -19,12 +21,16 @@ from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
 from arael.sketch.layout.places import Places
 from arael.sketch.layout.plan import Constant, Plan, Row, Sum, Use
+from arael.sketch.layout.sides import side_of
 
 #: Places of locks that differ by less than this share of the numbers are one.
 LOCK_TOLERANCE = 1e-10
 
-#: Kinds of entities with equations of their own.
-_WITH_ROWS = ("arc", "earc")
+#: Kinds of entities with equations or guards of their own.
+_WITH_ROWS = ("circle", "arc", "ellipse", "earc")
+
+#: Structs whose `value` is an angle.
+_ANGULAR = ("Angle", "XAngle", "Sweep", "AngleMeasure", "XAngleMeasure", "SweepMeasure")
 
 _LAID = ("entities", "constraints", "dimensions")
 
@@ -53,6 +59,54 @@ class Laid:
     inputs: list[int] = field(default_factory=list)
     hidden: list[int] = field(default_factory=list)
     constants: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Linearisation:
+    """Residuals and Jacobian of a sketch, without gaps.
+
+    Attributes
+    ----------
+    x : (n,) unknowns
+    residuals : (m,) lengths
+    indptr, indices, entries : the Jacobian in CSR
+    owners : name of the record of each row: a constraint, a dimension, or an entity's own equation
+    """
+
+    x: NDArray[np.float64]
+    residuals: NDArray[np.float64]
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
+    entries: NDArray[np.float64]
+    owners: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """Numbering of unknowns and equations.
+
+    Attributes
+    ----------
+    version : of the layout
+    unknowns : index in `x` by column
+    column : the reverse; -1 where nothing is unknown
+    column_of : column by offset in the document's values
+    rows : row of `rows` by equation
+    number : the reverse
+    owners : by equation
+    is_range : by equation
+    slacks : how many of the last columns are slacks of ranges
+    """
+
+    version: int
+    unknowns: NDArray[np.int64]
+    column: NDArray[np.int64]
+    column_of: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    number: NDArray[np.int64]
+    owners: list[str]
+    is_range: NDArray[np.bool_]
+    slacks: int
 
 
 class Layout:
@@ -100,10 +154,15 @@ class Layout:
         self._holds: dict[int, dict[str, tuple[float, ...] | None]] = {}
         self._constants: dict[int, int] = {}  # offset of the constant by root column
         self._unused: list[int] = []  # constants that no row will use when all are laid out
-        self._impossible: dict[str, str] = {}
+        # Why a record cannot hold; by record and the point where it is held, -1 for its plan.
+        self._impossible: dict[tuple[str, int], str] = {}
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
+        self._changes: dict[tuple[str, int], tuple[float, float]] = {}
+        self._numbering: _Table | None = None
+        self._angles: tuple[int, NDArray[np.int64]] | None = None
+        self._points: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
                 self._pending[(table, name)] = None
@@ -116,17 +175,37 @@ class Layout:
     # --- names ------------------------------------------------------------------------------
 
     @property
-    def redundant(self) -> set[str]:
-        """Coincident and concentric constraints that close nothing new."""
+    def spare(self) -> set[str]:
+        """Coincident and concentric constraints that close nothing new: redundant."""
+        self.refresh()
         return self.places.spare
 
     @property
     def impossible(self) -> Mapping[str, str]:
         """Constraints that contradict by what they are, and why: locks of one place that differ."""
-        return self._impossible
+        return {name: why for (name, _), why in self._impossible.items()}
 
-    def rows_of(self, name: str) -> list[int]:
-        """Rows of `rows` that a record contributes."""
+    def tie_members(self, name: str) -> tuple[str, ...]:
+        """A spare tie, after the ties that join its points anyway."""
+        self.refresh()
+        return (*self.places.joining(name), name)
+
+    def holders_at(self, point: int) -> list[str]:
+        """Locks and fixes that hold the place of a point."""
+        members = self.places.members(point)
+        return list(dict.fromkeys(name for at in members for name in self._holds.get(at, ())))
+
+    def rivals(self, name: str) -> list[str]:
+        """What holds the places of a record's points, besides itself."""
+        record = self.document.constraints.get(name)
+        if record is None:
+            return []
+        points = [arg.at for arg in operands(self.document, record.args)]
+        found = dict.fromkeys(one for at in points for one in self.holders_at(at))
+        return [one for one in found if one != name]
+
+    def first_rows(self, name: str) -> list[int]:
+        """Rows of `rows` that a record contributes, of its equations."""
         laid = self._laid.get(name)
         if laid is None:
             return []
@@ -136,51 +215,25 @@ class Layout:
             for k in range(self.rows.tables[self.rows.struct(row)].residuals)
         ]
 
-    def columns_of(self, name: str) -> list[int]:
-        """Columns of an entity's numbers, in their order; of a record its hidden unknowns."""
-        entity = self.document.entities.get(name)
-        if entity is not None:
-            return [int(c) for c in self._root[entity.at : entity.at + entity.size]]
-        laid = self._laid.get(name)
-        if laid is None or laid.plan is None:
-            return []
-        return [
-            at + k
-            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True)
-            for k in range(len(hidden.names))
-        ]
+    def same(self, a: str | int, b: str | int) -> bool:
+        """Whether two points, by handles or by offsets, are one place."""
+        if isinstance(a, str) or isinstance(b, str):
+            self.refresh()
+        p = self.document.point_at(a) if isinstance(a, str) else a
+        q = self.document.point_at(b) if isinstance(b, str) else b
+        return p == q or bool(self._root[p] == self._root[q])
 
-    def column_of(self, offset: int) -> int:
-        """Column of a number of the document."""
-        return int(self._root[offset])
+    def side_of(self, kind: str, args: tuple[str, ...], mode: str = "") -> int:
+        """See `arael.sketch.layout.sides.side_of`."""
+        return side_of(self.document, kind, args, mode)
 
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)
 
-    @property
-    def unknowns(self) -> NDArray[np.int64]:
-        """Columns that are unknown: neither aliases nor constants nor free memory."""
-        used = np.zeros(self._columns.count, dtype=bool)
-        free = self._use[(self._root >= 0) & (self._use >= 0)]
-        used[free] = True
-        for name in self._with_hidden:
-            used[self.columns_of(name)] = True
-        return np.flatnonzero(used)
-
-    def name_of(self, column: int) -> str:
-        """Name of an unknown: ``L0.p1.x``, of a hidden one ``C3.contact.x``; empty if unused."""
-        offset = int(self._source[column]) if column < len(self._source) else -1
-        if offset >= 0:
-            members = self._members(offset)
-            return self._number_name(min(members))
-        for name in self._with_hidden:
-            laid = self._laid[name]
-            assert laid.plan is not None
-            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
-                if at <= column < at + len(hidden.names):
-                    return f"{name}.{hidden.names[column - at]}"
-        return ""
+    def root_of(self, offset: int) -> int:
+        """Index in `x` of a number of the document."""
+        return int(self._root[offset])
 
     def entity_at(self, offset: int) -> str:
         """Name of the entity that a number of the document belongs to."""
@@ -198,11 +251,10 @@ class Layout:
 
     def _number_name(self, offset: int) -> str:
         entity = self.document.entities[self._entity_at[offset]]
-        kind = ENTITIES[entity.kind]
-        number = offset - entity.at
-        if kind.poles:
-            return f"{entity.name}.pole{number // 2 + 1}.{'xy'[number % 2]}"
-        return f"{entity.name}.{kind.values[number]}"
+        for name, at in reversed(point_offsets(entity).items()):
+            if offset - at in (0, 1):
+                return f"{entity.name}.{name}.{'xy'[offset - at]}"
+        return f"{entity.name}.{ENTITIES[entity.kind].values[offset - entity.at]}"
 
     @staticmethod
     def _point_starts(entity: Entity) -> list[int]:
@@ -211,11 +263,247 @@ class Layout:
             return list(range(entity.at, entity.at + entity.size, 2))
         return [entity.at + offset for _, offset in kind.points]
 
-    # --- what plans ask ---------------------------------------------------------------------
+    # --- the system of equations ------------------------------------------------------------
 
-    def same(self, a: int, b: int) -> bool:
-        """Whether two points are one place."""
-        return a == b or bool(self._root[a] == self._root[b])
+    def _table(self) -> _Table:
+        """Numbering of unknowns and equations without gaps, for those who read the whole system."""
+        self.refresh()
+        table = self._numbering
+        if table is None or table.version != self.version:
+            table = self._numbering = self._numbered()
+        return table
+
+    def _numbered(self) -> _Table:
+        used = np.zeros(len(self.x), dtype=bool)
+        root = self._root[: len(self.document.values)]
+        use = self._use[: len(root)]
+        used[use[(root >= 0) & (use >= 0)]] = True
+        slack = np.zeros(len(self.x), dtype=bool)
+        ranged: set[str] = set()
+        for name in self._with_hidden:
+            laid = self._laid[name]
+            bounded = isinstance(laid.record, Dimension)
+            for at, hidden in zip(laid.hidden, cast("Plan", laid.plan).hidden, strict=True):
+                used[at : at + len(hidden.names)] = True
+                slack[at : at + len(hidden.names)] = bounded
+            if bounded:
+                ranged.add(name)
+        unknowns = np.concatenate([np.flatnonzero(used & ~slack), np.flatnonzero(used & slack)])
+        column = np.full(len(self.x) + 1, -1, dtype=np.int64)
+        column[unknowns] = np.arange(len(unknowns))
+        column_of = np.append(np.where(use >= 0, column[np.maximum(root, -1)], -1), -1)
+        is_equation = np.array([bool(name) for name in self.owner], dtype=bool)
+        for laid in self._laid.values():
+            is_equation[laid.inputs] = False
+        rows = np.flatnonzero(is_equation)
+        number = np.full(self.rows.m, -1, dtype=np.int64)
+        number[rows] = np.arange(len(rows))
+        owners = [self.owner[row] for row in rows]
+        is_range = np.array([name in ranged for name in owners], dtype=bool)
+        slacks = int(np.count_nonzero(slack))
+        return _Table(
+            self.version, unknowns, column, column_of, rows, number, owners, is_range, slacks
+        )
+
+    @property
+    def unknowns(self) -> NDArray[np.int64]:
+        """Indices in `x` that are unknown, by column; slacks of ranges are the last."""
+        return self._table().unknowns
+
+    @property
+    def column_of(self) -> NDArray[np.int64]:
+        """Column of every number of the document, -1 of those that are fixed; the last one is -1."""
+        return self._table().column_of
+
+    def columns_of(self, name: str) -> NDArray[np.int64]:
+        """Columns of an entity, a point, a number (``L0.p1.x``), or a record's hidden unknowns."""
+        column_of = self.column_of
+        entity = self.document.entities.get(name)
+        if entity is not None:
+            return column_of[entity.at : entity.at + entity.size]
+        laid = self._laid.get(name)
+        if laid is not None:
+            numbers = [at + k for at, size in self._hidden_blocks(laid) for k in range(size)]
+            return self._table().column[numbers]
+        owner = self.document.entity(name.partition(".")[0])
+        for offset in range(owner.at, owner.at + owner.size):
+            if self._number_name(offset) == name:
+                return column_of[offset : offset + 1]
+        at = self.document.point_at(name)
+        return column_of[at : at + 2]
+
+    def rows_of(self, name: str) -> NDArray[np.int64]:
+        """Equations of a record: rows of `linearisation`."""
+        table = self._table()
+        return table.number[self.first_rows(name)]
+
+    def name_of(self, column: int) -> str:
+        """Name of an unknown: ``L0.p1.x``, of a hidden one ``C3.contact.x``."""
+        return self._name_at(int(self.unknowns[column]))
+
+    def unknown_names(self) -> list[str]:
+        """Names of all unknowns, by column."""
+        return [self._name_at(int(at)) for at in self.unknowns]
+
+    def _name_at(self, at: int) -> str:
+        offset = int(self._source[at]) if at < len(self._source) else -1
+        if offset >= 0:
+            return self._number_name(min(self._members(offset)))
+        for name in self._with_hidden:
+            laid = self._laid[name]
+            for hidden, (first, size) in zip(
+                cast("Plan", laid.plan).hidden, self._hidden_blocks(laid), strict=True
+            ):
+                if first <= at < first + size:
+                    return f"{name}.{hidden.names[at - first]}"
+        return ""
+
+    @staticmethod
+    def _hidden_blocks(laid: Laid) -> list[tuple[int, int]]:
+        hidden = laid.plan.hidden if laid.plan else []
+        return [(at, len(one.names)) for at, one in zip(laid.hidden, hidden, strict=True)]
+
+    @property
+    def size(self) -> float:
+        """Extent of the drawing: its larger side; of a single place 1."""
+        values = self.document.values
+        points = self._live_points()
+        if not len(points):
+            return 1.0
+        return float(max(np.ptp(values[points]), np.ptp(values[points + 1]))) or 1.0
+
+    def _live_points(self) -> NDArray[np.int64]:
+        """Offsets of the x of all points."""
+        self.refresh()
+        if self._points is None or self._points[0] != self.version:
+            found = [
+                at
+                for entity in self.document.entities.values()
+                for at in self._point_starts(entity)
+            ]
+            self._points = (self.version, np.array(found, dtype=np.int64))
+        return self._points[1]
+
+    def axes(self) -> NDArray[np.int8]:
+        """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""
+        found = np.zeros(len(self.x), dtype=np.int8)
+        values = self._root[: len(self.document.values)]
+        found[values[values >= 0]] = 3
+        points = self._live_points()
+        found[self._root[points]], found[self._root[points + 1]] = 1, 2
+        for entity in self.document.entities.values():
+            if entity.kind in ("ellipse", "earc"):
+                found[self._root[entity.at + entity.size - 1]] = 4
+        return found
+
+    @property
+    def angles(self) -> NDArray[np.int64]:
+        """Where in `x` angles are: directions of ellipses."""
+        self.refresh()
+        if self._angles is None or self._angles[0] != self.version:
+            self._angles = (self.version, np.flatnonzero(self.axes() == 4))
+        return self._angles[1]
+
+    def unit_of(self, dimension: str) -> float:
+        """What a row changes by when its dimension's value grows by 1 (degrees: by one)."""
+        record = self.document.dimensions[dimension]
+        laid = self._laid.get(dimension)
+        unit = quantities.inner(record.kind, 1.0)
+        if laid is None or laid.plan is None or not laid.plan.settings:
+            return -unit
+        setting = laid.plan.settings[0]
+        if setting.which == "sums":
+            return -setting.scale * unit
+        x = self.gather()
+        # Rows are linear in `value` only nearly: angles enter by their sines.
+        row, field = laid.rows[setting.at], "value"
+        now, step = self.rows.data(row, field), 1e-6 * setting.scale * unit
+        before = self.rows.evaluate(x)[row]
+        self.rows.set_data(row, field, now + step)
+        after = self.rows.evaluate(x)[row]
+        self.rows.set_data(row, field, now)
+        return float(after - before) / 1e-6
+
+    def components(self) -> NDArray[np.int32]:
+        """Number of the component by row, then by element of `x`: what hangs together by rows."""
+        indptr, indices = self.rows.indptr, self.rows.indices
+        row_of = np.repeat(np.arange(self.rows.m), np.diff(indptr))
+        count = self.rows.m + len(self.x)
+        graph = coo_array(
+            (np.ones(len(indices), dtype=np.int8), (row_of, indices + self.rows.m)),
+            shape=(count, count),
+        )
+        found: NDArray[np.int32] = connected_components(graph, directed=False)[1]
+        return found
+
+    def connected(self, name: str) -> tuple[str, ...]:
+        """Constraints and dimensions whose equations hang together with those of one."""
+        table = self._table()
+        if not len(table.rows):
+            return ()
+        label = self.components()
+        labels = set(label[self.first_rows(name)].tolist())
+        if not labels:
+            labels = {
+                int(label[self.rows.m + int(self._root[self.document.point_at(arg)])])
+                for arg in self._arguments(name)
+            }
+        found = dict.fromkeys(self.owner[row] for row in table.rows if int(label[row]) in labels)
+        document = self.document
+        return tuple(
+            one for one in found if one in document.constraints or one in document.dimensions
+        )
+
+    def _arguments(self, name: str) -> list[str]:
+        record = self.document.constraints.get(name)
+        return [arg for arg in (record.args if record else ()) if "." in arg or arg[0] == "P"]
+
+    def linearisation(
+        self,
+        x: NDArray[np.float64] | None = None,
+        *,
+        without: str = "",
+        ranges: bool = True,
+    ) -> Linearisation:
+        """The whole system at the document's numbers, or at unknowns `x` by column.
+
+        Parameters
+        ----------
+        without : a record that is left out
+        ranges : with rows and slacks of ranges, which take no freedom
+        """
+        table = self._table()
+        at = self.gather() if x is None else self.with_unknowns(x)
+        residuals, entries = self.rows.jacobian(at)
+        indptr, indices = self.rows.indptr, self.rows.indices
+        keep = np.ones(len(table.rows), dtype=bool)
+        if without:
+            keep[self.rows_of(without)] = False
+        if not ranges:
+            keep &= ~table.is_range
+        rows = table.rows[keep]
+        counts = np.diff(indptr)[rows]
+        kept = np.zeros(self.rows.m, dtype=bool)
+        kept[rows] = True
+        entry = np.repeat(kept, np.diff(indptr))
+        numbers = np.flatnonzero(keep)
+        n = len(table.unknowns) - (0 if ranges else table.slacks)
+        return Linearisation(
+            at[table.unknowns[:n]],
+            residuals[rows],
+            np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
+            table.column[indices[entry]].astype(np.int32),
+            entries[entry],
+            [table.owners[number] for number in numbers],
+        )
+
+    def with_unknowns(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """All of `x`, with unknowns given by column."""
+        full = self.gather().copy()
+        full[self.unknowns[: len(x)]] = x
+        return full
+
+    # --- what plans ask ---------------------------------------------------------------------
 
     def lies_on(self, point: int, curve: str) -> bool:
         """Whether a `point_on` of its own holds a point on a curve."""
@@ -339,7 +627,7 @@ class Layout:
         self._remove_rows(laid)
         del self._laid[name]
         dirty.pop(name, None)
-        self._impossible.pop(name, None)
+        self._impossible.pop((name, -1), None)
         for one in laid.names:
             self._users[one].pop(name, None)
         record = laid.record
@@ -365,7 +653,9 @@ class Layout:
         """Tangents of a curve are written otherwise where it holds a point of the other curve."""
         for user in self._users.get(entity, ()):
             laid = self._laid.get(user)
-            if laid and isinstance(laid.record, Constraint) and laid.record.kind == "tangent":
+            if laid is None or not isinstance(laid.record, Constraint):
+                continue
+            if laid.record.kind == "tangent" and laid.record.active:
                 dirty[user] = None
 
     def _hold(self, at: int, name: str, numbers: tuple[float, ...] | None) -> None:
@@ -374,6 +664,7 @@ class Layout:
 
     def _release(self, at: int, name: str) -> None:
         del self._holds[at][name]
+        self._impossible.pop((name, at), None)
         if not self._holds[at]:
             del self._holds[at]
         self.places.touched.add(at)
@@ -500,13 +791,13 @@ class Layout:
             list(numbers) if numbers is not None else values[at : at + width].tolist()
             for _, at, numbers in holds
         ]
-        for (name, _, _), place in zip(holds, places, strict=True):
-            self._impossible.pop(name, None)
+        for (name, at, _), place in zip(holds, places, strict=True):
+            self._impossible.pop((name, at), None)
             scale = max(map(abs, [*place, *places[0]]), default=0.0)
             if any(
                 abs(a - b) > LOCK_TOLERANCE * scale for a, b in zip(place, places[0], strict=True)
             ):
-                self._impossible[name] = f"`{holds[0][0]}` holds it at another place"
+                self._impossible[name, at] = f"`{holds[0][0]}` holds it at another place"
         return places[0]
 
     def _take_constant(self, numbers: Iterable[float]) -> int:
@@ -537,8 +828,9 @@ class Layout:
     def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
         name = laid.record.name
         plan = laid.plan = self._plan(laid, values)
+        self._impossible.pop((name, -1), None)
         if plan.impossible:
-            self._impossible[name] = plan.impossible
+            self._impossible[name, -1] = plan.impossible
         for hidden in plan.hidden:
             size = len(hidden.names)
             at = self._columns.take(size)
@@ -608,6 +900,10 @@ class Layout:
         return at
 
     def _remove_rows(self, laid: Laid) -> None:
+        """Rows, hidden unknowns and constants of a record."""
+        for which, rows in (("rows", [*laid.rows, *laid.sums]), ("guards", laid.guards)):
+            for row in rows:
+                self._changes.pop((which, row), None)
         for row in (*laid.rows, *laid.sums, *laid.inputs):
             count = self.rows.tables[self.rows.struct(row)].residuals
             self.rows.remove(row)
@@ -645,12 +941,12 @@ class Layout:
             number = quantities.inner(record.kind, amount.number)
             value = setting.scale * number + setting.shift
             if setting.which == "rows":
-                self.rows.set_data(laid.rows[setting.at], "value", value)
+                self._change("rows", laid.rows[setting.at], value)
             elif setting.which == "guards":
-                self.guards.set_data(laid.guards[setting.at], "value", value)
+                self._change("guards", laid.guards[setting.at], value)
             else:
                 factor = laid.plan.sums[setting.at].parts[0][1]
-                self.rows.set_data(laid.sums[setting.at], "value", value / factor)
+                self._change("rows", laid.sums[setting.at], value / factor)
         return True
 
     # --- numbers ----------------------------------------------------------------------------
@@ -700,20 +996,76 @@ class Layout:
             for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
                 self.x[at : at + len(hidden.names)] = hidden.start(values)
 
-    def scatter(self, x: NDArray[np.float64]) -> bool:
-        """Solved unknowns into the document: every alias gets the same bits; whether any moved.
+    def differs(self, x: NDArray[np.float64]) -> bool:
+        """Whether any number of the document is not that of the unknowns `x`, (n,)."""
+        return len(self._moved(x)) > 0
+
+    def _moved(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
+        new = x[self._root[self._live]]
+        old = self.document.values[self._live]
+        return np.flatnonzero(new.view(np.int64) != old.view(np.int64))
+
+    def scatter(self, x: NDArray[np.float64]) -> tuple[str, ...]:
+        """Solved unknowns, (n,), into the document: every alias gets the same bits.
 
         To be called inside of a transaction.
+
+        Returns
+        -------
+        Entities whose numbers changed.
         """
-        self.x[: len(x)] = x
-        new = self.x[self._root[self._live]]
-        old = self.document.values[self._live]
-        moved = np.flatnonzero(new.view(np.int64) != old.view(np.int64))
-        if len(moved):
-            at = self._live[moved]
-            self.document.set_values(at, new[moved])
-            self._seen[at] = new[moved]
-        return bool(len(moved))
+        self.x[:] = x
+        moved = self._moved(x)
+        at = self._live[moved]
+        new = x[self._root[at]]
+        self.document.set_values(at, new)
+        self._seen[at] = new
+        return tuple(dict.fromkeys(self._entity_at[k] for k in at.tolist()))
+
+    def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`x` for other numbers of the document than it has now, (n,)."""
+        found = self.gather().copy()
+        columns = np.flatnonzero(self._source >= 0)
+        found[columns] = values[self._source[columns]]
+        return found
+
+    # --- values that changed since the last solve -------------------------------------------
+
+    def take_changes(self) -> dict[tuple[str, int], tuple[float, float]]:
+        """Old and new ``value`` by (``rows`` or ``guards``, row), of what changed since last."""
+        self.refresh()
+        found, self._changes = self._changes, {}
+        return {key: one for key, one in found.items() if one[0] != one[1]}
+
+    def return_changes(self, changes: dict[tuple[str, int], tuple[float, float]]) -> None:
+        """Changes that were not taken in after all count for the next solve."""
+        for key, (old, new) in changes.items():
+            self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def set_share(self, changes: dict[tuple[str, int], tuple[float, float]], share: float) -> None:
+        """Set changed values to a share of the way from old to new."""
+        for (which, row), (old, new) in changes.items():
+            rows = self.rows if which == "rows" else self.guards
+            rows.set_data(row, "value", new if share == 1.0 else old + share * (new - old))
+
+    def is_far(
+        self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
+    ) -> bool:
+        """Whether a value changed by a large share of itself, or an angle by a large turn."""
+        for (which, row), (old, new) in changes.items():
+            if which == "guards" or self.rows.struct(row) in _ANGULAR:
+                far = abs(new - old) > turn
+            else:
+                far = abs(new - old) > share * max(abs(old), abs(new))
+            if far:
+                return True
+        return False
+
+    def _change(self, which: str, row: int, value: float) -> None:
+        rows = self.rows if which == "rows" else self.guards
+        old = self._changes.get((which, row), (rows.data(row, "value"), 0.0))[0]
+        self._changes[which, row] = (old, value)
+        rows.set_data(row, "value", value)
 
     # --- checking ---------------------------------------------------------------------------
 
@@ -741,9 +1093,9 @@ class Layout:
         """
         self.refresh()
         found: dict[str, Any] = {
-            "redundant": sorted(self.redundant),
-            "impossible": sorted(self._impossible),
-            "unknowns": sorted(self.name_of(int(column)) for column in self.unknowns),
+            "redundant": sorted(self.spare),
+            "impossible": sorted(self.impossible),
+            "unknowns": sorted(self.unknown_names()),
         }
         for name, laid in self._laid.items():
             if laid.plan is None:
@@ -764,7 +1116,7 @@ class Layout:
         struct = rows.struct(row)
         table = rows.tables[struct]
         uses = [
-            self.name_of(int(at)) if at >= 0 else rows.unknowns.values(int(at))[:width].tolist()
+            self._name_at(int(at)) if at >= 0 else rows.unknowns.values(int(at))[:width].tolist()
             for at, width in zip(rows.uses(row), table.widths, strict=True)
         ]
         value = rows.data(row, "value") if "value" in table.fields else 0.0
@@ -812,9 +1164,14 @@ def _fields(data: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _own_rows(entity: Entity, values: NDArray[np.float64]) -> Plan:
-    """Equations of an arc: its ends are on it."""
+    """Equations of an arc: its ends are on it. Radii of round curves stay positive."""
     plan = Plan()
     curve = Operand(entity, "", entity.at)
+    for radius in curve.ellipse[1:3] if curve.is_elliptic else curve.circle[1:]:
+        if values[radius] > 0:
+            plan.guard("ScalarValue", radius)
+    if not curve.ends:
+        return plan
     start, end = curve.ends
     if entity.kind == "arc":
         circle = curve.circle

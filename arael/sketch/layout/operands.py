@@ -113,7 +113,9 @@ class Operand:
 
     @property
     def ends(self) -> tuple[int, ...]:
-        """Points where a curve begins and ends."""
+        """Points where a curve begins and ends; of arcs counter-clockwise, as their numbers run."""
+        if self.entity.kind in ("arc", "earc"):
+            return (self.entity.at + 2, self.entity.at + 4)
         points = point_offsets(self.entity)
         return tuple(points[name] for name in ends(self.entity))
 

@@ -72,6 +72,36 @@ class Places:
         """Names of all ties that close nothing new."""
         return {name for place in self._classes() for name in place.spare}
 
+    def joining(self, name: str) -> tuple[str, ...]:
+        """Ties by which the two points of a tie are one place without it; the fewest."""
+        a, b = self._of[self._at[name]].ties[name]
+        return self.between(a, b, without=name)
+
+    def between(self, a: int, b: int, without: str = "") -> tuple[str, ...]:
+        """Ties by which two points are one place, the fewest."""
+        place = self._of.get(a)
+        if place is None:
+            return ()
+        beside: dict[int, list[tuple[str, int]]] = {}
+        for one, (p, q) in place.ties.items():
+            if one != without:
+                beside.setdefault(p, []).append((one, q))
+                beside.setdefault(q, []).append((one, p))
+        came: dict[int, tuple[str, int]] = {a: ("", a)}
+        front = [a]
+        for point in front:
+            for one, q in beside.get(point, ()):
+                if q not in came:
+                    came[q] = (one, point)
+                    front.append(q)
+        if b not in came:
+            return ()
+        found: list[str] = []
+        while b != a:
+            one, b = came[b]
+            found.append(one)
+        return tuple(reversed(found))
+
     def _classes(self) -> Iterable[Place]:
         return {id(place): place for place in self._of.values()}.values()
 

@@ -243,9 +243,7 @@ def smooth(plan: Plan, what: Constraint, args: list[Operand], values: Values, _:
             plan.add("PointLineDistance", poles[2], poles[0], poles[1])
         elif second.entity.kind == "arc":
             side = float(sign(cross(u, towards(values, poles[0], second.center))))
-            plan.add(
-                "SmoothSplineArc", *poles, second.circle.r, factor=_factor(first), side=side
-            )
+            plan.add("SmoothSplineArc", *poles, second.circle.r, factor=_factor(first), side=side)
         else:
             side = float(sign(cross(u, towards(values, poles[0], second.center))))
             size = math.hypot(*u) ** 2 or 1.0

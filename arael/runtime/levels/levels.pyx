@@ -1,0 +1,858 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Solver by levels: exact rows, then soft rows, then closeness to a given state.
+
+A lower level moves only in what the higher ones leave free. Directions of the second level are
+projected onto the null space of the exact rows; its linear problems are solved there by CGLS, whose
+every product with the projector is two solves with the factor that the exact rows have anyway
+(J. Nocedal, S. Wright, "Numerical Optimization", 2nd ed., 2006, section 16.3 and chapter 18;
+A. Bjorck, "Numerical Methods for Least Squares Problems", 1996, section 7.4). After every step the
+exact rows are solved again, so that a lower level never costs accuracy in a higher one.
+"""
+
+import numpy as np
+
+from libc.math cimport fabs, isfinite, sqrt
+from libc.stdint cimport int32_t
+from libc.string cimport memcpy, memset
+
+from arael.runtime.address cimport address, writable
+from arael.runtime.levels.factor cimport RowFactor
+from arael.runtime.levels.newton cimport SOLVED, Component, Newton
+from arael.runtime.levels.rows cimport Rows
+
+from arael.runtime.levels.outcome import STATUSES, ComponentOutcome, Outcome
+from arael.runtime.levels.structure import analyse
+
+# Squared sine of the angle between an equation and the span of others below which it is redundant.
+PIVOT_TOLERANCE = 1e-12
+# Part of a gradient or vector that must be left after projection to be more than rounding.
+cdef double NOTHING = 1e-9
+# Where steps end by their limit: what counts as an optimum nevertheless.
+cdef double NEARLY = 1e-6
+# Slope of the distance from home, relative to the distance, at which it counts as least: it is
+# then within 1e-12 of that, and a state that can be home itself is reached regardless.
+cdef double NEAR_HOME = 1e-6
+
+
+cdef class CursorRows(Rows):
+    """Unknowns minus their targets: rows x[at] - target."""
+
+    cdef object _at, _target, _indptr
+    cdef const int32_t* at
+    cdef const double* target
+
+    def __init__(self, n, at, target):
+        self._at = np.array(at, dtype=np.int32).ravel()
+        self._target = np.array(target, dtype=np.float64).ravel()
+        if len(self._at) != len(self._target):
+            raise ValueError(f"expected {len(self._at)} targets, found {len(self._target)}")
+        if len(self._at) and not 0 <= self._at.min() <= self._at.max() < n:
+            raise ValueError(f"expected unknowns from 0 to {n - 1} to drag")
+        self.n, self.m = n, len(self._at)
+        self._indptr = np.arange(self.m + 1, dtype=np.int32)
+        self.indptr = <const int32_t*>address(self._indptr, np.int32)
+        self.indices = self.at = <const int32_t*>address(self._at, np.int32)
+        self.target = <const double*>address(self._target, np.float64)
+
+    cdef int residuals(self, const double* x, double* r) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(self.m):
+            r[i] = x[self.at[i]] - self.target[i]
+        return 0
+
+    cdef int linearise(self, const double* x, double* r, double* entries) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(self.m):
+            entries[i] = 1.0
+        return self.residuals(x, r)
+
+
+cdef class Levels(Newton):
+    """Solves exact rows; below them soft rows, and closeness to a state.
+
+    Parameters
+    ----------
+    rows : Rows
+        Equations that must hold: r(x) = 0.
+    soft : Rows, optional
+        Rows whose sum of squares `minimise` makes small, as far as the equations allow.
+    guards : Rows, optional
+        Functions of x whose signs a solve keeps; where one is zero at its start, it may take any.
+    scales : (n,) array_like, optional
+        Typical sizes of the unknowns: steps are shortest in x / scales.
+    step_limit : int
+        Evaluations of the rows in one solve of the exact rows.
+    pivot_tolerance : float
+        Squared sine of the angle between a row of the Jacobian and the span of other rows below
+        which it is taken as redundant.
+
+    Notes
+    -----
+    The analysis is kept until the pattern, the fixed unknowns, or the active rows change; factors
+    are kept from one solve to the next.
+    """
+
+    cdef readonly Rows soft
+    cdef readonly object scales
+    cdef readonly double pivot_tolerance
+    cdef object _key, _touched, _low, _high, _own
+    cdef object _soft_keep, _soft_key
+    cdef int32_t* live              # components of the lower levels
+    cdef Py_ssize_t live_count
+    cdef int32_t* moving            # their unknowns, and those of soft rows that no row has
+    cdef Py_ssize_t moving_count
+    cdef Rows target                # soft rows at work
+    cdef double* r2                 # [m2]
+    cdef double* e2                 # entries of the soft rows
+    cdef double* left               # [m2] of CGLS
+    cdef double* image              # [m2]
+    cdef double* w                  # [n] result of CGLS
+    cdef double* search             # [n]
+    cdef double* gradient           # [n]
+    cdef double* moved              # [n] trial point of lower levels
+    cdef double* further            # [n]
+    cdef double* toward             # [n] projected way home
+    cdef double* before             # [n]
+    cdef double* sign               # [guards] at the start of a lower level
+    cdef double soft_tolerance
+
+    def __init__(
+        self, Rows rows not None, Rows soft=None, *, Rows guards=None, scales=None,
+        int step_limit=100, double pivot_tolerance=PIVOT_TOLERANCE,
+    ):
+        self.rows, self.soft, self.guards = rows, soft, guards
+        for other in (soft, guards):
+            if other is not None and other.n != rows.n:
+                raise ValueError(f"expected rows of {rows.n} unknowns, found {other.n}")
+        self.scales = None if scales is None else np.array(scales, dtype=np.float64)
+        self.limit, self.pivot_tolerance = step_limit, pivot_tolerance
+        self._key = None
+
+    # ---- analysis
+
+    def _analyse(self, fixed, active, basic):
+        """Renew the analysis if what it depends on has changed; whether it was renewed."""
+        rows, guards = self.rows, self.guards
+        versions = rows.pattern_version, guards.pattern_version if guards is not None else -1
+        key = self._key
+        if (
+            key is not None and key[0] == versions
+            and _same(key[1], fixed) and _same(key[2], active) and _same(key[3], basic)
+        ):
+            return False
+        n, m = rows.n, rows.m
+        free = np.ones(n, bool) if fixed is None else ~fixed
+        used = np.ones(m, bool) if active is None else active
+        links = None if guards is None else _pattern(guards)
+        structure = analyse(n, *_pattern(rows), free, used, links)
+        scales = np.ones(n) if self.scales is None else self.scales
+        if scales.shape != (n,) or not (np.isfinite(scales) & (scales > 0)).all():
+            raise ValueError(f"expected {n} positive scales of unknowns")
+        factor = RowFactor(
+            n, m, structure, np.where(free, scales, 0.0), basic, self.pivot_tolerance
+        )
+        self.prepare(factor, self.limit)
+        self._own = {
+            "touched": np.arange(factor.components, dtype=np.int32), "start": np.zeros(n),
+        }
+        self._soft_key = self._touched = None
+        self._key = (
+            versions, None if fixed is None else fixed.copy(),
+            None if active is None else active.copy(), None if basic is None else basic.copy(),
+        )
+        return True
+
+    @property
+    def components(self):
+        """Number of components found by the last analysis."""
+        return 0 if self.factor is None else self.factor.components
+
+    @property
+    def component_of(self):
+        """(n,) component of each unknown, -1 where it is fixed or in no active row."""
+        return self.factor.structure.component_of
+
+    def redundant(self):
+        """Rows that had no pivot in the last factors: they depend on others at that point."""
+        return self.factor.dropped()
+
+    def _parts_touched(self, touched):
+        """Components to be solved, as int32."""
+        if touched is None:
+            return np.arange(self.factor.components, dtype=np.int32)
+        touched = np.asarray(touched)
+        found = np.unique(self.factor.structure.component_of[touched])
+        return found[found >= 0].astype(np.int32)
+
+    def _begin(self, x, tolerance, fixed, active, basic, low, high):
+        """Check arguments and make everything ready."""
+        n, m = self.rows.n, self.rows.m
+        if not isinstance(x, np.ndarray) or x.dtype != np.float64 or x.shape != (n,):
+            raise ValueError(f"expected x as an array of {n} float64, which is changed in place")
+        fixed, active = _mask(fixed, n, "fixed unknowns"), _mask(active, m, "active rows")
+        self._analyse(fixed, active, _mask(basic, m, "basic rows"))
+        given = np.asarray(tolerance, dtype=np.float64)
+        if given.shape not in ((), (m,)) or not (given > 0).all():
+            raise ValueError(f"expected one positive tolerance, or one for each of {m} rows")
+        self._keep["tolerance"][:] = given
+        if (low is None) != (high is None):
+            low = np.full(n, -np.inf) if low is None else low
+            high = np.full(n, np.inf) if high is None else high
+        if low is None:
+            self.low = self.high = NULL
+        else:
+            self._keep["low"][:], self._keep["high"][:] = low, high
+            if not (self._keep["low"] <= self._keep["high"]).all():
+                raise ValueError("expected lower bounds that are not above the upper ones")
+            np.clip(x, low, high, out=x, where=np.ones(n, bool) if fixed is None else ~fixed)
+            self.low = <double*>writable(self._keep["low"], np.float64)
+            self.high = <double*>writable(self._keep["high"], np.float64)
+        self.factors = self.linearisations = 0
+        self.stopped, self._failure = False, None
+
+    def _finish(self, parts, **more):
+        """Make the outcome of the components; raise what rows in Python raised."""
+        for rows in (self.rows, self.guards, self.target):
+            if rows is not None:
+                rows.check(-1)
+        if self._failure is not None and not isinstance(self._failure, KeyboardInterrupt):
+            raise self._failure
+        cdef const int32_t* at = <const int32_t*>address(parts, np.int32)
+        cdef Py_ssize_t j, worst = -1
+        cdef int steps = 0, status = SOLVED, guard = -1
+        cdef double largest = -1.0
+        cdef Component* p
+        left = []
+        for j in range(len(parts)):
+            p = &self.part[at[j]]
+            steps = max(steps, p.steps)
+            if not p.largest <= largest:
+                largest, worst = p.largest, p.row
+            if p.status != SOLVED:
+                if status == SOLVED:
+                    status = p.status
+                    guard = p.guard if STATUSES[status] == "side" else -1
+                left.append(ComponentOutcome(
+                    at[j], STATUSES[p.status], self.r[p.row] if p.row >= 0 else 0.0, p.row,
+                    p.guard if STATUSES[p.status] == "side" else -1, p.steps,
+                ))  # fmt: skip
+        if status != SOLVED:
+            worst = left[0].row
+        more.setdefault("status", STATUSES[status])
+        return Outcome(
+            largest=self.r[worst] if worst >= 0 else 0.0, row=worst, guard=guard, steps=steps,
+            rounds=self.rounds, factors=self.factors, open=tuple(left),
+            history=self.trace_rows(), **more,
+        )
+
+    # ---- exact rows
+
+    def solve(
+        self, x, tolerance=1e-10, *, fixed=None, active=None, basic=None, touched=None,
+        low=None, high=None, keep=False,
+    ):
+        """Solve the exact rows in place, by steps of least norm.
+
+        Parameters
+        ----------
+        x : (n,) float64
+            Start and result. A component whose rows all hold is not changed by a single bit; one
+            that is not solved is put back, unless `keep`.
+        tolerance : float or (m,) array_like
+            Largest residual of a row that holds.
+        fixed : (n,) bool, optional
+            Unknowns that do not move.
+        active : (m,) bool, optional
+            Rows that count; all by default.
+        basic : (m,) bool, optional
+            Rows that steps are made from, for instance those found independent by a QR; the others
+            are only checked. By default rows without a pivot are left out of each factor.
+        touched : array of int, optional
+            Unknowns whose components are solved; all components by default.
+        low, high : (n,) array_like, optional
+            Bounds on unknowns; x is clipped to them first.
+        keep : bool
+            Leave x where the solve ended, solved or not.
+
+        Returns
+        -------
+        Outcome
+
+        Raises
+        ------
+        ValueError
+            If an argument has another shape than expected.
+        """
+        self._begin(x, tolerance, fixed, active, basic, low, high)
+        parts = self._own["touched"] if touched is None else self._parts_touched(touched)
+        cdef double* at = <double*>writable(x, np.float64, self.rows.n)
+        cdef const int32_t* of = <const int32_t*>address(parts, np.int32)
+        cdef double* start = <double*>writable(self._own["start"], np.float64)
+        cdef Py_ssize_t count = len(parts), j, k, c
+        cdef RowFactor factor = self.factor
+        cdef bint put_back = not keep
+        with nogil:
+            memcpy(start, at, factor.n * sizeof(double))
+            for j in range(count):
+                self.restart(of[j], at)
+            self.solve_parts(at, of, count)
+            for j in range(count):
+                c = of[j]
+                if self.part[c].status != SOLVED:
+                    self.part[c].factored = False
+                    if put_back:
+                        for k in range(factor.unknown_start[c], factor.unknown_start[c + 1]):
+                            at[factor.unknown_list[k]] = start[factor.unknown_list[k]]
+        return self._finish(parts)
+
+    # ---- lower levels
+
+    def minimise(
+        self, x, tolerance=1e-10, *, home=None, soft_tolerance=None, fixed=None, active=None,
+        basic=None, low=None, high=None, limit=100,
+    ):
+        """Solve the exact rows; among their solutions make the soft rows' sum of squares least.
+
+        Parameters
+        ----------
+        x : (n,) float64
+            Start and result.
+        home : (n,) array_like, optional
+            Of all optima, come to the one closest to this state.
+        soft_tolerance : float, optional
+            Soft rows not larger than this are not improved; the smallest `tolerance` by default.
+        limit : int
+            Steps of each lower level.
+        tolerance, fixed, active, basic, low, high
+            As in `solve`.
+
+        Returns
+        -------
+        Outcome
+            ``solved`` as soon as the exact rows hold; `converged` is whether an optimum was
+            reached. If they cannot be solved, x is put back.
+        """
+        if self.soft is None:
+            raise ValueError("expected Levels(rows, soft=...) to minimise soft rows")
+        return self._lower(
+            self.soft, x, tolerance, home, soft_tolerance, fixed, active, basic, low, high, limit
+        )
+
+    def drag(
+        self, x, at, target, home=None, tolerance=1e-10, *, fixed=None, active=None, basic=None,
+        low=None, high=None, limit=60,
+    ):
+        """Bring unknowns to targets as closely as the exact rows allow, moving little else.
+
+        The exact rows hold; then sum (x[at] - target)^2 is least; then x is closest to `home`.
+
+        Parameters
+        ----------
+        x : (n,) float64
+            Start and result: the last frame. If the exact rows cannot be solved, it is put back.
+        at : (k,) array of int
+            Unknowns that follow the cursor.
+        target : (k,) array_like
+            Where they should be.
+        home : (n,) array_like, optional
+            The state when the drag began.
+        limit : int
+            Steps of each lower level in this frame.
+        tolerance, fixed, active, basic, low, high
+            As in `solve`.
+        """
+        rows = CursorRows(self.rows.n, at, target)
+        return self._lower(
+            rows, x, tolerance, home, None, fixed, active, basic, low, high, limit
+        )
+
+    def _lower(
+        self, Rows soft, x, tolerance, home, soft_tolerance, fixed, active, basic, low, high,
+        int limit,
+    ):
+        self._begin(x, tolerance, fixed, active, basic, low, high)
+        n = self.rows.n
+        least = float(np.min(tolerance))
+        self.soft_tolerance = least if soft_tolerance is None else soft_tolerance
+        self._soft_workspace(soft)
+        parts, unknowns = self._soft_keep["live"], self._soft_keep["moving"]
+        start = x.copy()
+        cdef const double* towards = NULL
+        if home is not None:
+            home = np.array(home, dtype=np.float64)
+            if home.shape != (n,):
+                raise ValueError(f"expected a home of {n} unknowns, found {home.shape}")
+            towards = <const double*>address(home, np.float64)
+        cdef double* at = <double*>writable(x, np.float64, n)
+        cdef Py_ssize_t j
+        cdef bint converged = True, exact = True
+        cdef double f2 = 0.0, f3 = 0.0
+        with nogil:
+            for j in range(self.live_count):
+                self.restart(self.live[j], at)
+            self.solve_parts(at, self.live, self.live_count)
+            for j in range(self.live_count):
+                exact = exact and self.part[self.live[j]].status == SOLVED
+            if exact and not self.stopped:
+                converged = self._soft_level(at, limit)
+                if towards != NULL and not self.stopped:
+                    converged = self._home_level(at, towards, limit) and converged
+                self.target.residuals(at, self.r2)
+                f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+                if towards != NULL:
+                    f3 = sqrt(self._distance(at, towards))
+                # State of the components at x, for the outcome.
+                if self.rows.residuals(at, self.r) >= 0:
+                    for j in range(self.live_count):
+                        self.measure(
+                            self.live[j], self.r, &self.part[self.live[j]].largest,
+                            &self.part[self.live[j]].norm, &self.part[self.live[j]].row,
+                        )
+                        self.part[self.live[j]].status = SOLVED
+        more = {"soft": f2, "distance": f3, "converged": bool(converged and exact)}
+        if self.stopped or not exact:
+            x[:] = start
+            for j in range(self.live_count):
+                self.part[self.live[j]].factored = False
+            if self.stopped and exact:
+                more["status"] = "interrupted"
+        return self._finish(parts, **more)
+
+    def _soft_workspace(self, Rows soft):
+        """Workspaces for soft rows, and what they move; kept while their pattern is."""
+        self.target = soft
+        indices = _pattern(soft)[1]
+        key = self._soft_key
+        if key is not None and key[0] is self._key and key[1] == soft.m and (
+            np.array_equal(key[2], indices)
+        ):
+            return
+        factor, n = self.factor, self.rows.n
+        structure = factor.structure
+        component_of = structure.component_of
+        scale = self._keep["scale"]
+        used = np.unique(indices[scale[indices] > 0]).astype(np.int64)
+        found = np.unique(component_of[used])
+        live = found[found >= 0].astype(np.int32)
+        inside = np.zeros(factor.components + 1, bool)
+        inside[live] = True
+        mask = inside[component_of]
+        mask[used] = True
+        mask &= scale > 0
+        guards = self.guards.m if self.guards is not None else 0
+        self._soft_keep = {
+            "live": live, "moving": np.flatnonzero(mask).astype(np.int32),
+            **{name: np.zeros(size) for name, size in {
+                "r2": soft.m, "e2": len(indices), "left": soft.m, "image": soft.m, "w": n,
+                "search": n, "gradient": n, "moved": n, "further": n, "toward": n, "before": n,
+                "sign": guards,
+            }.items()},
+        }  # fmt: skip
+        keep = self._soft_keep
+        self.live = <int32_t*>writable(keep["live"], np.int32)
+        self.moving = <int32_t*>writable(keep["moving"], np.int32)
+        self.live_count, self.moving_count = len(live), len(keep["moving"])
+        self.r2 = <double*>writable(keep["r2"], np.float64)
+        self.e2 = <double*>writable(keep["e2"], np.float64)
+        self.left = <double*>writable(keep["left"], np.float64)
+        self.image = <double*>writable(keep["image"], np.float64)
+        self.w = <double*>writable(keep["w"], np.float64)
+        self.search = <double*>writable(keep["search"], np.float64)
+        self.gradient = <double*>writable(keep["gradient"], np.float64)
+        self.moved = <double*>writable(keep["moved"], np.float64)
+        self.further = <double*>writable(keep["further"], np.float64)
+        self.toward = <double*>writable(keep["toward"], np.float64)
+        self.before = <double*>writable(keep["before"], np.float64)
+        self.sign = <double*>writable(keep["sign"], np.float64)
+        self._soft_key = self._key, soft.m, indices.copy()
+
+    cdef void _project(self, double* v) noexcept nogil:
+        """Onto the null space of the exact rows, in scaled unknowns."""
+        cdef Py_ssize_t j
+        for j in range(self.live_count):
+            self.factor.project(self.live[j], v)
+
+    cdef void _pull(self, const double* residual, double* v) noexcept nogil:
+        """Set v to S J2' residual on the moving unknowns."""
+        cdef Py_ssize_t i, k
+        for k in range(self.moving_count):
+            v[self.moving[k]] = 0.0
+        for i in range(self.target.m):
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                v[self.target.indices[k]] += self.e2[k] * residual[i]
+        for i in range(self.target.m):
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                if self.scale[self.target.indices[k]] == 0.0:
+                    v[self.target.indices[k]] = 0.0
+        for k in range(self.moving_count):
+            v[self.moving[k]] *= self.factor.scale[self.moving[k]]
+
+    cdef void _push(self, const double* v, double* residual) noexcept nogil:
+        """Set residual to J2 S v."""
+        cdef Py_ssize_t i, k, u
+        cdef double total
+        for i in range(self.target.m):
+            total = 0.0
+            for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                u = self.target.indices[k]
+                if self.factor.scale[u] != 0.0:
+                    total += self.e2[k] * self.factor.scale[u] * v[u]
+            residual[i] = total
+
+    cdef double _inner(self, const double* a, const double* b) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef double total = 0.0
+        for k in range(self.moving_count):
+            total += a[self.moving[k]] * b[self.moving[k]]
+        return total
+
+    cdef void _least(self, double damping) noexcept nogil:
+        """Set w to what makes |J2 S P w - left|^2 + damping |w|^2 least (CGLS from zero).
+
+        Destroys `left`, `image`, `search`, `gradient`.
+        """
+        cdef Py_ssize_t k, i, t, rounds = min(self.target.m, self.moving_count, 300) + 3
+        cdef double first, gamma, delta, step, new, whole
+        for k in range(self.moving_count):
+            self.w[self.moving[k]] = 0.0
+        self._pull(self.left, self.gradient)
+        whole = self._inner(self.gradient, self.gradient)
+        self._project(self.gradient)
+        gamma = first = self._inner(self.gradient, self.gradient)
+        if gamma <= NOTHING * NOTHING * whole:
+            return
+        for k in range(self.moving_count):
+            self.search[self.moving[k]] = self.gradient[self.moving[k]]
+        for t in range(rounds):
+            self._push(self.search, self.image)
+            delta = _dot(self.image, self.image, self.target.m)
+            delta += damping * self._inner(self.search, self.search)
+            if delta <= 0.0 or not isfinite(delta):
+                return
+            step = gamma / delta
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.w[i] += step * self.search[i]
+            for i in range(self.target.m):
+                self.left[i] -= step * self.image[i]
+            self._pull(self.left, self.gradient)
+            self._project(self.gradient)
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.gradient[i] -= damping * self.w[i]
+            new = self._inner(self.gradient, self.gradient)
+            if new <= 1e-24 * first:
+                return
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.search[i] = self.gradient[i] + new / gamma * self.search[i]
+            gamma = new
+
+    cdef double _distance(self, const double* x, const double* home) noexcept nogil:
+        """Squared distance from home in scaled unknowns."""
+        cdef Py_ssize_t k, i
+        cdef double v, total = 0.0
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            v = (home[i] - x[i]) / self.scale[i]
+            total += v * v
+        return total
+
+    cdef bint _sides_kept(self, const double* x) noexcept nogil:
+        """Whether all guards have the signs in `sign` at x."""
+        cdef Py_ssize_t g
+        if self.guards is None:
+            return True
+        if self.guards.residuals(x, self.tried_guard) < 0:
+            self.stopped = True
+            return False
+        for g in range(self.guards.m):
+            if self.sign[g] != 0.0 and not self.sign[g] * self.tried_guard[g] > 0.0:
+                return False
+        return True
+
+    cdef bint _restore(self, double* x) noexcept nogil:
+        """Solve the exact rows of the live components at x, with the factors at hand."""
+        cdef Py_ssize_t j
+        if self.guards is not None and not self._sides_kept(x):
+            return False
+        for j in range(self.live_count):
+            self.restart(self.live[j], x)
+        self.solve_parts(x, self.live, self.live_count)
+        if self.stopped:
+            return False
+        for j in range(self.live_count):
+            if self.part[self.live[j]].status != SOLVED:
+                return False
+        return True
+
+    cdef double _into(
+        self, double* to, const double* x, const double* v, double along
+    ) noexcept nogil:
+        """Set `to` to x + along S v, shortened at the first bound; the fraction that was gone."""
+        cdef Py_ssize_t k, i
+        cdef double step
+        if self.low != NULL:
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                step = along * self.factor.scale[i] * v[i]
+                if x[i] + step < self.low[i]:
+                    along *= (self.low[i] - x[i]) / step
+                elif x[i] + step > self.high[i]:
+                    along *= (self.high[i] - x[i]) / step
+        memcpy(to, x, self.factor.n * sizeof(double))
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            to[i] = x[i] + along * self.factor.scale[i] * v[i]
+            if self.low != NULL:
+                to[i] = min(max(to[i], self.low[i]), self.high[i])
+        return along
+
+    cdef bint _hold_along(self, const double* x, const double* v) noexcept nogil:
+        """Hold unknowns at a bound that the direction v would cross; whether there are any."""
+        cdef Py_ssize_t k, i
+        cdef bint found = False
+        cdef double near
+        if self.low == NULL:
+            return False
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            if self.held[i] or v[i] == 0.0:
+                continue
+            if (x[i] <= self.low[i] and v[i] < 0) or (x[i] >= self.high[i] and v[i] > 0):
+                self.held[i] = 1 if v[i] < 0 else 2
+                self.factor.scale[i] = 0.0
+                found = True
+        return found
+
+    cdef bint _release_from(self, const double* pull, double whole) noexcept nogil:
+        """Release held unknowns that descend inwards; `pull` is J2' r2 unscaled, or -1 x toward."""
+        cdef Py_ssize_t j, k, t, i, e, c, found = 0
+        cdef double wish
+        for j in range(self.live_count):
+            c = self.live[j]
+            for k in range(self.factor.component_start[c], self.factor.component_start[c + 1]):
+                wish = 0.0
+                for e in range(self.factor.start[k], self.factor.start[k + 1]):
+                    i = self.factor.unknown[e]
+                    wish += self.factor.value[e] * self.factor.scale[i] * pull[i]
+                self.factor.solution[k] = wish
+            self.factor.solve(c)        # least-squares multipliers
+        for k in range(self.moving_count):
+            i = self.moving[k]
+            if not self.held[i] or self.released[i] > 2:
+                continue
+            wish = -pull[i]
+            for t in range(self.factor.column_start[i], self.factor.column_start[i + 1]):
+                e = self.factor.column_position[t]
+                wish += (
+                    self.entries[self.factor.source[self.factor.column_entry[t]]]
+                    * self.factor.row_scale[e] * self.factor.solution[e]
+                )
+            wish *= self.scale[i]
+            if wish > NOTHING * whole if self.held[i] == 1 else wish < -NOTHING * whole:
+                self.held[i] = 0
+                self.released[i] += 1
+                self.factor.scale[i] = self.scale[i]
+                found += 1
+        return found > 0
+
+    cdef bint _soft_level(self, double* x, int limit) noexcept nogil:
+        """Make the soft rows' sum of squares least, on the exact rows; whether it converged."""
+        cdef Py_ssize_t k, i, t
+        cdef double damping = 0.0, f2, new, predicted, slope, curvature, along, whole, norm, size
+        cdef double stretch = 1.0, left = 1.0
+        cdef bint renew = True
+        cdef int retries
+        if self.guards is not None:
+            self.guards.residuals(x, self.sign)
+        retries = 0
+        for t in range(limit):
+            if self.interrupted():
+                return False
+            if renew:
+                if self.refactor(x, self.live, self.live_count) != 0:
+                    return False
+                if self.target.linearise(x, self.r2, self.e2) != 0:
+                    self.stopped = self.target.raised is not None
+                    return False
+            f2 = _dot(self.r2, self.r2, self.target.m)
+            if f2 <= self.soft_tolerance * self.soft_tolerance:
+                return True
+            for i in range(self.target.m):
+                self.left[i] = -self.r2[i]
+            self._pull(self.left, self.gradient)
+            whole = sqrt(self._inner(self.gradient, self.gradient))
+            self._project(self.gradient)
+            norm = sqrt(self._inner(self.gradient, self.gradient))
+            if self.low != NULL:
+                memset(self.before, 0, self.factor.n * sizeof(double))
+                for i in range(self.target.m):
+                    for k in range(self.target.indptr[i], self.target.indptr[i + 1]):
+                        self.before[self.target.indices[k]] += self.e2[k] * self.r2[i]
+                size = 0.0
+                for k in range(self.moving_count):
+                    i = self.moving[k]
+                    size = max(size, fabs(self.scale[i] * self.before[i]))
+                if norm <= 1e-6 * max(whole, size) and self._release_from(self.before, size):
+                    renew = True
+                    continue
+            if norm <= NOTHING * whole or whole == 0.0:
+                return True
+            left = norm / whole
+            self._least(damping)
+            if self._hold_along(x, self.w):
+                renew = True
+                continue
+            # The model along w, and its slope.
+            self._push(self.w, self.image)
+            slope = 2.0 * _dot(self.image, self.r2, self.target.m)
+            size = _dot(self.image, self.image, self.target.m)
+            predicted = -(slope + size)
+            norm = self._inner(self.w, self.w)
+            if norm == 0.0:
+                return True
+            along = self._into(self.moved, x, self.w, stretch)
+            renew = False
+            if not self._restore(self.moved):
+                if self.stopped:
+                    return False
+                damping = max(8.0 * damping, 2.0 * size / norm)
+                retries += 1
+                if retries > 25:
+                    return left <= NEARLY
+                stretch = 1.0
+                for k in range(self.live_count):    # the factor may be of another point by now
+                    self.part[self.live[k]].factored = False
+                renew = True
+                continue
+            if self.target.residuals(self.moved, self.left) != 0:
+                self.stopped = self.target.raised is not None
+                if self.stopped:
+                    return False
+                new = f2 * 2 + 1
+            else:
+                new = _dot(self.left, self.left, self.target.m)
+            renew = True
+            # Curvature along w beyond that of Gauss and Newton becomes the damping.
+            curvature = (new - f2 - along * slope) / (along * along) - size
+            if new < f2:
+                memcpy(x, self.moved, self.factor.n * sizeof(double))
+                retries = 0
+                damping = max(0.0, curvature / norm)
+                if damping * norm < 1e-3 * size:
+                    damping = 0.0
+                # Less curvature than that of Gauss and Newton: the next step is longer.
+                stretch = 1.0
+                if curvature < -1e-3 * size:
+                    stretch = size / max(size + curvature, 0.05 * size)
+                if f2 - new <= 1e-15 * f2:
+                    return True
+                continue
+            retries += 1
+            if predicted <= 1e-14 * f2:     # below rounding of the sum
+                return True
+            if retries > 25:
+                return left <= NEARLY
+            stretch = 1.0
+            damping = max(max(4.0 * damping, size / norm), curvature / norm)
+        return left <= NEARLY
+
+    cdef bint _home_level(self, double* x, const double* home, int limit) noexcept nogil:
+        """Come as close to home as the levels above allow; whether it converged."""
+        cdef Py_ssize_t k, i, t, tried
+        cdef double f2, new2, f3, new3, along = 1.0, whole, norm, slack, ss, sy, v
+        cdef double reach
+        cdef bint first = True, accepted
+        self.target.residuals(x, self.r2)
+        f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+        slack = max(f2 * (1.0 + 1e-9), 10.0 * self.soft_tolerance)
+        for t in range(limit):
+            if self.interrupted():
+                return False
+            if self.refactor(x, self.live, self.live_count) != 0:
+                return False
+            if self.target.linearise(x, self.r2, self.e2) != 0:
+                return False
+            f3 = reach = 0.0
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                reach = max(reach, max(fabs(x[i]), fabs(home[i])) / self.scale[i])
+                v = (home[i] - x[i]) / self.scale[i]
+                f3 += v * v
+                self.further[i] = v if self.factor.scale[i] != 0.0 else 0.0
+            whole = sqrt(f3)
+            self._project(self.further)
+            self._push(self.further, self.left)
+            self._least(0.0)
+            norm = 0.0
+            ss = sy = 0.0
+            for k in range(self.moving_count):
+                i = self.moving[k]
+                self.further[i] -= self.w[i]
+                norm += self.further[i] * self.further[i]
+                if not first:
+                    v = along * self.toward[i]
+                    ss += v * v
+                    sy += v * (self.toward[i] - self.further[i])
+            norm = sqrt(norm)
+            if norm <= NEAR_HOME * whole or norm <= 1e-14 * reach:
+                return True
+            if self._hold_along(x, self.further):
+                continue
+            if not first:       # the step of Barzilai and Borwein
+                along = ss / sy if sy > 0.25 * ss else 4.0
+            along = min(max(along, 0.02), 4.0)
+            first = False
+            memcpy(self.toward, self.further, self.factor.n * sizeof(double))
+            accepted = False
+            for tried in range(12):
+                if along * norm <= 1e-14 * reach:
+                    break
+                self._into(self.further, x, self.toward, along)
+                if self._restore(self.further):
+                    self._soft_level(self.further, 8)
+                    if self.stopped:
+                        return False
+                    self.target.residuals(self.further, self.r2)
+                    new2 = sqrt(_dot(self.r2, self.r2, self.target.m))
+                    new3 = self._distance(self.further, home)
+                    if new2 <= slack and new3 < f3 and self._sides_kept(self.further):
+                        accepted = True
+                        break
+                if self.stopped:
+                    return False
+                along *= 0.3
+            if not accepted:
+                return norm <= 1e-6 * whole or norm <= 1e-10 * reach
+            memcpy(x, self.further, self.factor.n * sizeof(double))
+            if f3 - new3 <= 1e-15 * f3:
+                return True
+        return False
+
+
+cdef double _dot(const double* a, const double* b, Py_ssize_t n) noexcept nogil:
+    cdef Py_ssize_t i
+    cdef double total = 0.0
+    for i in range(n):
+        total += a[i] * b[i]
+    return total
+
+
+def _mask(given, Py_ssize_t size, what):
+    """A boolean mask, or None."""
+    if given is None:
+        return None
+    given = np.ascontiguousarray(given)
+    if given.dtype != bool or given.shape != (size,):
+        raise ValueError(f"expected {what} as {size} booleans, found {given.dtype} {given.shape}")
+    return given
+
+
+def _pattern(rows):
+    """Pattern of rows as arrays; attributes of a typed object would be the pointers."""
+    return rows.indptr, rows.indices
+
+
+def _same(a, b):
+    return a is b if a is None or b is None else np.array_equal(a, b)
