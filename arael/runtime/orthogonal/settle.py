@@ -94,17 +94,19 @@ def _exchanged(
     """Dependencies of the least important equations of a group."""
     used = np.unique(np.concatenate([[i for i, _, _ in group], *(item[1] for item in group)]))
     columns = used[np.lexsort((used, priority[used]))][::-1].astype(np.int32)
-    place = {int(i): k for k, i in enumerate(columns)}
-    table = np.zeros((len(group), len(columns)))
-    for k, (i, equations, factors) in enumerate(group):
-        table[k, place[i]] = -1
-        table[k, [place[j] for j in equations.tolist()]] = factors
-    chosen = reduce_by_priority(table, LEAST)
+    place = np.empty(int(used[-1]) + 1, dtype=np.int32)
+    place[columns] = np.arange(len(columns))
+    table: list[Combination] = []
+    for i, equations, factors in group:
+        at = place[np.append(equations, i)]
+        order = np.argsort(at)
+        table.append((at[order], np.append(factors, -1.0)[order]))
     rows: dict[int, Combination] = {}
-    for k, c in enumerate(chosen.tolist()):
-        row = table[k]
-        row[c] = 0
-        at = np.flatnonzero(np.abs(row) > NEGLIGIBLE * np.abs(row).max())
-        at = at[np.argsort(columns[at])]
-        rows[int(columns[c])] = (columns[at], row[at])
+    for pivot, at, row in reduce_by_priority(table, len(columns), LEAST):
+        kept = (np.abs(row) > NEGLIGIBLE * np.abs(row[at != pivot]).max(initial=0.0)) & (
+            at != pivot
+        )
+        equations = columns[at[kept]]
+        order = np.argsort(equations)
+        rows[int(columns[pivot])] = (equations[order], row[kept][order])
     return rows

@@ -6,7 +6,7 @@ import math
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Amount, Constraint, Dimension, Entity
+from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.editing.operands import same_relation
 
 #: Lines and radii shorter than this part of the sketch's size have no direction.
@@ -117,10 +117,17 @@ def _check_value(kind: str, amount: Amount) -> None:
     raise AraelError(Diagnostic("E1220", f"`{kind}` {reason}, found {shown}"))
 
 
-def curve_of_end(document: Document, handle: str) -> Entity | None:
-    """The line or arc that a handle is an end of, None for other points."""
-    name, _, point = handle.partition(".")
-    entity = document.entities.get(name)
-    if entity is None or not point or point == "center":
-        return None
-    return entity
+def check_collapse(document: Document, kind: str, args: tuple[str, ...]) -> None:
+    """Refuse to make two points of one line or arc one; AraelError E1220."""
+    if kind != "coincident":
+        return
+    names = {arg.partition(".")[0] for arg in args}
+    entity = document.entities[next(iter(names))]
+    if len(names) == 1 and entity.kind in ("line", "arc", "earc"):
+        raise AraelError(
+            Diagnostic(
+                "E1220",
+                f"`{args[0]}` and `{args[1]}` at one place would leave nothing of `{entity.name}`",
+                help=("delete it if it is not needed",),
+            )
+        )

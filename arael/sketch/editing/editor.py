@@ -25,6 +25,7 @@ from arael.sketch.editing import refusals
 from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
     check_amounts,
+    check_collapse,
     check_extent,
     check_new_constraint,
     same_dimension,
@@ -36,7 +37,7 @@ from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
-from arael.sketch.layout.sides import mode_of, side_of
+from arael.sketch.layout.sides import mode_of
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.solver import Solver
 
@@ -160,11 +161,11 @@ class Editor:
         if outcome.solved:
             return outcome
         if outcome.status == "side":
-            raise refusals.other_side(cause or outcome.row, outcome.row)
+            raise refusals.other_side(cause or outcome.row, outcome.guard)
         members = self.judge.conflict(cause)
         if members:
             raise refusals.impossible(cause or members[0], members, self._cheapest(members, cause))
-        raise refusals.not_converged(outcome.open or (outcome.row,), outcome.largest)
+        raise refusals.not_converged(outcome.open, outcome.residual)
 
     # --- entities ---------------------------------------------------------------------------
 
@@ -295,13 +296,14 @@ class Editor:
         """
         _, spelt = matched(self.document, kind, tuple(args))
         check_new_constraint(self.document, kind, spelt)
+        check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
             record = Constraint(
                 self._constraint_name(kind, spelt),
                 kind,
                 spelt,
                 tuple(map(float, numbers)),
-                side_of(self.document, kind, spelt, mode),
+                self.layout.side_of(kind, spelt, mode),
                 mode or mode_of(self.document, kind, spelt),
                 forced=force,
             )
@@ -513,7 +515,7 @@ class Editor:
             at = [self.document.point_at(handle) for handle in spelt]
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if not outcome.solved:
-                raise refusals.not_converged(outcome.open or (outcome.row,), outcome.largest)
+                raise refusals.not_converged(outcome.open, outcome.residual)
         return outcome
 
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
-from arael.sketch.judge.system import System, system_of
 from arael.sketch.judge.trials import Trials
-from arael.sketch.layout.layout import Layout
+from arael.sketch.layout.layout import Layout, Linearisation
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -87,8 +86,8 @@ class Judge:
 
     def verdicts(self, names: Sequence[str]) -> list[Verdict]:
         """Verdicts on several, each given everything that is not after it in `names`."""
-        system = system_of(self.layout)
-        rows = [system.rows_of(name) for name in names]
+        system = self.layout.linearisation()
+        rows = [self.layout.rows_of(name) for name in names]
         rank = Rank(system, last=np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
         return [
             self._one(name, own, system, rank) if len(own) else self._without_rows(name)
@@ -99,8 +98,8 @@ class Judge:
         """Of a relation that has no equations: one of points, or one that does not act."""
         if name in self.layout.impossible:
             return Verdict(name, "impossible", (*self.layout.rivals(name), name))
-        if name in self.layout.redundant:
-            return Verdict(name, "redundant", (*self.layout.ties_beside(name), name))
+        if name in self.layout.spare:
+            return Verdict(name, "redundant", self.layout.tie_members(name))
         return Verdict(name, "helps")
 
     def tie_verdict(self, name: str, a: int, b: int) -> Verdict:
@@ -112,14 +111,14 @@ class Judge:
         a, b : offsets of the x of the points in the document's values
         """
         layout, values = self.layout, self.document.values
-        system = system_of(layout)
+        system = layout.linearisation()
         if layout.same(a, b):
-            return Verdict(name, "redundant", (*layout.ties_between(a, b), name))
+            return Verdict(name, "redundant", (*layout.places.between(a, b), name))
         rank: Rank | None = None
         gained, contradicts = 0, False
         members: dict[str, None] = {}
         for k in (0, 1):
-            ends = [(int(system.column_of[at + k]), w) for at, w in ((a, 1.0), (b, -1.0))]
+            ends = [(int(layout.column_of[at + k]), w) for at, w in ((a, 1.0), (b, -1.0))]
             free = [(column, weight) for column, weight in ends if column >= 0]
             gap = float(values[a + k] - values[b + k])
             if free:
@@ -134,7 +133,7 @@ class Judge:
                 members |= self._weighty(system, rows, factors)
             else:
                 members |= dict.fromkeys((*layout.holders_at(a), *layout.holders_at(b)))
-            contradicts |= abs(gap) > _OPEN * self._size(system)
+            contradicts |= abs(gap) > _OPEN * self.layout.size
         if gained == 2:
             return Verdict(name, "helps", freedoms=2)
         named = (*self._named(members), name)
@@ -142,11 +141,7 @@ class Judge:
             return Verdict(name, "impossible", named, gained)
         return Verdict(name, "partly" if gained else "redundant", named, gained)
 
-    def _size(self, system: System) -> float:
-        used = system.place[system.columns]
-        return float(np.ptp(used)) or 1.0 if len(used) else 1.0
-
-    def _weighty(self, system: System, rows: Ints, weights: Floats) -> dict[str, None]:
+    def _weighty(self, system: Linearisation, rows: Ints, weights: Floats) -> dict[str, None]:
         top = float(np.abs(weights).max(initial=0.0))
         return {
             system.owners[row]: None
@@ -154,7 +149,7 @@ class Judge:
             if abs(weight) > _MEMBER * top
         }
 
-    def _one(self, name: str, rows: Ints, system: System, rank: Rank) -> Verdict:
+    def _one(self, name: str, rows: Ints, system: Linearisation, rank: Rank) -> Verdict:
         dependent = [int(row) for row in rows if rank.is_dependent(int(row))]
         gained = len(rows) - len(dependent)
         if not dependent:
@@ -164,7 +159,7 @@ class Judge:
         for row in dependent:
             others, weights = rank.dependency(row)
             gap = system.residuals[row] - float(weights @ system.residuals[others])
-            contradicts |= abs(gap) > _OPEN * self._size(system)
+            contradicts |= abs(gap) > _OPEN * self.layout.size
             members |= self._weighty(system, others, weights)
         members.pop(name, None)
         named = (*self._named(members), name)
@@ -185,21 +180,19 @@ class Judge:
         The sketch without `name` is nudged along its free directions, in three random ways, and
         solved again.
         """
-        start = system_of(self.layout, without=name)
+        start = self.layout.linearisation(without=name)
         basis = Rank(start).null_basis()
         if basis.shape[1] == 0:
             return False
-        random = np.random.default_rng(len(start.columns))
+        random = np.random.default_rng(len(start.x))
         for _ in range(3):
             step = basis @ random.standard_normal(basis.shape[1])
-            step *= _NUDGE * self._size(start) / (np.abs(step).max() or 1.0)
-            place = start.place.copy()
-            place[start.columns] += step
-            moved = self.trials.solved_from(place, without=name)
+            step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
+            moved = self.trials.solved_from(start.x + step, without=name)
             if moved is None:
                 continue
-            system = system_of(self.layout, moved)
-            rows = system.rows_of(name)
+            system = self.layout.linearisation(moved)
+            rows = self.layout.rows_of(name)
             rank = Rank(system, last=rows)
             if sum(rank.is_dependent(int(row)) for row in rows) < dependent:
                 return True
@@ -218,16 +211,9 @@ class Judge:
         if self.layout.impossible:
             name = cause if cause in self.layout.impossible else next(iter(self.layout.impossible))
             return (*self.layout.rivals(name), name)
-        system = system_of(self.layout)
-        names = self._connected(system, cause)
+        names = self._connected(cause)
         if not names or self.trials.feasible(names):
             return ()
-        # What pulls against each other where the solver gave up is a good first guess.
-        pulling = [name for name in self._pulling() if name in names]
-        if cause and cause not in pulling:
-            pulling.append(cause)
-        if pulling and not self.trials.feasible(pulling):
-            names = pulling
         kept = [name for name in names if name != cause]
         order = [*kept]
         if cause:
@@ -245,36 +231,25 @@ class Judge:
                 return tuple(kept)
             size = max(1, size // 2)
 
-    def _pulling(self) -> list[str]:
-        """Owners of the rows that stay open where the last trial ended."""
-        residuals = np.abs(self.trials.levels.residuals)
-        top = float(residuals.max(initial=0.0))
-        rows = np.flatnonzero(residuals > 1e-6 * top) if top else []
-        owners = dict.fromkeys(self.layout.owner[int(row)] for row in rows)
-        return self._named(owners)
-
-    def _connected(self, system: System, cause: str) -> list[str]:
+    def _connected(self, cause: str) -> list[str]:
         """Constraints and dimensions in the connected part of `cause`; all without one."""
-        rank = Rank(system)
-        _, of_rows, _ = rank.factor.components
-        mine = system.rows_of(cause)
-        parts = {int(of_rows[row]) for row in mine}
-        owners = {
-            owner: None
-            for row, owner in enumerate(system.owners)
-            if not parts or int(of_rows[row]) in parts
-        }
-        return self._named(owners)
+        found = (
+            self.layout.connected(cause)
+            if cause in self.layout.document.constraints
+            or (cause in self.layout.document.dimensions)
+            else ()
+        )
+        return list(found) or [*self.document.constraints, *self.document.dimensions]
 
     # --- freedoms ---------------------------------------------------------------------------
 
     def freedoms(self) -> Freedoms:
         """Degrees of freedom of the sketch and of its entities."""
-        system = system_of(self.layout)
+        system = self.layout.linearisation()
         rank = Rank(system)
         names = list(self.document.entities)
         counts = rank.freedoms_of(self._columns(system))
-        redundant = dict.fromkeys(sorted(self.layout.redundant))
+        redundant = dict.fromkeys(sorted(self.layout.spare))
         for row in rank.dependent:
             redundant[system.owners[row]] = None
         return Freedoms(
@@ -286,13 +261,13 @@ class Judge:
 
     def free(self) -> list[Motion]:
         """What still moves, in words; as many motions as there are degrees of freedom."""
-        system = system_of(self.layout)
+        system = self.layout.linearisation()
         rank = Rank(system)
         found: list[Motion] = []
         for columns, basis in rank.parts(self._columns(system)):
-            inside = np.full(len(system.columns) + 1, -1, dtype=np.int64)
+            inside = np.full(len(system.x) + 1, -1, dtype=np.int64)
             inside[columns] = np.arange(len(columns))
-            local = inside[system.column_of]  # the last element, -1, for what is fixed
+            local = inside[self.layout.column_of]  # the last element, -1, for what is fixed
             entities = tuple(
                 entity.name
                 for entity in self.document.entities.values()
@@ -301,21 +276,21 @@ class Judge:
             found += motions(self.document, Part(entities, local, basis))
         return found
 
-    def _columns(self, system: System) -> list[Ints]:
+    def _columns(self, system: Linearisation) -> list[Ints]:
         """Columns of every entity that are not fixed."""
         found = []
         for entity in self.document.entities.values():
-            columns = system.column_of[entity.at : entity.at + entity.size]
+            columns = self.layout.column_of[entity.at : entity.at + entity.size]
             found.append(np.unique(columns[columns >= 0]))
         return found
 
     def why(self, name: str) -> tuple[str, ...]:
         """Constraints and dimensions that act on an entity, or on one of its points."""
-        system = system_of(self.layout)
+        system = self.layout.linearisation()
         entity_name, _, point = name.partition(".")
         entity = self.document.entity(entity_name)
         at, size = (self.document.point_at(name), 2) if point else (entity.at, entity.size)
-        columns = np.unique(system.column_of[at : at + size])
+        columns = np.unique(self.layout.column_of[at : at + size])
         near = np.isin(system.indices, columns[columns >= 0])
         row_of = np.repeat(np.arange(len(system.owners)), np.diff(system.indptr))
         touching = {system.owners[row]: None for row in np.unique(row_of[near])}
@@ -329,11 +304,11 @@ class Judge:
 
         By the least motion that follows the dimension and keeps everything else.
         """
-        system = system_of(self.layout)
-        rows = system.rows_of(dimension)
+        system = self.layout.linearisation()
+        rows = self.layout.rows_of(dimension)
         rank = Rank(system, last=rows)
         right = np.zeros(len(system.owners))
-        right[rows] = self.layout.per_unit(dimension)
+        right[rows] = -self.layout.unit_of(dimension)
         step = rank.least_norm(right)
         moved = {}
         for entity, columns in zip(

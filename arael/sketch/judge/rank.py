@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.orthogonal import RankQR
-from arael.sketch.judge.system import System
+from arael.sketch.layout.layout import Linearisation
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,9 +26,9 @@ class Rank:
     last : rows that are called dependent rather than others
     """
 
-    def __init__(self, system: System, last: Ints | None = None) -> None:
+    def __init__(self, system: Linearisation, last: Ints | None = None) -> None:
         self.system = system
-        m, n = system.shape
+        m, n = len(system.owners), len(system.x)
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
             priority[last] = 1 + np.arange(len(last), dtype=np.int32)
@@ -121,7 +121,7 @@ class Rank:
         from scipy.sparse.csgraph import connected_components
 
         system = self.system
-        n = system.shape[1]
+        n = len(system.x)
         starts, ends = [], []
         for a, b in zip(system.indptr[:-1].tolist(), system.indptr[1:].tolist(), strict=True):
             if b > a:

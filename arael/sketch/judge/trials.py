@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.levels.levels import Levels
-from arael.sketch.judge.system import Floats
 from arael.sketch.layout.layout import Layout
+
+Floats = NDArray[np.float64]
 
 
 class Trials:
@@ -27,59 +28,42 @@ class Trials:
     @property
     def levels(self) -> Levels:
         """The solver, made when first needed."""
-        layout = self.layout
-        layout.refresh()
+        self.layout.refresh()
         if self._levels is None:
-            self._levels = Levels(layout.rows, layout.guards, layout.low, layout.high)
-        else:
-            self._levels.set_bounds(layout.low, layout.high)
+            self._levels = Levels(self.layout.rows, guards=self.layout.guards)
         return self._levels
 
-    def tolerance(self, place: Floats) -> float:
-        """Largest residual of what counts as solved."""
-        used = place[self.layout.unknowns]
-        size = float(np.ptp(used)) if len(used) else 0.0
-        return 1e-10 * (size or 1.0)
+    def _solve(self, x: Floats, active: NDArray[np.bool_]) -> bool:
+        layout = self.layout
+        outcome = self.levels.solve(
+            x, 1e-10 * layout.size, active=active, low=layout.low, high=layout.high
+        )
+        return outcome.solved
 
-    def active(
-        self, leave: Iterable[str] = (), only: Iterable[str] | None = None
-    ) -> NDArray[np.bool_]:
-        """Mask of rows: all equations but those of some records, or entities' and some only."""
+    def active(self, names: Iterable[str]) -> NDArray[np.bool_]:
+        """Mask of the rows of some constraints and dimensions, and of all entities' own."""
         layout = self.layout
         found = np.zeros(layout.rows.m, dtype=bool)
-        rows = np.array(layout.equations(), dtype=np.int64)
-        if only is not None:
-            kept = set(only)
-            entities = layout.document.entities
-            rows = np.array(
-                [
-                    r
-                    for r in rows.tolist()
-                    if layout.owner[r] in kept or layout.owner[r] in entities
-                ],
-                dtype=np.int64,
-            )
-        gone = set(leave)
-        if gone:
-            rows = np.array(
-                [r for r in rows.tolist() if layout.owner[r] not in gone], dtype=np.int64
-            )
-        found[rows] = True
+        for name in (*names, *layout.document.entities):
+            found[layout.first_rows(name)] = True
         return found
 
-    def solved_from(self, place: Floats, without: str = "") -> Floats | None:
-        """Where the equations but those of `without` hold, from a place on; None if nowhere."""
-        levels = self.levels
-        x = place.copy()
-        outcome = levels.solve(x, self.tolerance(place), self.active(leave=[without]))
-        levels.forget()
-        return x if outcome.solved else None
+    def solved_from(self, x: Floats, without: str = "") -> Floats | None:
+        """Unknowns by column at which the equations but those of `without` hold; None if nowhere.
 
-    def feasible(self, names: Iterable[str], place: Floats | None = None) -> bool:
+        Parameters
+        ----------
+        x : unknowns by column to start from
+        """
+        layout, document = self.layout, self.layout.document
+        full = layout.with_unknowns(x)
+        names = [one for one in (*document.constraints, *document.dimensions) if one != without]
+        if not self._solve(full, self.active(names)):
+            return None
+        found: Floats = full[layout.unknowns[: len(x)]]
+        return found
+
+    def feasible(self, names: Iterable[str]) -> bool:
         """Whether these constraints and dimensions hold together with entities' own equations."""
-        levels = self.levels
-        start = self.layout.gather() if place is None else place
-        x = start.copy()
-        outcome = levels.solve(x, self.tolerance(start), self.active(only=names))
-        levels.forget()
-        return outcome.solved
+        x = self.layout.gather().copy()
+        return self._solve(x, self.active(names))

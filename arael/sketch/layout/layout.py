@@ -26,8 +26,11 @@ from arael.sketch.layout.sides import side_of
 #: Places of locks that differ by less than this share of the numbers are one.
 LOCK_TOLERANCE = 1e-10
 
-#: Kinds of entities with equations of their own.
-_WITH_ROWS = ("arc", "earc")
+#: Kinds of entities with equations or guards of their own.
+_WITH_ROWS = ("circle", "arc", "ellipse", "earc")
+
+#: Structs whose `value` is an angle.
+_ANGULAR = ("Angle", "XAngle", "Sweep", "AngleMeasure", "XAngleMeasure", "SweepMeasure")
 
 _LAID = ("entities", "constraints", "dimensions")
 
@@ -156,7 +159,9 @@ class Layout:
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
+        self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
+        self._angles: tuple[int, NDArray[np.int64]] | None = None
         self._points: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
@@ -184,6 +189,20 @@ class Layout:
         """A spare tie, after the ties that join its points anyway."""
         self.refresh()
         return (*self.places.joining(name), name)
+
+    def holders_at(self, point: int) -> list[str]:
+        """Locks and fixes that hold the place of a point."""
+        members = self.places.members(point)
+        return list(dict.fromkeys(name for at in members for name in self._holds.get(at, ())))
+
+    def rivals(self, name: str) -> list[str]:
+        """What holds the places of a record's points, besides itself."""
+        record = self.document.constraints.get(name)
+        if record is None:
+            return []
+        points = [arg.at for arg in operands(self.document, record.args)]
+        found = dict.fromkeys(one for at in points for one in self.holders_at(at))
+        return [one for one in found if one != name]
 
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""
@@ -365,6 +384,26 @@ class Layout:
             self._points = (self.version, np.array(found, dtype=np.int64))
         return self._points[1]
 
+    def axes(self) -> NDArray[np.int8]:
+        """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""
+        found = np.zeros(len(self.x), dtype=np.int8)
+        values = self._root[: len(self.document.values)]
+        found[values[values >= 0]] = 3
+        points = self._live_points()
+        found[self._root[points]], found[self._root[points + 1]] = 1, 2
+        for entity in self.document.entities.values():
+            if entity.kind in ("ellipse", "earc"):
+                found[self._root[entity.at + entity.size - 1]] = 4
+        return found
+
+    @property
+    def angles(self) -> NDArray[np.int64]:
+        """Where in `x` angles are: directions of ellipses."""
+        self.refresh()
+        if self._angles is None or self._angles[0] != self.version:
+            self._angles = (self.version, np.flatnonzero(self.axes() == 4))
+        return self._angles[1]
+
     def unit_of(self, dimension: str) -> float:
         """What a row changes by when its dimension's value grows by 1 (degrees: by one)."""
         record = self.document.dimensions[dimension]
@@ -385,18 +424,24 @@ class Layout:
         self.rows.set_data(row, field, now)
         return float(after - before) / 1e-6
 
+    def components(self) -> NDArray[np.int32]:
+        """Number of the component by row, then by element of `x`: what hangs together by rows."""
+        indptr, indices = self.rows.indptr, self.rows.indices
+        row_of = np.repeat(np.arange(self.rows.m), np.diff(indptr))
+        count = self.rows.m + len(self.x)
+        graph = coo_array(
+            (np.ones(len(indices), dtype=np.int8), (row_of, indices + self.rows.m)),
+            shape=(count, count),
+        )
+        found: NDArray[np.int32] = connected_components(graph, directed=False)[1]
+        return found
+
     def connected(self, name: str) -> tuple[str, ...]:
         """Constraints and dimensions whose equations hang together with those of one."""
         table = self._table()
         if not len(table.rows):
             return ()
-        indptr, indices = self.rows.indptr, self.rows.indices
-        row_of = np.repeat(np.arange(self.rows.m), np.diff(indptr))
-        graph = coo_array(
-            (np.ones(len(indices), dtype=np.int8), (row_of, indices + self.rows.m)),
-            shape=(self.rows.m + len(self.x),) * 2,
-        )
-        _, label = connected_components(graph, directed=False)
+        label = self.components()
         labels = set(label[self.first_rows(name)].tolist())
         if not labels:
             labels = {
@@ -855,6 +900,10 @@ class Layout:
         return at
 
     def _remove_rows(self, laid: Laid) -> None:
+        """Rows, hidden unknowns and constants of a record."""
+        for which, rows in (("rows", [*laid.rows, *laid.sums]), ("guards", laid.guards)):
+            for row in rows:
+                self._changes.pop((which, row), None)
         for row in (*laid.rows, *laid.sums, *laid.inputs):
             count = self.rows.tables[self.rows.struct(row)].residuals
             self.rows.remove(row)
@@ -892,12 +941,12 @@ class Layout:
             number = quantities.inner(record.kind, amount.number)
             value = setting.scale * number + setting.shift
             if setting.which == "rows":
-                self.rows.set_data(laid.rows[setting.at], "value", value)
+                self._change("rows", laid.rows[setting.at], value)
             elif setting.which == "guards":
-                self.guards.set_data(laid.guards[setting.at], "value", value)
+                self._change("guards", laid.guards[setting.at], value)
             else:
                 factor = laid.plan.sums[setting.at].parts[0][1]
-                self.rows.set_data(laid.sums[setting.at], "value", value / factor)
+                self._change("rows", laid.sums[setting.at], value / factor)
         return True
 
     # --- numbers ----------------------------------------------------------------------------
@@ -947,20 +996,76 @@ class Layout:
             for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
                 self.x[at : at + len(hidden.names)] = hidden.start(values)
 
-    def scatter(self, x: NDArray[np.float64]) -> bool:
-        """Solved unknowns into the document: every alias gets the same bits; whether any moved.
+    def differs(self, x: NDArray[np.float64]) -> bool:
+        """Whether any number of the document is not that of the unknowns `x`, (n,)."""
+        return len(self._moved(x)) > 0
+
+    def _moved(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
+        new = x[self._root[self._live]]
+        old = self.document.values[self._live]
+        return np.flatnonzero(new.view(np.int64) != old.view(np.int64))
+
+    def scatter(self, x: NDArray[np.float64]) -> tuple[str, ...]:
+        """Solved unknowns, (n,), into the document: every alias gets the same bits.
 
         To be called inside of a transaction.
+
+        Returns
+        -------
+        Entities whose numbers changed.
         """
-        self.x[: len(x)] = x
-        new = self.x[self._root[self._live]]
-        old = self.document.values[self._live]
-        moved = np.flatnonzero(new.view(np.int64) != old.view(np.int64))
-        if len(moved):
-            at = self._live[moved]
-            self.document.set_values(at, new[moved])
-            self._seen[at] = new[moved]
-        return bool(len(moved))
+        self.x[:] = x
+        moved = self._moved(x)
+        at = self._live[moved]
+        new = x[self._root[at]]
+        self.document.set_values(at, new)
+        self._seen[at] = new
+        return tuple(dict.fromkeys(self._entity_at[k] for k in at.tolist()))
+
+    def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`x` for other numbers of the document than it has now, (n,)."""
+        found = self.gather().copy()
+        columns = np.flatnonzero(self._source >= 0)
+        found[columns] = values[self._source[columns]]
+        return found
+
+    # --- values that changed since the last solve -------------------------------------------
+
+    def take_changes(self) -> dict[tuple[str, int], tuple[float, float]]:
+        """Old and new ``value`` by (``rows`` or ``guards``, row), of what changed since last."""
+        self.refresh()
+        found, self._changes = self._changes, {}
+        return {key: one for key, one in found.items() if one[0] != one[1]}
+
+    def return_changes(self, changes: dict[tuple[str, int], tuple[float, float]]) -> None:
+        """Changes that were not taken in after all count for the next solve."""
+        for key, (old, new) in changes.items():
+            self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def set_share(self, changes: dict[tuple[str, int], tuple[float, float]], share: float) -> None:
+        """Set changed values to a share of the way from old to new."""
+        for (which, row), (old, new) in changes.items():
+            rows = self.rows if which == "rows" else self.guards
+            rows.set_data(row, "value", new if share == 1.0 else old + share * (new - old))
+
+    def is_far(
+        self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
+    ) -> bool:
+        """Whether a value changed by a large share of itself, or an angle by a large turn."""
+        for (which, row), (old, new) in changes.items():
+            if which == "guards" or self.rows.struct(row) in _ANGULAR:
+                far = abs(new - old) > turn
+            else:
+                far = abs(new - old) > share * max(abs(old), abs(new))
+            if far:
+                return True
+        return False
+
+    def _change(self, which: str, row: int, value: float) -> None:
+        rows = self.rows if which == "rows" else self.guards
+        old = self._changes.get((which, row), (rows.data(row, "value"), 0.0))[0]
+        self._changes[which, row] = (old, value)
+        rows.set_data(row, "value", value)
 
     # --- checking ---------------------------------------------------------------------------
 
@@ -1059,9 +1164,14 @@ def _fields(data: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _own_rows(entity: Entity, values: NDArray[np.float64]) -> Plan:
-    """Equations of an arc: its ends are on it."""
+    """Equations of an arc: its ends are on it. Radii of round curves stay positive."""
     plan = Plan()
     curve = Operand(entity, "", entity.at)
+    for radius in curve.ellipse[1:3] if curve.is_elliptic else curve.circle[1:]:
+        if values[radius] > 0:
+            plan.guard("ScalarValue", radius)
+    if not curve.ends:
+        return plan
     start, end = curve.ends
     if entity.kind == "arc":
         circle = curve.circle

@@ -74,11 +74,17 @@ class Places:
 
     def joining(self, name: str) -> tuple[str, ...]:
         """Ties by which the two points of a tie are one place without it; the fewest."""
-        place = self._of[self._at[name]]
-        a, b = place.ties[name]
+        a, b = self._of[self._at[name]].ties[name]
+        return self.between(a, b, without=name)
+
+    def between(self, a: int, b: int, without: str = "") -> tuple[str, ...]:
+        """Ties by which two points are one place, the fewest."""
+        place = self._of.get(a)
+        if place is None:
+            return ()
         beside: dict[int, list[tuple[str, int]]] = {}
         for one, (p, q) in place.ties.items():
-            if one != name:
+            if one != without:
                 beside.setdefault(p, []).append((one, q))
                 beside.setdefault(q, []).append((one, p))
         came: dict[int, tuple[str, int]] = {a: ("", a)}

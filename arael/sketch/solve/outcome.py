@@ -5,33 +5,36 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-#: ``side``: no way on without changing a side; ``stalled``: the equations have no common solution
-#: near, or none at all.
+#: ``stalled``: no common solution near, or none at all; ``side``: none without changing a side.
 Status = Literal["solved", "stalled", "side", "not_finite", "step_limit", "interrupted"]
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Result of a solve.
+    """Result of a solve or drag.
 
     Attributes
     ----------
     status : ``solved``, or why not; then the document is as it was
     moved : entities whose numbers changed, in the order of the document
-    largest : largest residual, a length in the document's unit
+    residual : largest residual, a length in the document's unit
     row : name of the record it belongs to; empty where there are no equations
     open : records with residuals above the tolerance, largest first
+    guard : record whose side stopped the solve (``side``), else empty
     steps : Newton steps of the component that took most
-    fraction : share of the way from the old to the new value that could be gone, 1 if solved
+    fraction : share of the way from the old to the new values that could be gone, 1 if solved
+    distance : of a drag: from where the cursor is, a length
     """
 
     status: Status
     moved: tuple[str, ...] = ()
-    largest: float = 0.0
+    residual: float = 0.0
     row: str = ""
     open: tuple[str, ...] = ()
+    guard: str = ""
     steps: int = 0
     fraction: float = 1.0
+    distance: float = 0.0
 
     @property
     def solved(self) -> bool:

@@ -1,45 +1,341 @@
-"""The solver of a sketch."""
+"""The solver of a sketch: levels, sides, continuation, what a failure leaves open."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from arael.runtime.levels.levels import Levels
 from arael.sketch.layout.layout import Layout
-from arael.sketch.solve import newton
 from arael.sketch.solve.outcome import Outcome
+from arael.sketch.solve.tolerances import Tolerances
 
-#: Largest residual of a solved sketch, relative to the size of its component.
-TOLERANCE = 1e-10
+Array = NDArray[np.float64]
+
+#: A value that changes by more than this share of itself, or by more radians, is approached.
+FAR, FAR_TURN = 0.3, 0.5
+#: The way to a new value is given up where no step this small succeeds.
+SMALLEST_STEP = 1.0 / 256.0
 
 
 class Solver:
-    """Solves the equations of a layout and writes the result into its document."""
+    """Solves the equations of a layout and writes what it finds into the document.
+
+    A failure leaves the document as it was. Factors and analyses are kept from solve to solve.
+
+    Parameters
+    ----------
+    layout : of the document
+
+    Attributes
+    ----------
+    layout
+    levels : the solver by levels of the layout's rows
+    """
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
+        self._levels: Levels | None = None
+        self._tolerances: Tolerances | None = None
+        self._key: tuple[Any, ...] = ()
+        self._version = -1
+
+    # --- after an edit ----------------------------------------------------------------------
 
     def solve(self, touched: Iterable[str] | None = None) -> Outcome:
-        """Solve what an edit left open."""
+        """Bring the geometry to where all equations hold.
+
+        Components whose equations hold already keep their numbers bit by bit.
+
+        Parameters
+        ----------
+        touched : not needed: what holds is recognised by its residuals
+        """
         layout = self.layout
         x = layout.gather().copy()
         if layout.impossible:
-            return Outcome("stalled", open=tuple(layout.impossible), fraction=0.0)
-        size = float(np.ptp(x)) or 1.0
-        status, steps = newton.solve(
-            layout.rows, layout.guards, x, TOLERANCE * size, layout.low, layout.high
+            names = tuple(layout.impossible)
+            return Outcome("stalled", row=names[0], open=names, fraction=0.0)
+        self._prepare(x)
+        changes = layout.take_changes()
+        start = x.copy()
+        found = self._solved(x, changes)
+        if found.status == "side" and layout.differs(start):
+            # Places that were joined begin far from where they were: curves may be turned inside
+            # out at the start, and sides there are not those that are to be kept.
+            x[:] = start
+            found = self._newton(x, guarded=False)
+        if not found.solved:
+            layout.return_changes(changes)
+            return found
+        return self._written(x, found)
+
+    def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
+        """Solve in place; values that are far from their old ones are approached."""
+        start = x.copy()
+        if not self.layout.is_far(changes, FAR, FAR_TURN):
+            found = self._newton(x)
+            if found.solved or not changes:
+                return found
+            x[:] = start
+        done, step = 0.0, 0.25
+        found = Outcome("stalled", fraction=0.0)
+        last = start
+        slope: Array | None = None
+        while done < 1.0:
+            new = min(1.0, done + step)
+            self.layout.set_share(changes, new)
+            x[:] = last if slope is None else last + (new - done) * slope
+            found = self._newton(x)
+            if not found.solved and slope is not None:
+                x[:] = last
+                found = self._newton(x)
+            if found.solved:
+                slope = (x - last) / (new - done)
+                last, done = x.copy(), new
+                step = min(2.0 * step, 1.0)
+            else:
+                step /= 2.0
+                if step < SMALLEST_STEP:
+                    self.layout.set_share(changes, 1.0)
+                    x[:] = last
+                    open_ = self._newton(x)
+                    return self._failed(open_, done)
+        return found
+
+    @staticmethod
+    def _failed(found: Outcome, fraction: float) -> Outcome:
+        if found.solved:
+            return found
+        return Outcome(
+            found.status,
+            (),
+            found.residual,
+            found.row,
+            found.open,
+            found.guard,
+            found.steps,
+            fraction,
         )
-        r = np.abs(layout.rows.evaluate(x))
-        worst = int(np.argmax(r)) if len(r) else -1
-        row = layout.owner[worst] if worst >= 0 else ""
-        if status != "solved":
-            return Outcome(status, (), float(r.max()), row, (), steps, 0.0)
-        document = layout.document
-        before = document.values.copy()
+
+    def _newton(
+        self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True
+    ) -> Outcome:
+        """Solve in place from `x`, by levels."""
+        layout = self.layout
+        levels = self.levels if guarded else Levels(layout.rows)
+        tolerance = self.tolerances.at(x)
+        found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
+        return self._named(found, x, tolerance)
+
+    def _named(self, found: Any, x: Array, tolerance: Array) -> Outcome:
+        """An outcome of levels in terms of the document."""
+        layout = self.layout
+        row = layout.owner[found.row] if 0 <= found.row < len(layout.owner) else ""
+        guard = layout.guard_owner[found.guard] if found.guard >= 0 else ""
+        open_: tuple[str, ...] = ()
+        if not found.solved:
+            excess = np.abs(layout.rows.evaluate(x)) / tolerance
+            rows = np.flatnonzero(~(excess <= 1.0))
+            rows = rows[np.argsort(-excess[rows])]
+            open_ = tuple(dict.fromkeys(layout.owner[k] for k in rows if layout.owner[k]))
+        return Outcome(
+            found.status,
+            (),
+            float(found.largest),
+            row,
+            open_,
+            guard,
+            found.steps,
+            1.0 if found.solved else 0.0,
+            getattr(found, "soft", 0.0),
+        )
+
+    def _written(self, x: Array, found: Outcome) -> Outcome:
+        """Into the document, in one step."""
+        layout, document = self.layout, self.layout.document
+        if not layout.differs(x):
+            return found
         with document.transaction("solve"):
-            layout.scatter(x)
-        moved = np.flatnonzero(before != document.values)
-        names = {layout.entity_at(int(k)) for k in moved}
-        ordered = tuple(n for n in document.entities if n in names)
-        return Outcome(status, ordered, float(r.max(initial=0.0)), row, (), steps)
+            moved = layout.scatter(x)
+        return Outcome(
+            found.status,
+            moved,
+            found.residual,
+            found.row,
+            found.open,
+            found.guard,
+            found.steps,
+            found.fraction,
+            found.distance,
+        )
+
+    # --- what is kept -----------------------------------------------------------------------
+
+    def _prepare(self, x: Array) -> None:
+        """Levels and tolerances of the layout's present structure."""
+        layout = self.layout
+        angles = layout.angles
+        size = 2.0 ** round(np.log2(layout.size)) if len(angles) else 1.0
+        key = (id(layout.rows), layout.rows.n, size)
+        if self._levels is None or self._key != key:
+            scales = None
+            if len(angles):
+                scales = np.ones(layout.rows.n)
+                scales[angles] = 1.0 / size
+            self._levels = Levels(layout.rows, guards=layout.guards, scales=scales)
+            self._key = key
+            self._tolerances = None
+        if self._tolerances is None or self._version != layout.version:
+            self._tolerances = Tolerances(layout)
+            self._version = layout.version
+
+    @property
+    def levels(self) -> Levels:
+        """The solver by levels, prepared."""
+        assert self._levels is not None
+        return self._levels
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """Of the rows, prepared."""
+        assert self._tolerances is not None
+        return self._tolerances
+
+    # --- what the judge tries ---------------------------------------------------------------
+
+    def solved_from(self, x: Array, without: str = "") -> Array | None:
+        """Unknowns by column that solve everything but one record, from `x`; None if none is found.
+
+        The document is not changed.
+        """
+        layout = self.layout
+        full = layout.with_unknowns(x)
+        self._prepare(full)
+        active = np.ones(layout.rows.m, dtype=bool)
+        active[layout.first_rows(without)] = False
+        found = self._newton(full, active)
+        return full[layout.unknowns] if found.solved else None
+
+    def feasible(self, names: Sequence[str]) -> bool:
+        """Whether these constraints and dimensions alone can be solved from where the sketch is.
+
+        Equations of entities, coincidences and locks hold as well.
+        """
+        layout = self.layout
+        x = layout.gather().copy()
+        if layout.impossible.keys() & set(names):
+            return False
+        self._prepare(x)
+        document = layout.document
+        active = np.zeros(layout.rows.m, dtype=bool)
+        for name in [*document.entities, *names]:
+            active[layout.first_rows(name)] = True
+        return self._newton(x, active).solved
+
+    def open_candidates(self, cause: str = "") -> tuple[str, ...]:
+        """Constraints and dimensions among which a contradiction is to be looked for.
+
+        Where the residuals are smallest in sum of squares, J' r = 0: those of a contradiction are
+        not zero there.
+        """
+        layout = self.layout
+        x = layout.gather().copy()
+        impossible = tuple(layout.impossible)
+        if impossible:
+            return impossible
+        self._prepare(x)
+        found = self._newton(x)
+        if found.solved:
+            return (cause,) if cause else ()
+        document = layout.document
+        residuals = np.abs(layout.rows.evaluate(x))
+        rows = np.flatnonzero(residuals > 1e-6 * residuals.max(initial=0.0))
+        names = dict.fromkeys(layout.owner[row] for row in rows)
+        if cause:
+            names[cause] = None
+        return tuple(
+            name for name in names if name in document.constraints or name in document.dimensions
+        )
+
+    # --- dragging ---------------------------------------------------------------------------
+
+    def drag(
+        self, at: Sequence[int] | NDArray[Any], targets: ArrayLike, home: Array | None = None
+    ) -> Outcome:
+        """Pull points to places as far as the equations let them; the rest stays near `home`.
+
+        Parameters
+        ----------
+        at : offsets in ``document.values`` of the x of the points
+        targets : (k, 2) where to
+        home : numbers of the document where everything was when the drag began; absent: now
+        """
+        session = Drag(self, at)
+        if home is not None:
+            session.home = self.layout.unknowns_at(home)
+        return session.move(targets)
+
+
+class Drag:
+    """Points that follow the cursor, frame by frame.
+
+    Parameters
+    ----------
+    solver : of the sketch; its factors are kept between frames
+    at : offsets in ``document.values`` of the x of the points that are pulled: both ends of a line
+        to move its body, centre, start and end of an arc
+
+    Attributes
+    ----------
+    home : (n,) unknowns when it began, from which the rest moves as little as possible
+    """
+
+    def __init__(self, solver: Solver, at: Sequence[int] | NDArray[Any]) -> None:
+        self.solver = solver
+        layout = solver.layout
+        self.home = layout.gather().copy()
+        self.began = layout.document.values.copy()
+        self.points = np.asarray(at, dtype=np.int64).ravel()
+
+    def shift(self, dx: float, dy: float) -> Outcome:
+        """All points to where they were when the drag began, moved by a vector."""
+        began = np.column_stack([self.began[self.points], self.began[self.points + 1]])
+        return self.move(began + [dx, dy])
+
+    def move(self, targets: ArrayLike) -> Outcome:
+        """One frame: points as near to `targets`, (k, 2), as the equations let them.
+
+        The result is written into the document; where there is none, nothing is.
+        """
+        solver, layout = self.solver, self.solver.layout
+        wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
+        if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
+            raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
+        x = layout.gather().copy()
+        if layout.impossible:
+            names = tuple(layout.impossible)
+            return Outcome("stalled", row=names[0], open=names, fraction=0.0)
+        solver._prepare(x)
+        tolerance = solver.tolerances.at(x)
+        offsets = np.column_stack([self.points, self.points + 1]).ravel()
+        places = wanted.ravel()
+        free = np.array([not layout.is_fixed(int(k)) for k in offsets], dtype=bool)
+        columns = np.array([layout.root_of(int(k)) for k in offsets], dtype=np.int64)
+        columns, first = np.unique(columns[free], return_index=True)
+        if not len(columns):
+            return Outcome("solved")
+        found = solver.levels.drag(
+            x,
+            columns,
+            places[free][first],
+            self.home,
+            tolerance,
+            low=layout.low,
+            high=layout.high,
+        )
+        outcome = solver._named(found, x, tolerance)
+        return solver._written(x, outcome) if outcome.solved else outcome

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.runtime.orthogonal.matrices import Doubles, integer_matrices, sparse
+from tests.runtime.orthogonal.matrices import Doubles, grid, integer_matrices, sparse
 
 
 @settings(max_examples=100, deadline=None)
@@ -95,3 +95,31 @@ def test_the_dependency_of_an_independent_equation_is_refused() -> None:
     made = sparse(np.eye(2)).factored()
     with pytest.raises(ValueError, match="equation 1 is not a dependent one"):
         made.dependency(1)
+
+
+def test_small_factors_are_kept_but_not_exchanged() -> None:
+    # The last is the first and a little of the second, which is the least important.
+    dense = np.array([[1.0, 0, 0], [0, 1, 0], [1, 1e-9, 0], [0, 1, 1], [0, 2, 2]])
+    made = sparse(dense).analysed(priority=[0, 5, 0, 0, 0])
+    made.factor(sparse(dense).entries, np.ones(3))
+    assert made.dependent.tolist() == [2, 4]
+    found = made.dependency(2)
+    assert found.equations.tolist() == [0, 1]
+    assert found.factors == pytest.approx([1, 1e-9], rel=1e-12)
+
+
+def test_exchanges_of_a_grid_leave_the_tree_of_its_first_edges() -> None:
+    made = grid(12)
+    factor = made.factored()
+    groups = list(range(made.n))  # points connected by the edges before
+    later = []
+    for i in range(made.m):
+        one, other = (groups[u] for u in made.row(i)[0])
+        if one == other:
+            later.append(i)
+        groups = [one if g == other else g for g in groups]
+    assert factor.dependent.tolist() == later
+    for i in later:
+        found = factor.dependency(i)
+        assert np.abs(found.factors) == pytest.approx(np.ones(len(found.factors)))
+        assert not set(found.equations.tolist()) & set(later)
