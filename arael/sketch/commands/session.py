@@ -433,6 +433,6 @@ def _first_word(text: str) -> str:
 
 def _make_editor(document: Document) -> Editor:
     # imported here: start-up time
-    from importlib import import_module
+    from arael.sketch.editing.editor import Editor
 
-    return import_module("arael.sketch.editing.editor").Editor(document)
+    return Editor(document)
