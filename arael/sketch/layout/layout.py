@@ -164,10 +164,6 @@ class Layout:
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
         self._angles: tuple[int, NDArray[np.int64]] | None = None
-<<<<<<< HEAD
-=======
-        self._points: tuple[int, NDArray[np.int64]] | None = None
->>>>>>> main
         for table in _LAID:
             for name in getattr(document, table):
                 self._pending[(table, name)] = None
@@ -388,26 +384,6 @@ class Layout:
         found = np.zeros(len(self.x), dtype=np.int8)
         at = np.flatnonzero(self._axis)
         found[self._root[at]] = self._axis[at]
-        return found
-
-    @property
-    def angles(self) -> NDArray[np.int64]:
-        """Where in `x` angles are: directions of ellipses."""
-        self.refresh()
-        if self._angles is None or self._angles[0] != self.version:
-            self._angles = (self.version, np.flatnonzero(self.axes() == 4))
-        return self._angles[1]
-
-    def axes(self) -> NDArray[np.int8]:
-        """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""
-        found = np.zeros(len(self.x), dtype=np.int8)
-        values = self._root[: len(self.document.values)]
-        found[values[values >= 0]] = 3
-        points = self._live_points()
-        found[self._root[points]], found[self._root[points + 1]] = 1, 2
-        for entity in self.document.entities.values():
-            if entity.kind in ("ellipse", "earc"):
-                found[self._root[entity.at + entity.size - 1]] = 4
         return found
 
     @property
@@ -1063,13 +1039,9 @@ class Layout:
         new = x[self._root[at]]
         self.document.set_values(at, new)
         self._seen[at] = new
-<<<<<<< HEAD
         first = self._first[at]
         changed = np.flatnonzero(np.diff(first, prepend=-1))
         return tuple([self._entity_at[k] for k in first[changed].tolist()])
-=======
-        return tuple(dict.fromkeys(self._entity_at[k] for k in at.tolist()))
->>>>>>> main
 
     def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """`x` for other numbers of the document than it has now, (n,)."""
@@ -1097,7 +1069,6 @@ class Layout:
             rows = self.rows if which == "rows" else self.guards
             rows.set_data(row, "value", new if share == 1.0 else old + share * (new - old))
 
-<<<<<<< HEAD
     def parts_of(
         self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
     ) -> int:
@@ -1123,20 +1094,6 @@ class Layout:
         """Where in `x` slacks of ranges are."""
         table = self._table()
         return table.unknowns[len(table.unknowns) - table.slacks :]
-=======
-    def is_far(
-        self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
-    ) -> bool:
-        """Whether a value changed by a large share of itself, or an angle by a large turn."""
-        for (which, row), (old, new) in changes.items():
-            if which == "guards" or self.rows.struct(row) in _ANGULAR:
-                far = abs(new - old) > turn
-            else:
-                far = abs(new - old) > share * max(abs(old), abs(new))
-            if far:
-                return True
-        return False
->>>>>>> main
 
     def _change(self, which: str, row: int, value: float) -> None:
         rows = self.rows if which == "rows" else self.guards
