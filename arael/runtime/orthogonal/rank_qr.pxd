@@ -16,7 +16,8 @@ cdef class RankQR:
     cdef list kept
     cdef object given_tolerance
     cdef object indptr, indices, numbers, priority      # arrays; `numbers` are the entries
-    cdef object settled                 # `_Settled` of the present factor, or None
+    cdef object settled                 # `Settled` of an earlier or the present factor, or None
+    cdef long factors, settled_of       # number of factorisations, now and at `settled`
 
     # An unknown of very many equations has copies, which further equations keep equal. They are
     # numbered behind the others, here and in the factor.

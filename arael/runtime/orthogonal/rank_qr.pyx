@@ -98,6 +98,7 @@ cdef class RankQR:
     ) noexcept nogil:
         cdef int i, wrong
         self.factored = False
+        self.factors += 1
         for i in range(self.m):
             self.active[i] = active == NULL or active[i] != 0
         wrong = not_finite(self.m, self.start, entries, self.active)
@@ -126,7 +127,7 @@ cdef class RankQR:
     cdef void load(self) noexcept nogil:
         """Scaled entries for the factorisation, and the absolute tolerance."""
         cdef int i, p, t
-        cdef double total, of_unknown, greatest = 0
+        cdef double total, of_unknown, x, greatest = 0
         cdef double* by_entry = self.part.values
         cdef const Plan* a = &self.analysis.plan
         for i in range(self.m):
@@ -139,8 +140,9 @@ cdef class RankQR:
                 )
             total = 0
             for p in range(self.start[i], self.start[i + 1]):
-                total += (self.entries[p] * self.of_unknowns[self.at[p]]) ** 2
-            greatest = max(greatest, sqrt(total) * self.of_equations[i])
+                x = self.entries[p] * self.of_unknowns[self.at[p]] * self.of_equations[i]
+                total += x * x
+            greatest = max(greatest, sqrt(total))
         self.dead = self.tolerance * greatest
         # In the order of unknowns; the scale of the equation last, its product is of order 1.
         for i in range(self.n + self.copies):
@@ -386,8 +388,9 @@ cdef class RankQR:
     def _settle(self):
         """Dependencies of the dependent equations, after exchanges by priority."""
         self._require()
-        if self.settled is None:
+        if self.settled is None or self.settled_of != self.factors:
             self.settled = settle(self._found(), self.priority)
+            self.settled_of = self.factors
         return self.settled
 
     def _found(self):
