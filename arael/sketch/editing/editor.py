@@ -31,7 +31,7 @@ from arael.sketch.editing.checks import (
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
-from arael.sketch.editing.measures import measured, signed, size_of
+from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.expressions.refresh import refresh
@@ -173,10 +173,12 @@ class Editor:
         if outcome.solved:
             return outcome
         if outcome.status == "side":
-            raise refusals.other_side(cause or outcome.row, outcome.guard)
+            raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
         members = self.judge.conflict(cause)
         if members:
-            raise refusals.impossible(cause or members[0], members, self._cheapest(members, cause))
+            main = cause if cause in members else members[-1]
+            others = [member for member in members if member != main]
+            raise refusals.impossible(self._label(main), others, self._cheapest(others))
         raise refusals.not_converged(outcome.open, outcome.residual)
 
     # --- entities ---------------------------------------------------------------------------
@@ -209,7 +211,7 @@ class Editor:
             E1220: without extent
         """
         given = np.asarray(numbers, dtype=np.float64).ravel().tolist()
-        size = max(size_of(self.document), max(map(abs, given), default=1.0))
+        size = max(self.layout.size, max(map(abs, given), default=1.0))
         check_extent(kind, given, size)
         with self.document.transaction(f"add {kind}"):
             entity = self.document.add_entity(
@@ -346,7 +348,8 @@ class Editor:
         """Make two points, or two centres, one; judged before, as it makes unknowns fewer."""
         a, b = (self._center_or_point(arg) for arg in record.args)
         self.layout.refresh()
-        self._refuse(self.judge.tie_verdict(record.name, a, b), force)
+        label = f"{record.kind} {' '.join(record.args)}"
+        self._refuse(self.judge.tie_verdict(record.name, a, b), force, label)
         self.document.put("constraints", record)
         self._settle(record.name)
 
@@ -354,14 +357,25 @@ class Editor:
         entity, point, _ = canonical(self.document, handle)
         return entity.at if not point else self.document.point_at(handle)
 
-    def _refuse(self, verdict: Verdict, force: bool) -> None:
+    def _label(self, name: str) -> str:
+        """What a record says, for one that is not let in: ``length L2 6``."""
+        document = self.document
+        record = document.constraints.get(name) or document.dimensions.get(name)
+        if record is None:
+            return name
+        value = ""
+        if isinstance(record, Dimension) and record.value is not None:
+            value = f" {record.value.text}"
+        return f"{record.kind} {' '.join(record.args)}{value}"
+
+    def _refuse(self, verdict: Verdict, force: bool, label: str = "") -> None:
         name = verdict.name
+        label = label or self._label(name)
+        others = [member for member in verdict.members if member != name]
         if verdict.kind == "impossible":
-            drop = self._cheapest(verdict.members, name)
-            raise refusals.impossible(name, verdict.members, drop)
+            raise refusals.impossible(label, others, self._cheapest(others))
         if verdict.kind == "redundant" and not force:
-            drop = self._cheapest(verdict.members, name)
-            raise refusals.redundant(name, verdict.members, drop)
+            raise refusals.redundant(label, others, self._cheapest(others))
 
     def _let_in(self, name: str, force: bool) -> None:
         """Solve with a new row, or raise why not."""
@@ -378,12 +392,11 @@ class Editor:
         record = self.document.constraints.get(name) or self.document.dimensions.get(name)
         return record is not None and record.forced
 
-    def _cheapest(self, members: Sequence[str], name: str) -> str:
-        """The member that is least missed: dimensions first, then the newest."""
-        others = [member for member in members if member != name]
-        order = {one: i for i, one in enumerate([*self.document.constraints])}
-        order |= {one: len(order) + i for i, one in enumerate([*self.document.dimensions])}
-        return max(others, key=lambda one: order.get(one, -1), default="")
+    def _cheapest(self, names: Sequence[str]) -> str:
+        """The one that is least missed: dimensions first, then the newest."""
+        order = {one: i for i, one in enumerate(self.document.constraints)}
+        order |= {one: len(order) + i for i, one in enumerate(self.document.dimensions)}
+        return max(names, key=lambda one: order.get(one, -1), default="")
 
     # --- dimensions and parameters ----------------------------------------------------------
 
