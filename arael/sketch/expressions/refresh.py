@@ -27,7 +27,6 @@ from arael.sketch.expressions.quantities import require_quantity
 from arael.sketch.expressions.reading import literal
 from arael.sketch.expressions.scope import DocumentScope
 
-
 _ROUNDING = 1e-11
 """Relative change of a value that reads geometry below which it counts as the same."""
 
