@@ -471,7 +471,7 @@ class Editor:
     def _side(self, kind: str, args: tuple[str, ...], mode: str) -> int:
         if not DIMENSIONS[kind].signed:
             return 0
-        return -1 if signed(self.document, kind, args, mode) < 0.0 else 1
+        return -1 if signed(self.document, kind, args, "") < 0.0 else 1
 
     def _ground(self, dimension: Dimension) -> None:
         """The relation that a distance of lines rests on is added, that of arcs required."""

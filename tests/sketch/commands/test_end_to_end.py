@@ -204,3 +204,26 @@ def test_on_the_command_line(
     assert last["data"][0]["freedoms"] == 0
     assert "<svg" in (tmp_path / "plate.svg").read_text()
     assert len(Sketch("p.json")) == 5
+
+
+@pytest.mark.parametrize("end", ["-5,5", "5,5", "-5,-5", "5,-5"])
+@pytest.mark.parametrize("mode", ["", "supplement", "closest", "acute", "obtuse"])
+def test_angles_keep_their_side(session: Session, end: str, mode: str) -> None:
+    session.run(f"add_line 5,0 0,0; add_line 0,0 {end}")
+    (before,) = session.run("print angle(L0,L1)")[0].data["values"]
+    session.run(f"angle L0 L1 50 {mode}")
+    (after,) = session.run("print angle(L0,L1)")[0].data["values"]
+    assert np.sign(after) == np.sign(before)
+    supplement = session.document.dimensions["d0"].mode == "supplement"
+    assert abs(after) == pytest.approx(130 if supplement else 50, abs=1e-6)
+
+
+def test_a_hexagon_by_angles(session: Session) -> None:
+    corners = "5,0 2.5,4.33 -2.5,4.33 -5,0 -2.5,-4.33 2.5,-4.33 5,0"
+    session.run(f"a, b, c, d, e, f = add_line {corners}")
+    session.run("equal a b c d e f\nia = angle a b 120 closest")
+    session.run("angle b c ia closest; angle c d ia closest; length a 5")
+    session.run("lock a.p1 5,0; horizontal b")
+    assert said(session, "dof") == "0 degrees of freedom"
+    assert [value(session, f"{name}.length") for name in "abcdef"] == pytest.approx([5] * 6)
+    assert value(session, "d.p1.x") == pytest.approx(-5)
