@@ -39,7 +39,7 @@ from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.sides import mode_of
 from arael.sketch.solve.outcome import Outcome
-from arael.sketch.solve.solver import Solver
+from arael.sketch.solve.solver import Drag, Solver
 
 #: Ends this close are connected by themselves.
 CONNECT_WITHIN = 1e-3
@@ -106,7 +106,7 @@ class Editor:
         self.document = document
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
-        self.judge = Judge(self.layout)
+        self.judge = Judge(self.layout, self.solver)
         self._points = Points(document)
         self._together = 0
 
@@ -523,6 +523,16 @@ class Editor:
         for name in found.dissolved:
             self.document.remove("groups", name)
 
+    @contextmanager
+    def dragging(self, handles: Sequence[str]) -> Iterator[Dragging]:
+        """A drag frame by frame, one step of undo as a whole.
+
+        What the constraints leave open stays as near as possible to where it was at the beginning,
+        not in the frame before: a drag out and back leads to where it began.
+        """
+        with self.document.transaction(f"drag {' '.join(handles)}"):
+            yield Dragging(self, handles)
+
     def drag(self, moves: Mapping[str, tuple[float, float]]) -> Outcome:
         """Pull points to places as far as the constraints let them.
 
@@ -544,6 +554,33 @@ class Editor:
             if refresh(self.document):
                 self._settle()
         return outcome
+
+
+class Dragging:
+    """Points that follow a cursor, while `Editor.dragging` lasts.
+
+    Parameters
+    ----------
+    editor : of the sketch
+    handles : points that are pulled
+    """
+
+    def __init__(self, editor: Editor, handles: Sequence[str]) -> None:
+        document = editor.document
+        self.handles = [canonical(document, handle)[2] for handle in handles]
+        self._document = document
+        self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
+
+    def to(self, *places: tuple[float, float]) -> Outcome:
+        """One frame: every point as near to its place as the constraints let it.
+
+        A frame without a solution leaves everything where it was.
+        """
+        return self._drag.move(np.array(places, dtype=np.float64))
+
+    def by(self, dx: float, dy: float) -> Outcome:
+        """One frame: every point to where it was at the beginning, moved by a vector."""
+        return self._drag.shift(dx, dy)
 
 
 def _positive(kind: str, amount: Amount | None) -> Amount | None:
