@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from arael.diagnostics.records import AraelError, Source, Span
 from arael.diagnostics.suggest import closest
@@ -204,9 +204,7 @@ class Session:
         span = Span(statement.source, start, start + len(word))
         found = table.find(word)
         if found is None:
-            near = closest(word, table.words())
-            hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
-            fail("E1250", f"no command `{word[:60]}`", span, "", hint)
+            self._no_command(word, span)
         if self._depth >= MAX_DEPTH:
             fail("E1260", f"commands within commands, more than {MAX_DEPTH} deep", span)
         self._depth += 1
@@ -219,6 +217,11 @@ class Session:
             raise _with_place(error, statement, start) from None
         finally:
             self._depth -= 1
+
+    def _no_command(self, word: str, span: Span) -> NoReturn:
+        near = closest(word, table.words())
+        hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
+        fail("E1250", f"no command `{word[:60]}`", span, "", hint)
 
     # --- variables --------------------------------------------------------------------------
 
@@ -246,7 +249,10 @@ class Session:
                 "",
                 "several names take what a command creates: `a, b = split L0 by L1`",
             )
-        value = self.value(Words.of_text(self, statement, start))
+        words = Words.of_text(self, statement, start)
+        if len(words) > 1 and re.fullmatch(r"[a-z]\w*", words.items[0].text):
+            self._no_command(words.items[0].text, words.items[0].span)
+        value = self.value(words)
         self._set(names[0][0], value, names[0][1])
         return Reply(f"{names[0][0]} = {described(value)}", remembered=False)
 

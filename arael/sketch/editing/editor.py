@@ -45,6 +45,8 @@ from arael.sketch.solve.solver import Drag, Solver
 CONNECT_WITHIN = 1e-3
 #: Curves that meet within this angle (degrees) are made tangent by themselves.
 TANGENT_WITHIN = 1.0
+#: How often values that read geometry are worked out and solved for again.
+_ROUNDS = 200
 
 _T = TypeVar("_T")
 
@@ -157,6 +159,16 @@ class Editor:
 
     def _settle(self, cause: str = "") -> Outcome:
         refresh(self.document)
+        outcome = self._solved(cause)
+        # values that read geometry move with it until neither changes
+        for _ in range(_ROUNDS):
+            moving = refresh(self.document)
+            if not moving:
+                return outcome
+            outcome = self._solved(cause)
+        raise refusals.unsettled(moving)
+
+    def _solved(self, cause: str) -> Outcome:
         outcome = self.solver.solve()
         if outcome.solved:
             return outcome
@@ -459,7 +471,7 @@ class Editor:
     def _side(self, kind: str, args: tuple[str, ...], mode: str) -> int:
         if not DIMENSIONS[kind].signed:
             return 0
-        return -1 if signed(self.document, kind, args, mode) < 0.0 else 1
+        return -1 if signed(self.document, kind, args, "") < 0.0 else 1
 
     def _ground(self, dimension: Dimension) -> None:
         """The relation that a distance of lines rests on is added, that of arcs required."""
@@ -539,6 +551,8 @@ class Editor:
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
+            if refresh(self.document):
+                self._settle()
         return outcome
 
 

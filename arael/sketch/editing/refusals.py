@@ -60,6 +60,18 @@ def not_converged(open_rows: Sequence[str], residual: float) -> AraelError:
     )
 
 
+def unsettled(names: Sequence[str]) -> AraelError:
+    """E1234: values that read geometry which moves with them."""
+    return AraelError(
+        Diagnostic(
+            "E1234",
+            f"no solution found: {_listed(names)} never settle{'s' if len(names) == 1 else ''}",
+            notes=("they read geometry that moves with them", "the sketch is left as it was"),
+            help=("put `=` before a value to take what it is now",),
+        )
+    )
+
+
 def _listed(names: Sequence[str], most: int = 12) -> str:
     shown = [f"`{name}`" for name in names[:most]]
     if len(names) > most:
