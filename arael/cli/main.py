@@ -21,7 +21,7 @@ from arael.version import __version__
 EPILOG = (
     "Exit codes: 0 solved, 1 not converged, 2 bad input, 3 internal error. "
     "MODEL is the name of a standard model (slam, localization, linear, pose_graph_2d, "
-    "pose_graph_3d, bundle_adjustment, plane_slam) or an .arael file."
+    "pose_graph_3d, bundle_adjustment, plane_slam, sketch) or an .arael file."
 )
 
 

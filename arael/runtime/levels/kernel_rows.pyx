@@ -286,7 +286,7 @@ cdef class KernelRows(Rows):
 
     def set_data(self, row, field, value):
         """Set a field of an instance, or of several: `row` and `value` are arrays then."""
-        cdef Py_ssize_t k, number
+        cdef Py_ssize_t number
         if isinstance(row, (int, np.integer)):
             number = self._field(self._table_at(row), field)
             self.set_field(row, number, value)
@@ -443,9 +443,9 @@ cdef class KernelRows(Rows):
     def quantity(self, Py_ssize_t row):
         """Value of a quantity, or residual of an instance (rows,), as evaluated last."""
         cdef LaneTable table = self._table_at(row)
-        cdef Py_ssize_t k
-        cdef const double* found = table.arrays.residual + table.arrays.residuals * self._index_of[row]
-        return np.array([found[k] for k in range(table.arrays.residuals)])
+        cdef Py_ssize_t k, count = table.arrays.residuals
+        cdef const double* found = table.arrays.residual + count * self._index_of[row]
+        return np.array([found[k] for k in range(count)])
 
     cdef void set_field(self, Py_ssize_t row, Py_ssize_t field, double value) noexcept nogil:
         cdef LaneArrays* table = self._arrays[self._table_of[row]]
@@ -502,6 +502,8 @@ cdef class KernelRows(Rows):
             row = self.m
             self._reserve_rows(row + count)
             self._stale = min(self._stale, row)
+            for k in range(row, row + count):  # empty until the pattern is brought up to date
+                self._indptr[k + 1] = self._indptr[row]
             self.m += count
         for k in range(row, row + count):
             self._table_of[k], self._index_of[k] = FURTHER, -1
@@ -521,6 +523,7 @@ cdef class KernelRows(Rows):
         self._term_of = <int32_t*>grown(self._term_of, capacity, sizeof(int32_t))
         self._indptr = <int32_t*>grown(self._indptr, capacity + 1, sizeof(int32_t))
         self._row_capacity = capacity
+        self.indptr = self._indptr
 
     cdef void _activate(self, Py_ssize_t row, bint on) noexcept nogil:
         """Let an instance be evaluated, or not; the pattern is out of date then."""
@@ -567,14 +570,13 @@ cdef class KernelRows(Rows):
 
     cdef void _pattern(self) noexcept nogil:
         """Pattern of the rows from the first stale one on, in the order of the rows."""
-        cdef Py_ssize_t row, first = -1, begin, end = self._indptr[self._stale], k, e, i, q, c
+        cdef Py_ssize_t row, first, end = self._indptr[self._stale], k, e, i, q, c
         cdef LaneArrays* table
         cdef LaneArrays* source
         cdef ExpressionArrays* expression
         cdef int32_t unknown
         cdef bint shown
         for row in range(self._stale, self.m):
-            begin = end
             self._stamp += 1
             first = row
             while self._table_of[first] == FURTHER:

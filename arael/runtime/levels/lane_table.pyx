@@ -6,7 +6,7 @@ from math import prod
 import numpy as np
 
 from arael.runtime.address cimport address
-from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes, table_of
+from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, table_of
 from arael.runtime.levels.unknown_windows cimport UnknownWindows
 from arael.runtime.machine.program cimport Program
 from arael.runtime.machine.tape_program cimport TapeProgram
@@ -61,7 +61,8 @@ cdef class LaneTable:
         defaults = [
             value for c in data for value in (c.default or (np.nan,) * prod(c.shape))]
         uses = [refs.index(group.slots[use.slot].steps[0].ref) for use in group.uses]
-        self.arrays.ref_count, self.arrays.field_count, self._uses = len(refs), len(places), len(uses)
+        self.arrays.ref_count, self.arrays.field_count = len(refs), len(places)
+        self._uses = len(uses)
         self._data, self.arrays.residuals = group.data_count, group.residuals
         self.arrays.entries = len(group.jacobian)
         # Entries by residual, as the kernel writes them.
@@ -156,16 +157,17 @@ cdef class LaneTable:
     cdef reserve(self, Py_ssize_t count):
         """Have memory for so many instances."""
         cdef Py_ssize_t capacity = self._width
+        cdef LaneArrays* own = &self.arrays
         if count <= self._capacity:
             return
         while capacity < count:
             capacity *= 2
-        self.arrays.first = <int32_t*>grown(self.arrays.first, capacity, sizeof(int32_t))
-        self.arrays.ref = <int32_t*>grown(self.arrays.ref, capacity * self.arrays.ref_count, sizeof(int32_t))
-        self.arrays.field = <double*>grown(self.arrays.field, capacity * self.arrays.field_count, sizeof(double))
-        self.arrays.at = <int32_t*>grown(self.arrays.at, capacity * self.arrays.entries, sizeof(int32_t))
-        self.arrays.residual = <double*>grown(self.arrays.residual, capacity * self.arrays.residuals, sizeof(double))
-        self.arrays.entry = <double*>grown(self.arrays.entry, capacity * self.arrays.entries, sizeof(double))
+        own.first = <int32_t*>grown(own.first, capacity, sizeof(int32_t))
+        own.ref = <int32_t*>grown(own.ref, capacity * own.ref_count, sizeof(int32_t))
+        own.field = <double*>grown(own.field, capacity * own.field_count, sizeof(double))
+        own.at = <int32_t*>grown(own.at, capacity * own.entries, sizeof(int32_t))
+        own.residual = <double*>grown(own.residual, capacity * own.residuals, sizeof(double))
+        own.entry = <double*>grown(own.entry, capacity * own.entries, sizeof(double))
         self._lane_data = <double*>grown(self._lane_data, capacity * self._data, sizeof(double))
         self._lane_row = <int32_t*>grown(self._lane_row, capacity * self._uses, sizeof(int32_t))
         self._run = <uint8_t*>grown(self._run, capacity // self._width, 1)
@@ -178,23 +180,25 @@ cdef class LaneTable:
         self, Py_ssize_t first, const int32_t* refs, const double* fields
     ) noexcept nogil:
         """Number of a new instance, which is not active; there is memory for it."""
-        cdef Py_ssize_t i = self.arrays.count
-        self.arrays.count += 1
-        self.arrays.first[i] = <int32_t>first
-        memcpy(self.arrays.ref + i * self.arrays.ref_count, refs, self.arrays.ref_count * sizeof(int32_t))
-        memcpy(self.arrays.field + i * self.arrays.field_count, fields, self.arrays.field_count * sizeof(double))
+        cdef LaneArrays* own = &self.arrays
+        cdef Py_ssize_t i = own.count
+        own.count += 1
+        own.first[i] = <int32_t>first
+        memcpy(own.ref + i * own.ref_count, refs, own.ref_count * sizeof(int32_t))
+        memcpy(own.field + i * own.field_count, fields, own.field_count * sizeof(double))
         self.place(i)
         return i
 
     cdef void swap(self, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
         """Exchange two instances."""
+        cdef LaneArrays* own = &self.arrays
         cdef Py_ssize_t k
         if i == j:
             return
-        self.arrays.first[i], self.arrays.first[j] = self.arrays.first[j], self.arrays.first[i]
-        exchange_int(self.arrays.ref + i * self.arrays.ref_count, self.arrays.ref + j * self.arrays.ref_count, self.arrays.ref_count)
-        exchange(self.arrays.field + i * self.arrays.field_count, self.arrays.field + j * self.arrays.field_count, self.arrays.field_count)
-        exchange_int(self.arrays.at + i * self.arrays.entries, self.arrays.at + j * self.arrays.entries, self.arrays.entries)
+        own.first[i], own.first[j] = own.first[j], own.first[i]
+        exchange_int(own.ref + i * own.ref_count, own.ref + j * own.ref_count, own.ref_count)
+        exchange(own.field + i * own.field_count, own.field + j * own.field_count, own.field_count)
+        exchange_int(own.at + i * own.entries, own.at + j * own.entries, own.entries)
         for k in range(self._data):
             exchange(self._datum(i, k), self._datum(j, k), 1)
         for k in range(self._uses):
@@ -203,7 +207,7 @@ cdef class LaneTable:
             self._pad()
 
     cdef void drop_last(self) noexcept nogil:
-        """Forget the last instance, which is not active."""
+        """Drop the last instance, which is not active."""
         self.arrays.count -= 1
         self._pad()
 
@@ -239,7 +243,8 @@ cdef class LaneTable:
         if self._kernel != NULL:
             self._kernel.rows(&self._lanes, self.arrays.residual, self.arrays.entry)
             return
-        (<Program>self._program).rows(&self._lanes, self.arrays.residual, self.arrays.entry, &exhausted)
+        (<Program>self._program).rows(
+            &self._lanes, self.arrays.residual, self.arrays.entry, &exhausted)
         if exhausted:
             for k in range(self.arrays.active * self.arrays.residuals):
                 self.arrays.residual[k] = NAN

@@ -44,8 +44,8 @@ cdef class RowExpression:
         self.arrays.quantity = <int32_t*>calloc(len(self.quantities) + 1, sizeof(int32_t))
         self.arrays.unknown = <int32_t*>calloc(len(self.unknowns) + 1, sizeof(int32_t))
         self.arrays.at = <int32_t*>calloc(contributions + 1, sizeof(int32_t))
-        if not (self._registers and self.arrays.inputs and self.arrays.outputs and self.arrays.quantity
-                and self.arrays.unknown and self.arrays.at):
+        if not (self._registers and self.arrays.inputs and self.arrays.outputs
+                and self.arrays.quantity and self.arrays.unknown and self.arrays.at):
             raise MemoryError
         for k, number in enumerate(self.quantities):
             self.arrays.quantity[<Py_ssize_t>k] = number

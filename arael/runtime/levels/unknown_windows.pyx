@@ -102,7 +102,7 @@ cdef class UnknownWindows:
 
     def set(self, offset, values):
         """Change the values of a block of constants."""
-        cdef Py_ssize_t first = offset, k, j, width
+        cdef Py_ssize_t first = offset, k
         cdef double* to
         values = np.ascontiguousarray(values, dtype=np.float64).ravel()
         cdef const double* source = <const double*>address(values, np.float64)

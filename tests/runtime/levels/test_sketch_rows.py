@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -329,3 +330,34 @@ def test_curvature_of_a_clamped_b_spline_has_half_the_factor() -> None:
     rows = KernelRows(model().layout, n=6)
     rows.add("SplineCurvature", [0, 2, 4], {"factor": 1 / 3})
     assert rows.evaluate(poles[:3].ravel()) == pytest.approx([expected])
+
+
+def test_the_table_of_the_documentation_lists_the_structs_as_they_are() -> None:
+    page = Path(__file__).parents[3] / "docs" / "internals" / "sketch_rows.md"
+    listed = {}
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if line.startswith("| `"):
+            struct, refs, fields, residuals = (cell.strip() for cell in line.split("|")[1:5])
+            listed[struct.strip("`")] = refs, fields, residuals
+    found = {}
+    for struct, table in KernelRows(model().layout).tables.items():
+        refs = " ".join(
+            name if width == 2 else f"*{name}*"
+            for name, width in zip(table.refs, table.widths, strict=True)
+        )
+        heads = dict.fromkeys(f.partition("[")[0] for f in table.fields if f != "weight")
+        found[struct] = refs, " ".join(heads) or "-", str(table.residuals)
+    assert listed == found
+
+
+def test_kernels_and_expression_machine_give_the_same_rows() -> None:
+    shipped = load_compiled("sketch")
+    for struct in STRUCTS:
+        sample = Sample(struct)
+        rows = KernelRows(shipped.layout, shipped.kernels, len(sample.x))
+        for _ in range(11):  # more than one block of lanes, the last one not full
+            rows.add(struct, sample.at, sample.data)
+        r, jacobian = rows.evaluate(sample.x), dense(rows, sample.x)
+        expected = sample.rows.evaluate(sample.x), sample.jacobian(sample.x)
+        assert r == pytest.approx(np.tile(expected[0], 11), rel=1e-12, abs=1e-12)
+        assert jacobian == pytest.approx(np.tile(expected[1], (11, 1)), rel=1e-11, abs=1e-11)
