@@ -148,7 +148,7 @@ def _tangent_circle(
         )
         names = ", ".join(f"`{one.handle}`" for one in lines)
         help_ = "shorten or lengthen the lines to say which is meant"
-        fail("E1268", f"circle tangent to {names}: {reason}", words.span, "", help_)
+        fail("E1272", f"circle tangent to {names}: {reason}", words.span, "", help_)
     circle = touching[0].circle
     (x, y), radius = circle.center, circle.radius
     added = creating.add(session, words, "circle", (x, y, radius))

@@ -184,7 +184,7 @@ def _tangent(
     if found is None:
         help_ = "turn one of the directions, or choose a larger bulge"
         message = "no elliptic arc has these ends and directions"
-        fail("E1268", message, end.token.span, "", help_)
+        fail("E1272", message, end.token.span, "", help_)
     return _added(session, words, found)
 
 

@@ -75,8 +75,33 @@ be written wherever the name can: `length base 3`, `coincident base.p2 side.p1`,
 Dimensions that read a variable keep what it is now.
 """
 
+_USE = """
+- `arael sketch` opens a prompt; `arael sketch part.cmd` runs a script; `--export part.dxf` writes
+  the result.
+- In Python every command is a method of `Sketch`, with the same words:
+
+```python
+from arael.sketch import Sketch
+
+sketch = Sketch()
+sketch.param("w", 10)
+bottom, right, top, left = sketch.add_rect((0, 0), (9, 4), hv=True)
+sketch.length(bottom, "w")
+sketch.length(right, "w/2")
+hole = sketch.add_circle((5, 2), 1)
+sketch.distance(hole.center, bottom, ">= 2")
+sketch.run("lock L0.p1 0,0")
+print(f"{bottom.length:.3f} x {right.length:.3f}, {sketch.dof()['freedoms']} degrees of freedom")
+```
+
+```text
+10.000 x 5.000, 3 degrees of freedom
+```
+"""
+
 TOPICS = MappingProxyType(
     {
+        "use": ("Use", _USE),
         "language": ("Command lines", _LANGUAGE),
         "names": ("Names", _NAMES),
         "coordinates": ("Coordinates", _COORDINATES),

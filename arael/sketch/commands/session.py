@@ -7,18 +7,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from arael.diagnostics.records import AraelError, Source, Span
 from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
+from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.kinds import PREFIXES
-from arael.sketch.expressions.evaluation import NameError_, Value, evaluate
+from arael.sketch.expressions.evaluation import NoValueError, Value, evaluate
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import moved
 from arael.sketch.expressions.scope import DocumentScope
@@ -203,9 +204,7 @@ class Session:
         span = Span(statement.source, start, start + len(word))
         found = table.find(word)
         if found is None:
-            near = closest(word, table.words())
-            hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
-            fail("E1250", f"no command `{word[:60]}`", span, "", hint)
+            self._no_command(word, span)
         if self._depth >= MAX_DEPTH:
             fail("E1260", f"commands within commands, more than {MAX_DEPTH} deep", span)
         self._depth += 1
@@ -218,6 +217,11 @@ class Session:
             raise _with_place(error, statement, start) from None
         finally:
             self._depth -= 1
+
+    def _no_command(self, word: str, span: Span) -> NoReturn:
+        near = closest(word, table.words())
+        hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
+        fail("E1250", f"no command `{word[:60]}`", span, "", hint)
 
     # --- variables --------------------------------------------------------------------------
 
@@ -245,7 +249,10 @@ class Session:
                 "",
                 "several names take what a command creates: `a, b = split L0 by L1`",
             )
-        value = self.value(Words.of_text(self, statement, start))
+        words = Words.of_text(self, statement, start)
+        if len(words) > 1 and re.fullmatch(r"[a-z]\w*", words.items[0].text):
+            self._no_command(words.items[0].text, words.items[0].span)
+        value = self.value(words)
         self._set(names[0][0], value, names[0][1])
         return Reply(f"{names[0][0]} = {described(value)}", remembered=False)
 
@@ -351,7 +358,7 @@ class SessionScope(DocumentScope):
         self.session = session
 
     def value(self, path: str) -> Value:
-        """Value of a name; raises `NameError_`."""
+        """Value of a name; raises `NoValueError`."""
         name, dot, rest = path.partition(".")
         own: Variable | None
         if name in ("cursor", "_cursor", "_tangent"):
@@ -367,7 +374,7 @@ class SessionScope(DocumentScope):
         if isinstance(own, Vec) and rest in ("x", "y"):
             return own.x if rest == "x" else own.y
         what = "a coordinate: it has `x` and `y`" if isinstance(own, Vec) else "a number"
-        raise NameError_(f"`{name}` is {what}")
+        raise NoValueError(f"`{name}` is {what}")
 
     def operand(self, path: str) -> Any:
         """What a geometric function reads by a name."""
@@ -386,23 +393,23 @@ class SessionScope(DocumentScope):
         """Names that something has, for suggestions."""
         return [*self.session.state.variables, *super().names()]
 
-    def unknown(self, name: str) -> NameError_:
+    def unknown(self, name: str) -> NoValueError:
         """The error of a name that nothing has."""
         if name == "_" or (name.startswith("_") and name[1:].isdigit()):
-            return NameError_(f"`{name}` stands for nothing: the last command made no such thing")
+            return NoValueError(f"`{name}` stands for nothing: the last command made no such thing")
         near = closest(name, self.names())
         help_ = f"did you mean `{near[0]}`?" if near else f"set it first: `{name} = 5`"
-        return NameError_(f"no variable, parameter, dimension or entity `{name[:60]}`", help_)
+        return NoValueError(f"no variable, parameter, dimension or entity `{name[:60]}`", help_)
 
     def _cursor(self, name: str) -> Vec:
         state = self.session.state
         found = state.tangent if name == "_tangent" else state.cursor
         if found is None and name == "_tangent":
-            raise NameError_(
+            raise NoValueError(
                 "there is no tangent: nothing ends at the cursor", "add a line or an arc", "E1259"
             )
         if found is None:
-            raise NameError_("the cursor is not set", "set it: `cursor 0,0`", "E1259")
+            raise NoValueError("the cursor is not set", "set it: `cursor 0,0`", "E1259")
         return found
 
 
@@ -413,9 +420,6 @@ def measure_of(editor: Any) -> Callable[[Any], float]:
 
 def described(value: Variable) -> str:
     """A value of a variable for people."""
-    # imported here: sessions and numbers are independent otherwise
-    from arael.sketch.commands.numbers import place, shown
-
     if isinstance(value, Vec):
         return place(value.x, value.y)
     return shown(value) if isinstance(value, float) else str(value)
@@ -435,6 +439,6 @@ def _first_word(text: str) -> str:
 
 def _make_editor(document: Document) -> Editor:
     # imported here: start-up time
-    from importlib import import_module
+    from arael.sketch.editing.editor import Editor
 
-    return import_module("arael.sketch.editing.editor").Editor(document)
+    return Editor(document)

@@ -100,7 +100,7 @@ def _with_entities(document: Document, found: Doomed) -> None:
 
 def ground_of(document: Document, dimension: Dimension) -> str:
     """Kind of the relation that a distance of two lines or two arcs rests on, else empty."""
-    if dimension.kind != "distance":
+    if dimension.kind != "distance" or any("." in arg for arg in dimension.args):
         return ""
     kinds = {document.entities[arg].kind for arg in dimension.args if arg in document.entities}
     if kinds == {"line"}:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Constraint
+from arael.sketch.layout.sides import side_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,15 +16,13 @@ class Suggestion:
 
     Attributes
     ----------
-    kind, args, side, mode : of the constraint
+    kind, args : of the constraint
     gap : by how much it is missed now, as a length
     """
 
     kind: str
     args: tuple[str, ...]
     gap: float
-    side: int = 0
-    mode: str = ""
 
     def __str__(self) -> str:
         return f"{self.kind} {' '.join(self.args)}"
@@ -52,13 +51,13 @@ class Imported:
         chosen = list(self.suggestions if suggestions is None else suggestions)
         document = self.document
         with document.transaction("accept"):
-            return [
-                document.put(
-                    "constraints",
-                    Constraint(_name(document, one), one.kind, one.args, (), one.side, one.mode),
-                )
-                for one in chosen
-            ]
+            return [document.put("constraints", _constraint(document, one)) for one in chosen]
+
+
+def _constraint(document: Document, one: Suggestion) -> Constraint:
+    """The constraint, on the side on which the geometry lies."""
+    side = side_of(document, one.kind, one.args)
+    return Constraint(_name(document, one), one.kind, one.args, side=side)
 
 
 def _name(document: Document, one: Suggestion) -> str:

@@ -145,8 +145,7 @@ def _circles_touching(curves: Mapping[str, Curve], tolerance: float) -> Iterator
             gap = abs(abs(distance) - circle.radius)
             foot = line.nearest(circle.center, carrier=True).t
             if gap <= tolerance and 0.0 <= foot <= 1.0:
-                side = 1 if distance > 0 else -1
-                yield Suggestion("tangent", (name, other), gap, side)
+                yield Suggestion("tangent", (name, other), gap)
 
 
 def _concentric(

@@ -61,7 +61,6 @@ def to_step(document: Document) -> bytes:
 
 def _shapes(b3d: Any, curves: list[Curve]) -> list[Any]:
     size = max(curve.bounds().size for curve in curves)
-    outer: list[tuple[list[Curve], Any, list[Any]]] = []
     wires = []
     loops = []
     for chain in chains(curves, 1e-6 * size):
@@ -71,14 +70,23 @@ def _shapes(b3d: Any, curves: list[Curve]) -> list[Any]:
             loops.append((ordered, wire))
         else:
             wires.append(wire)
-    # inner loops follow the loop that holds them
-    for ordered, wire in sorted(loops, key=lambda loop: -_extent(loop[0])):
-        holders = [one for one in outer if inside(ordered[0].start, one[0])]
-        if holders and len(holders) % 2 == 1:
-            holders[-1][2].append(wire)
-        else:
-            outer.append((ordered, wire, []))
-    return [b3d.Face(wire, holes) for _, wire, holes in outer] + wires
+    # by the number of loops around it a loop is an outline (even) or a hole (odd)
+    loops.sort(key=lambda loop: -_extent(loop[0]))
+    faces: list[tuple[list[Curve], int, Any, list[Any]]] = []
+    seen: list[list[Curve]] = []
+    for ordered, wire in loops:
+        depth = sum(inside(ordered[0].start, other) for other in seen)
+        seen.append(ordered)
+        if depth % 2 == 0:
+            faces.append((ordered, depth, wire, []))
+            continue
+        holder = next(
+            face
+            for face in reversed(faces)
+            if face[1] == depth - 1 and inside(ordered[0].start, face[0])
+        )
+        holder[3].append(wire)
+    return [b3d.Face(wire, holes) for _, _, wire, holes in faces] + wires
 
 
 def _extent(loop: list[Curve]) -> float:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 from arael.diagnostics.records import AraelError, Diagnostic, Span
 from arael.diagnostics.suggest import closest
 from arael.sketch.expressions.functions import GEOMETRY, TRIGONOMETRY, scalar_functions
-from arael.sketch.expressions.reading import Expression, path_of, read
+from arael.sketch.expressions.reading import Expression, chain, path_of, read
 from arael.sketch.expressions.units import factor
 from arael.sketch.expressions.vectors import Vec
 from arael.syntax import tree
@@ -19,7 +19,7 @@ from arael.syntax import tree
 Value = float | Vec
 
 
-class NameError_(Exception):
+class NoValueError(Exception):
     """A name has no value; `help` proposes what to write."""
 
     def __init__(self, message: str, help: str = "", code: str = "E1262") -> None:
@@ -36,10 +36,10 @@ class Scope(Protocol):
         """Unit of lengths."""
 
     def value(self, path: str) -> Value:
-        """Value of a name; raises `NameError_`."""
+        """Value of a name; raises `NoValueError`."""
 
     def operand(self, path: str) -> Any:
-        """What a geometric function reads by a name; raises `NameError_`."""
+        """What a geometric function reads by a name; raises `NoValueError`."""
 
     def is_angle(self, path: str) -> bool:
         """Whether a name is an angle in degrees."""
@@ -145,13 +145,13 @@ def _named(path: str, span: Span) -> Compiled:
     def run(scope: Scope) -> Value:
         try:
             return scope.value(path)
-        except NameError_ as error:
+        except NoValueError as error:
             _unnamed(error, span)
 
     return Compiled(run, lambda scope: scope.is_angle(path))
 
 
-def _unnamed(error: NameError_, span: Span) -> NoReturn:
+def _unnamed(error: NoValueError, span: Span) -> NoReturn:
     _wrong(error.code, str(error), span, help_=error.help)
 
 
@@ -180,40 +180,49 @@ _BINARY: dict[str, Callable[[Any, Any], Any]] = {
     ">=": operator.ge,
     "==": operator.eq,
     "!=": operator.ne,
+    "^": math.pow,
 }
-
-
-def _power(a: float, b: float) -> float:
-    return math.pow(a, b)
+_COMPARISONS = frozenset({"<", "<=", ">", ">=", "==", "!="})
 
 
 def _binary(node: tree.Binary) -> Compiled:
-    left, right = _compile(node.left), _compile(node.right)
-    apply = _BINARY.get(node.op, _power)
-    span = node.span
-    compares = node.op not in ("+", "-", "*", "/", "^")
+    """A chain of operations, one after the other."""
+    first_node, links = chain(node)
+    first = _compile(first_node)
+    steps = [(link.op, _compile(link.right), link.span) for link in links]
 
     def run(scope: Scope) -> Value:
-        a, b = left.run(scope), right.run(scope)
-        try:
-            found: Value = apply(a, b)
-        except ZeroDivisionError:
-            _wrong("E1263", "division by zero", span, "no value")
-        except (OverflowError, ValueError):
-            _wrong("E1263", f"`{node.op}` has no value here: {a} {node.op} {b}", span, "no value")
-        except TypeError:
-            what = f"`{node.op}` does not take {_kind(a)} and {_kind(b)}"
-            _wrong("E1253", what, span, help_="coordinates are added, and multiplied by numbers")
-        return float(bool(found)) if compares else found
+        value = first.run(scope)
+        for op, right, span in steps:
+            value = _apply(op, value, right.run(scope), span)
+        return value
 
     def is_angle(scope: Scope) -> bool:
-        if node.op in ("+", "-"):
-            return left.is_angle(scope) or right.is_angle(scope)
-        if node.op == "*":
-            return left.is_angle(scope) != right.is_angle(scope)
-        return node.op == "/" and left.is_angle(scope) and not right.is_angle(scope)
+        angle = first.is_angle(scope)
+        for op, right, _ in steps:
+            other = right.is_angle(scope)
+            if op in ("+", "-"):
+                angle = angle or other
+            elif op == "*":
+                angle = angle != other
+            else:
+                angle = op == "/" and angle and not other
+        return angle
 
     return Compiled(run, is_angle)
+
+
+def _apply(op: str, a: Value, b: Value, span: Span) -> Value:
+    try:
+        found: Value = _BINARY[op](a, b)
+    except ZeroDivisionError:
+        _wrong("E1263", "division by zero", span, "no value")
+    except (OverflowError, ValueError):
+        _wrong("E1263", f"`{op}` has no value here: {a} {op} {b}", span, "no value")
+    except TypeError:
+        what = f"`{op}` does not take {_kind(a)} and {_kind(b)}"
+        _wrong("E1253", what, span, help_="coordinates are added, and multiplied by numbers")
+    return float(bool(found)) if op in _COMPARISONS else found
 
 
 def _kind(value: Value) -> str:
@@ -281,7 +290,7 @@ def _geometric(node: tree.Call, name: str) -> Compiled:
                 continue
             try:
                 operands.append(scope.operand(path))
-            except NameError_ as error:
+            except NoValueError as error:
                 _unnamed(error, span)
         try:
             found: Value = function.value(*operands)

@@ -11,7 +11,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.expressions.evaluation import compiled
 from arael.sketch.expressions.functions import CONSTANTS, GEOMETRY, TRIGONOMETRY
-from arael.sketch.expressions.reading import literal, path_of, read
+from arael.sketch.expressions.reading import chain, literal, path_of, read
 from arael.sketch.expressions.refresh import follows_geometry
 from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.expressions.units import factor
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 MAX_RESOLVED = 20_000
 """Characters of an expression with everything put in place."""
+
+_PRECEDENCE = {"+": 1, "-": 1, "*": 2, "/": 2, "^": 3}
+_PRECEDENCE |= dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), 0)
 
 
 class Program(NamedTuple):
@@ -68,7 +71,11 @@ def _program(text: str) -> Program:
     from arael import sym
     from arael.sym.evaluation import Lowered
 
-    value = sym.parse(text)
+    try:
+        value = sym.parse(text)
+    except AraelError:
+        # its parts have been read: only their sum is too deep or too long
+        raise _too_large() from None
     names = sym.free_vars(value)
     geometry = tuple(name for name in names if "." in name)
     numbers = tuple(name for name in names if "." not in name)
@@ -108,13 +115,26 @@ class _Resolver:
         if isinstance(node, tree.Unary):
             return f"({node.op}{self._write(node.operand, depth)})"
         if isinstance(node, tree.Binary):
-            return f"({self._write(node.left, depth)} {node.op} {self._write(node.right, depth)})"
+            return self._chain(node, depth)
         if isinstance(node, tree.Conditional):
             parts = (self._write(one, depth) for one in (node.cond, node.then, node.otherwise))
             return "(if {} then {} else {})".format(*parts)
         if isinstance(node, tree.Call) and isinstance(node.func, tree.Name):
             return self._call(node, node.func.id, depth)
         raise _unfollowed(node)
+
+    def _chain(self, node: tree.Binary, depth: int) -> str:
+        """Operations with brackets only where the order needs them: brackets have a depth."""
+        first, links = chain(node)
+        written = [self._write(first, depth)]
+        before = _PRECEDENCE["^"]
+        for link in links:
+            binds = _PRECEDENCE[link.op]
+            if len(written) > 1 and (binds > before or link.op == "^" or binds == 0):
+                written = ["(", *written, ")"]
+            written += [f" {link.op} ", self._write(link.right, depth)]
+            before = binds
+        return f"({''.join(written)})"
 
     def _number(self, node: tree.Number) -> str:
         if node.unit is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from arael.diagnostics.records import AraelError, Diagnostic, Span
-from arael.sketch.expressions.reading import path_of, read
+from arael.sketch.expressions.reading import chain, path_of, read
 from arael.sketch.expressions.units import SPELLED, UNITS
 from arael.syntax import tree
 
@@ -56,7 +56,7 @@ def _quantity(node: tree.Expr) -> str:
     if isinstance(node, tree.Unary):
         return _quantity(node.operand)
     if isinstance(node, tree.Binary):
-        return _of_two(node)
+        return _of_chain(node)
     if isinstance(node, tree.Conditional):
         return _quantity(node.then) or _quantity(node.otherwise)
     if isinstance(node, tree.Call) and path_of(node.func) in ("abs", "min", "max"):
@@ -64,13 +64,18 @@ def _quantity(node: tree.Expr) -> str:
     return ""
 
 
-def _of_two(node: tree.Binary) -> str:
-    left, right = _quantity(node.left), _quantity(node.right)
-    if node.op in ("+", "-"):
-        if left and right and left != right:
-            message = f"{_article(left)} and {_article(right)} cannot be added"
-            raise AraelError(Diagnostic("E1261", message, node.span))
-        return left or right
-    if node.op == "*":
-        return "" if left and right else left or right
-    return left if node.op == "/" and not right else ""
+def _of_chain(node: tree.Binary) -> str:
+    first, links = chain(node)
+    found = _quantity(first)
+    for link in links:
+        other = _quantity(link.right)
+        if link.op in ("+", "-"):
+            if found and other and found != other:
+                message = f"{_article(found)} and {_article(other)} cannot be added"
+                raise AraelError(Diagnostic("E1261", message, link.span))
+            found = found or other
+        elif link.op == "*":
+            found = "" if found and other else found or other
+        else:
+            found = found if link.op == "/" and not other else ""
+    return found

@@ -121,6 +121,19 @@ def moved(error: AraelError, source: Source, origin: list[int] | int) -> AraelEr
     return AraelError([one(d) for d in error.diagnostics])
 
 
+def chain(node: tree.Binary) -> tuple[tree.Expr, list[tree.Binary]]:
+    """``a + b - c`` as its first operand and the operations on it, first to last.
+
+    Chains may be longer than Python's stack is deep; other nesting is bounded by the parser.
+    """
+    links: list[tree.Binary] = []
+    inner: tree.Expr = node
+    while isinstance(inner, tree.Binary):
+        links.append(inner)
+        inner = inner.left
+    return inner, links[::-1]
+
+
 def path_of(node: tree.Expr) -> str:
     """``L0.p1.x`` of a name or a chain of attributes, else empty."""
     parts: list[str] = []
@@ -185,21 +198,29 @@ def _placed(node: tree.Expr, source: Source, origin: list[int] | None) -> tree.E
             return replace(node, obj=obj, span=here, name_span=span(node.name_span))
         if isinstance(node, tree.Unary) and node.op != "not":
             return replace(node, operand=place(node.operand), span=here)
-        if isinstance(node, tree.Binary) and node.op in _OPERATORS:
-            return replace(node, left=place(node.left), right=place(node.right), span=here)
+        if isinstance(node, tree.Binary):
+            first, links = chain(node)
+            placed = place(first)
+            for link in links:
+                if link.op not in _OPERATORS:
+                    raise _refused(span(link.span), _WHAT, "E1254", _WHAT_HELP)
+                right = place(link.right)
+                placed = replace(link, left=placed, right=right, span=span(link.span))
+            return placed
         if isinstance(node, tree.Conditional):
             parts = (place(node.cond), place(node.then), place(node.otherwise))
             return replace(node, cond=parts[0], then=parts[1], otherwise=parts[2], span=here)
         if isinstance(node, tree.Call) and isinstance(node.func, tree.Name):
             func = replace(node.func, span=span(node.func.span))
             return replace(node, func=func, args=tuple(map(place, node.args)), span=here)
-        raise _refused(here, "not part of an expression of a sketch", "E1254", _WHAT_HELP)
+        raise _refused(here, _WHAT, "E1254", _WHAT_HELP)
 
     return place(node)
 
 
 _OPERATORS = {"+", "-", "*", "/", "^", "<", "<=", ">", ">=", "==", "!="}
 _UNIT_HELP = "units are mm, cm, m, um, in, ft, deg, rad"
+_WHAT = "not part of an expression of a sketch"
 _WHAT_HELP = "it has numbers, names, + - * / ^, functions and `if a > b then x else y`"
 
 

@@ -27,6 +27,9 @@ from arael.sketch.expressions.quantities import require_quantity
 from arael.sketch.expressions.reading import literal
 from arael.sketch.expressions.scope import DocumentScope
 
+_ROUNDING = 1e-11
+"""Relative change of a value that reads geometry below which it counts as the same."""
+
 
 class _Live:
     """Names of a document's records with live expressions, in the order of evaluation."""
@@ -93,7 +96,7 @@ def refresh(document: Document) -> list[str]:
         reason = f"it reads itself: {' -> '.join(cycle[:8])}"
         changed += [name for name in cycle[:-1] if _mark(document, name, reason)]
     for name in live.order:
-        if (stale or name in live.moving) and _update(document, name, scope):
+        if (stale or name in live.moving) and _update(document, name, scope, live.moving):
             changed.append(name)
     live.stale = False
     return changed
@@ -115,13 +118,13 @@ def _record(document: Document, name: str) -> Dimension | Parameter:
 
 
 def _measure(document: Document) -> Any:
-    # imported here: measures need geometry, which literals do not
+    # imported here: start-up time
     from arael.sketch.editing.measures import measured
 
     return lambda d: measured(document, d.kind, d.args, d.mode)
 
 
-def _update(document: Document, name: str, scope: DocumentScope) -> bool:
+def _update(document: Document, name: str, scope: DocumentScope, moving: set[str]) -> bool:
     record = _record(document, name)
     lost = [one for one in reads(document, record) if _record(document, one).broken]
     if lost:
@@ -139,7 +142,9 @@ def _update(document: Document, name: str, scope: DocumentScope) -> bool:
         # signs of distances and angles are kept as sides
         if isinstance(record, Dimension) and DIMENSIONS[record.kind].signed:
             value = abs(value)
-        if value != amount.number:
+        # geometry is solved to rounding: smaller changes are none
+        close = _ROUNDING * max(abs(value), abs(amount.number)) if name in moving else 0.0
+        if abs(value - amount.number) > close:
             fields[field] = Amount(amount.text, value)
     new = replace(record, **fields)
     if new == record:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil, hypot, sqrt
 
 from arael.sketch.geometry import bernstein
@@ -193,7 +194,7 @@ class BSpline(Curve, frozen=True):
 
     def beziers(self) -> list[Bezier]:
         """All spans as Bezier curves."""
-        return [self.bezier(k) for k in range(self.spans)]
+        return list(_spans(self))
 
     def point_at(self, t: float) -> Point:
         """Point at `t` (de Boor's scheme)."""
@@ -304,6 +305,12 @@ class BSpline(Curve, frozen=True):
     def area_about(self, origin: Point) -> float:
         """Sum over the spans."""
         return sum(piece.area_about(origin) for piece in self.beziers())
+
+
+@lru_cache(maxsize=64)
+def _spans(curve: BSpline) -> tuple[Bezier, ...]:
+    """The spans of one curve, which intersections and feet ask for again and again."""
+    return tuple(curve.bezier(k) for k in range(curve.spans))
 
 
 def _knot(i: int, m: int) -> float:

@@ -15,7 +15,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets, split_handle
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import ENTITIES
-from arael.sketch.document.records import Constraint, Dimension, Entity, Record
+from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Record
 from arael.sketch.layout import model, quantities, relations
 from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
@@ -147,6 +147,8 @@ class Layout:
         self._column = np.zeros(0, dtype=np.int64)  # its own column, -1 where nothing is
         self._root = np.zeros(0, dtype=np.int64)  # the column it is read from
         self._use = np.zeros(0, dtype=np.int64)  # what rows use: the same, or a constant
+        self._axis = np.zeros(0, dtype=np.int8)  # what it is, see `axes`
+        self._first = np.zeros(0, dtype=np.int64)  # offset of its entity's first number
         self._entity_at: list[str] = []
         # By column:
         self._source = np.zeros(0, dtype=np.int64)  # offset that gives its number, -1 without
@@ -162,7 +164,6 @@ class Layout:
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
         self._angles: tuple[int, NDArray[np.int64]] | None = None
-        self._points: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
                 self._pending[(table, name)] = None
@@ -312,7 +313,7 @@ class Layout:
 
     @property
     def column_of(self) -> NDArray[np.int64]:
-        """Column of every number of the document, -1 of those that are fixed; the last one is -1."""
+        """Column of every number of the document, -1 of fixed ones; the last element is -1."""
         return self._table().column_of
 
     def columns_of(self, name: str) -> NDArray[np.int64]:
@@ -375,25 +376,14 @@ class Layout:
     def _live_points(self) -> NDArray[np.int64]:
         """Offsets of the x of all points."""
         self.refresh()
-        if self._points is None or self._points[0] != self.version:
-            found = [
-                at
-                for entity in self.document.entities.values()
-                for at in self._point_starts(entity)
-            ]
-            self._points = (self.version, np.array(found, dtype=np.int64))
-        return self._points[1]
+        return np.flatnonzero(self._axis == 1)
 
     def axes(self) -> NDArray[np.int8]:
         """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""
+        self.refresh()
         found = np.zeros(len(self.x), dtype=np.int8)
-        values = self._root[: len(self.document.values)]
-        found[values[values >= 0]] = 3
-        points = self._live_points()
-        found[self._root[points]], found[self._root[points + 1]] = 1, 2
-        for entity in self.document.entities.values():
-            if entity.kind in ("ellipse", "earc"):
-                found[self._root[entity.at + entity.size - 1]] = 4
+        at = np.flatnonzero(self._axis)
+        found[self._root[at]] = self._axis[at]
         return found
 
     @property
@@ -687,6 +677,8 @@ class Layout:
             for array in ("_column", "_root", "_use"):
                 old = getattr(self, array)
                 setattr(self, array, np.concatenate([old, np.full(more, -1, dtype=np.int64)]))
+            self._axis = np.concatenate([self._axis, np.zeros(more, dtype=np.int8)])
+            self._first = np.concatenate([self._first, np.zeros(more, dtype=np.int64)])
             self._entity_at += [""] * more
             self._seen = np.concatenate([self._seen, np.full(more, np.nan)])
         first = self._columns.take(entity.size)
@@ -695,6 +687,13 @@ class Layout:
         own = np.arange(first, first + entity.size)
         self._column[block] = self._root[block] = self._use[block] = own
         self._source[own] = np.arange(entity.at, size)
+        self._first[block] = entity.at
+        self._axis[block] = 3
+        points = self._point_starts(entity)
+        for point in points:
+            self._axis[point : point + 2] = 1, 2
+        if entity.kind in ("ellipse", "earc"):
+            self._axis[size - 1] = 4
         self._entity_at[block] = [entity.name] * entity.size
         self._seen[block] = self.document.values[block]
         self._laid[entity.name] = Laid(entity, (entity.name,))
@@ -714,6 +713,7 @@ class Layout:
         self._columns.release(first, entity.size)
         self._column[block] = self._root[block] = self._use[block] = -1
         self._entity_at[block] = [""] * entity.size
+        self._axis[block] = 0
         self._seen[block] = np.nan
 
     # --- aliases and constants --------------------------------------------------------------
@@ -845,6 +845,25 @@ class Layout:
             laid.sums.append(self._add_sum(name, one, laid))
         for row in plan.guards:
             laid.guards.append(self._add(self.guards, self.guard_owner, name, row, laid))
+        if isinstance(laid.record, Dimension) and laid.record.value is not None:
+            self._approach(laid, laid.record, values)
+
+    def _approach(self, laid: Laid, dimension: Dimension, values: NDArray[np.float64]) -> None:
+        """A new value is approached from what the quantity is now."""
+        args = operands(self.document, dimension.args)
+        plan = cast("Plan", laid.plan)
+        now = quantities.measure(dimension.kind, args, values, dimension.side, dimension.mode)
+        amount = cast("Amount", dimension.value)
+        number = quantities.inner(dimension.kind, amount.number)
+        for setting in plan.settings:
+            old, new = (setting.scale * one + setting.shift for one in (now, number))
+            if setting.which == "rows":
+                self._changes["rows", laid.rows[setting.at]] = (old, new)
+            elif setting.which == "sums":
+                factor = plan.sums[setting.at].parts[0][1]
+                self._changes["rows", laid.sums[setting.at]] = (old / factor, new / factor)
+            else:
+                self._changes["guards", laid.guards[setting.at]] = (old, new)
 
     def _uses(self, uses: Iterable[Use], laid: Laid) -> list[int]:
         found = []
@@ -1020,7 +1039,9 @@ class Layout:
         new = x[self._root[at]]
         self.document.set_values(at, new)
         self._seen[at] = new
-        return tuple(dict.fromkeys(self._entity_at[k] for k in at.tolist()))
+        first = self._first[at]
+        changed = np.flatnonzero(np.diff(first, prepend=-1))
+        return tuple([self._entity_at[k] for k in first[changed].tolist()])
 
     def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """`x` for other numbers of the document than it has now, (n,)."""
@@ -1048,18 +1069,31 @@ class Layout:
             rows = self.rows if which == "rows" else self.guards
             rows.set_data(row, "value", new if share == 1.0 else old + share * (new - old))
 
-    def is_far(
+    def parts_of(
         self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
-    ) -> bool:
-        """Whether a value changed by a large share of itself, or an angle by a large turn."""
+    ) -> int:
+        """In how many parts changed values are approached; 0 where all are near.
+
+        Parameters
+        ----------
+        share : values that change by a larger share of themselves are far
+        turn : angles that change by more are far, and each part of the way is as long at most
+        """
+        parts = 0
         for (which, row), (old, new) in changes.items():
+            way = abs(new - old)
             if which == "guards" or self.rows.struct(row) in _ANGULAR:
-                far = abs(new - old) > turn
-            else:
-                far = abs(new - old) > share * max(abs(old), abs(new))
-            if far:
-                return True
-        return False
+                if way > turn:
+                    parts = max(parts, int(way / turn) + 1)
+            elif way > share * max(abs(old), abs(new)):
+                parts = max(parts, 1)
+        return parts
+
+    @property
+    def slacks(self) -> NDArray[np.int64]:
+        """Where in `x` slacks of ranges are."""
+        table = self._table()
+        return table.unknowns[len(table.unknowns) - table.slacks :]
 
     def _change(self, which: str, row: int, value: float) -> None:
         rows = self.rows if which == "rows" else self.guards
@@ -1091,7 +1125,7 @@ class Layout:
         By record its rows, each with struct, names of what it uses, and value; what is redundant
         and impossible.
         """
-        self.refresh()
+        self.gather()
         found: dict[str, Any] = {
             "redundant": sorted(self.spare),
             "impossible": sorted(self.impossible),
@@ -1143,8 +1177,9 @@ def _shape(dimension: Dimension) -> tuple[Any, ...]:
         dimension.kind,
         dimension.args,
         dimension.value is None,
-        dimension.low is None,
-        dimension.high is None,
+        # slacks start from the geometry when a bound changes
+        dimension.low,
+        dimension.high,
         dimension.derived,
         dimension.side,
         dimension.mode,

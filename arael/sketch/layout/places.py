@@ -103,7 +103,13 @@ class Places:
         return tuple(reversed(found))
 
     def _classes(self) -> Iterable[Place]:
-        return {id(place): place for place in self._of.values()}.values()
+        found: list[Place] = []
+        seen: set[int] = set()
+        for point, place in self._of.items():
+            if point not in seen:
+                seen |= place.members
+                found.append(place)
+        return found
 
     def tie(self, name: str, a: int, b: int, weights: tuple[int, int] = (0, 0)) -> None:
         """Two points become one place.

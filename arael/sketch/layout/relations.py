@@ -58,11 +58,22 @@ def _directed(plan: Plan, what: Constraint, args: list[Operand], values: Values,
         value = side * angle if upright else (0.0 if side > 0 else math.pi)
         plan.guard("TurnGuard", *first.line, *second.line, value=value)
     elif first.is_elliptic and second.is_elliptic:
-        a, b = first.ellipse, second.ellipse
-        plan.add("AxesAngle", a.rot, a.rx, b.rot, b.rx, value=angle)
+        turned_axes(plan, first, second, angle, values)
     else:
         line, curve = (first, second) if first.kind == "line" else (second, first)
         plan.add("AxisAngle", *line.line, curve.ellipse.rot, value=angle)
+
+
+def turned_axes(plan: Plan, first: Operand, second: Operand, angle: float, values: Values) -> None:
+    """The axis of an ellipse is turned by an angle from that of another.
+
+    An ellipse is the same after half a turn: of those the nearest is meant. The weight makes the
+    residual a length; it is constant, so that no ellipse shrinks in place of turning.
+    """
+    a, b = first.ellipse, second.ellipse
+    turns = round((float(values[b.rot] - values[a.rot]) - angle) / math.pi)
+    size = min(abs(float(values[a.rx])), abs(float(values[b.rx]))) or 1.0
+    plan.add("Difference", b.rot, a.rot, value=angle + turns * math.pi, weight=size)
 
 
 def _collinear(
@@ -177,8 +188,7 @@ def _image(plan: Plan, what: Constraint, args: list[Operand], values: Values, _:
         if token in ("radius", "radius_b"):
             plan.add("Difference", p, q)
         elif token == "rotation":
-            a, b = source.ellipse, copy.ellipse
-            plan.add("AxesAngle", a.rot, a.rx, b.rot, b.rx, value=angle)
+            turned_axes(plan, source, copy, angle, values)
         elif not turned:
             shift(p, q)
         elif not moved:

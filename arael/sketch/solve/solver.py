@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arael.runtime.levels.follow import follow
 from arael.runtime.levels.levels import Levels
 from arael.sketch.layout.layout import Layout
 from arael.sketch.solve.outcome import Outcome
-from arael.sketch.solve.tolerances import Tolerances
+from arael.sketch.solve.tolerances import TOLERANCE, Tolerances
 
 Array = NDArray[np.float64]
 
+#: How much cheaper it is to move a slack than the geometry.
+SLACK_SCALE = 64.0
 #: A value that changes by more than this share of itself, or by more radians, is approached.
-FAR, FAR_TURN = 0.3, 0.5
+FAR, FAR_TURN = 0.3, 1.0
 #: The way to a new value is given up where no step this small succeeds.
 SMALLEST_STEP = 1.0 / 256.0
 
@@ -59,7 +63,7 @@ class Solver:
         if layout.impossible:
             names = tuple(layout.impossible)
             return Outcome("stalled", row=names[0], open=names, fraction=0.0)
-        self._prepare(x)
+        self.prepare(x)
         changes = layout.take_changes()
         start = x.copy()
         found = self._solved(x, changes)
@@ -71,55 +75,47 @@ class Solver:
         if not found.solved:
             layout.return_changes(changes)
             return found
-        return self._written(x, found)
+        return self.written(x, found)
 
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
+        layout = self.layout
         start = x.copy()
-        if not self.layout.is_far(changes, FAR, FAR_TURN):
-            found = self._newton(x)
-            if found.solved or not changes:
-                return found
+        parts = layout.parts_of(changes, FAR, FAR_TURN)
+        if not parts:
+            near = self._newton(x)
+            if near.solved or not changes:
+                return near
             x[:] = start
-        done, step = 0.0, 0.25
-        found = Outcome("stalled", fraction=0.0)
-        last = start
-        slope: Array | None = None
-        while done < 1.0:
-            new = min(1.0, done + step)
-            self.layout.set_share(changes, new)
-            x[:] = last if slope is None else last + (new - done) * slope
-            found = self._newton(x)
-            if not found.solved and slope is not None:
-                x[:] = last
-                found = self._newton(x)
-            if found.solved:
-                slope = (x - last) / (new - done)
-                last, done = x.copy(), new
-                step = min(2.0 * step, 1.0)
-            else:
-                step /= 2.0
-                if step < SMALLEST_STEP:
-                    self.layout.set_share(changes, 1.0)
-                    x[:] = last
-                    open_ = self._newton(x)
-                    return self._failed(open_, done)
-        return found
+        # The start solves the old values at most up to the tolerance, and what is new not at all.
+        layout.set_share(changes, 0.0)
+        before = self._newton(x)
+        if not before.solved:
+            layout.set_share(changes, 1.0)
+            x[:] = start
+            return self._newton(x)
+        parts = max(parts, 1)
+        part = 0
 
-    @staticmethod
-    def _failed(found: Outcome, fraction: float) -> Outcome:
-        if found.solved:
-            return found
-        return Outcome(
-            found.status,
-            (),
-            found.residual,
-            found.row,
-            found.open,
-            found.guard,
-            found.steps,
-            fraction,
-        )
+        def set_data(share: float) -> None:
+            layout.set_share(changes, (part + share) / parts)
+
+        for part in range(parts):  # noqa: B007 - read by set_data
+            found = follow(
+                self.levels,
+                x,
+                set_data,
+                self.tolerances.at(x),
+                first=0.25 if parts == 1 else 1.0,
+                least=SMALLEST_STEP,
+                low=layout.low,
+                high=layout.high,
+            )
+            if not found.solved:
+                break
+        layout.set_share(changes, 1.0)
+        share = (part + found.fraction) / parts
+        return self.named(found, x, self.tolerances.at(x), share)
 
     def _newton(
         self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True
@@ -129,9 +125,9 @@ class Solver:
         levels = self.levels if guarded else Levels(layout.rows)
         tolerance = self.tolerances.at(x)
         found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
-        return self._named(found, x, tolerance)
+        return self.named(found, x, tolerance)
 
-    def _named(self, found: Any, x: Array, tolerance: Array) -> Outcome:
+    def named(self, found: Any, x: Array, tolerance: Array, fraction: float = 0.0) -> Outcome:
         """An outcome of levels in terms of the document."""
         layout = self.layout
         row = layout.owner[found.row] if 0 <= found.row < len(layout.owner) else ""
@@ -150,42 +146,34 @@ class Solver:
             open_,
             guard,
             found.steps,
-            1.0 if found.solved else 0.0,
+            1.0 if found.solved else fraction,
             getattr(found, "soft", 0.0),
         )
 
-    def _written(self, x: Array, found: Outcome) -> Outcome:
+    def written(self, x: Array, found: Outcome) -> Outcome:
         """Into the document, in one step."""
         layout, document = self.layout, self.layout.document
         if not layout.differs(x):
             return found
         with document.transaction("solve"):
             moved = layout.scatter(x)
-        return Outcome(
-            found.status,
-            moved,
-            found.residual,
-            found.row,
-            found.open,
-            found.guard,
-            found.steps,
-            found.fraction,
-            found.distance,
-        )
+        return replace(found, moved=moved)
 
     # --- what is kept -----------------------------------------------------------------------
 
-    def _prepare(self, x: Array) -> None:
+    def prepare(self, x: Array) -> None:
         """Levels and tolerances of the layout's present structure."""
         layout = self.layout
-        angles = layout.angles
+        angles, slacks = layout.angles, layout.slacks
         size = 2.0 ** round(np.log2(layout.size)) if len(angles) else 1.0
-        key = (id(layout.rows), layout.rows.n, size)
+        key = (layout.rows.n, size, angles.tobytes(), slacks.tobytes())
         if self._levels is None or self._key != key:
             scales = None
-            if len(angles):
+            if len(angles) or len(slacks):
                 scales = np.ones(layout.rows.n)
                 scales[angles] = 1.0 / size
+                # Slacks follow the geometry, not the reverse.
+                scales[slacks] = SLACK_SCALE
             self._levels = Levels(layout.rows, guards=layout.guards, scales=scales)
             self._key = key
             self._tolerances = None
@@ -214,7 +202,7 @@ class Solver:
         """
         layout = self.layout
         full = layout.with_unknowns(x)
-        self._prepare(full)
+        self.prepare(full)
         active = np.ones(layout.rows.m, dtype=bool)
         active[layout.first_rows(without)] = False
         found = self._newton(full, active)
@@ -229,7 +217,7 @@ class Solver:
         x = layout.gather().copy()
         if layout.impossible.keys() & set(names):
             return False
-        self._prepare(x)
+        self.prepare(x)
         document = layout.document
         active = np.zeros(layout.rows.m, dtype=bool)
         for name in [*document.entities, *names]:
@@ -247,7 +235,7 @@ class Solver:
         impossible = tuple(layout.impossible)
         if impossible:
             return impossible
-        self._prepare(x)
+        self.prepare(x)
         found = self._newton(x)
         if found.solved:
             return (cause,) if cause else ()
@@ -304,7 +292,7 @@ class Drag:
     def shift(self, dx: float, dy: float) -> Outcome:
         """All points to where they were when the drag began, moved by a vector."""
         began = np.column_stack([self.began[self.points], self.began[self.points + 1]])
-        return self.move(began + [dx, dy])
+        return self.move(began + np.array([dx, dy]))
 
     def move(self, targets: ArrayLike) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.
@@ -319,7 +307,7 @@ class Drag:
         if layout.impossible:
             names = tuple(layout.impossible)
             return Outcome("stalled", row=names[0], open=names, fraction=0.0)
-        solver._prepare(x)
+        solver.prepare(x)
         tolerance = solver.tolerances.at(x)
         offsets = np.column_stack([self.points, self.points + 1]).ravel()
         places = wanted.ravel()
@@ -333,9 +321,9 @@ class Drag:
             columns,
             places[free][first],
             self.home,
-            tolerance,
+            tolerance if len(tolerance) else TOLERANCE * layout.size,
             low=layout.low,
             high=layout.high,
         )
-        outcome = solver._named(found, x, tolerance)
-        return solver._written(x, outcome) if outcome.solved else outcome
+        outcome = solver.named(found, x, tolerance)
+        return solver.written(x, outcome) if outcome.solved else outcome

@@ -194,3 +194,25 @@ def test_components_are_those_of_the_pattern() -> None:
     assert of_unknowns.tolist() == [0, 1, 1, 1, 2, 3, 2]
     assert of_equations.tolist() == [1, 2, 1, -1, 2]
     assert made.free_of_components().tolist() == [1, 1, 0, 1]
+
+
+@pytest.mark.parametrize("power", [-250, -20, 20, 250])
+def test_the_size_of_all_entries_does_not_matter(power: int) -> None:
+    dense = np.random.default_rng(2).integers(-3, 4, (8, 9)).astype(float)
+    dense[5] = dense[1] + 2 * dense[3]
+    one, other = sparse(dense).factored(), sparse(dense * 2.0**power).factored()
+    assert other.rank == one.rank == 7
+    assert other.gap == one.gap
+    assert other.dependent.tolist() == [5]
+    assert other.dependency(5).factors == pytest.approx([1.0, 2.0])
+
+
+def test_the_rank_of_an_ill_conditioned_matrix_is_doubtful() -> None:
+    i = np.arange(12)
+    hilbert = 1.0 / (1 + i + i[:, None])
+    made = sparse(hilbert).factored(np.ones(12))
+    values = np.linalg.svd(made.scales[0][:, None] * hilbert, compute_uv=False)
+    assert made.threshold == pytest.approx(1.07e-13, rel=0.6)
+    near = np.sum(values > 100 * made.threshold), np.sum(values > made.threshold / 100)
+    assert near[0] <= made.rank <= near[1] < 12
+    assert made.gap < 1e4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import math
 from pathlib import Path
 from typing import Any
 
@@ -125,12 +126,26 @@ def test_points_inside_of_closed_chains() -> None:
 
 
 @needs("build123d")
-def test_step_files_have_faces_and_wires(tmp_path: Path) -> None:
+def test_step_files_have_faces_with_holes_and_wires(tmp_path: Path) -> None:
     b3d = require("build123d")
-    write(plate(), tmp_path / "plate.step")
+    document = Document()
+    corners = [(0.0, 0.0), (60.0, 0.0), (60.0, 40.0), (0.0, 40.0)]
+    with document.transaction("draw"):
+        document.set_setting("unit", "cm")
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            document.add_entity("line", [*a, *b])
+        document.add_entity("circle", [20, 20, 8])
+        document.add_entity("circle", [20, 20, 3])
+        document.add_entity("ellipse", [45, 20, 8, 4, 0.3])
+        document.add_entity("line", [100, 0, 120, 0])
+        document.add_entity("arc", [120, 10, 120, 0, 130, 10, 10])
+        document.add_entity("circle", [200, 0, 8], construction=True)
+    write(document, tmp_path / "plate.step")
     shape = b3d.import_step(str(tmp_path / "plate.step"))
-    assert shape.faces()
-    assert sum(face.area for face in shape.faces()) > 1000
+    island, plate_ = sorted(face.area for face in shape.faces())
+    assert island == pytest.approx(100 * math.pi * 9)
+    assert plate_ == pytest.approx(100 * (2400 - math.pi * (64 + 32)), rel=1e-5)
+    assert len(shape.edges()) == 4 + 2 + 8 + 2
 
 
 @needs("build123d")

@@ -80,10 +80,13 @@ def test_a_corner_of_arc_and_line_is_not_tangent() -> None:
     )
 
 
-def test_the_side_of_a_tangent_is_the_circles() -> None:
-    document = sketch(("line", [0, 0, 10, 0]), ("circle", [5, -1, 1]))
-    (tangent,) = (one for one in recognised(document) if one.kind == "tangent")
-    assert tangent.side == -1
+def test_an_accepted_tangent_keeps_its_side() -> None:
+    document = sketch(
+        ("line", [0, 0, 10, 0]), ("circle", [5, -1, 1]), ("arc", [10, 1, 10, 0, 10, 2, 1])
+    )
+    imported = Imported(document, recognised(document))
+    sides = {c.args: c.side for c in imported.accept() if c.kind == "tangent"}
+    assert sides == {("L0.p2", "A1.start"): 1, ("L0", "A0"): -1}
 
 
 def test_nothing_is_applied_until_it_is_accepted() -> None:

@@ -151,6 +151,10 @@ def test_a_unit_that_does_not_fit_breaks(document: Document) -> None:
 
 LIVE = [
     "L0.length*2 + 1",
+    "(L0.length + 1)*2 - (3 - k)/(L0.length - 1)^2/2",
+    "1.01^2^L0.length*(k - L0.length)",
+    "(L0.length^2)^3 - -L0.length",
+    "+".join(["P0.x"] * 300),
     "v*k",
     "sqrt(P0.x^2 + P0.y^2)",
     "dist(P0, L0.p2)",
@@ -187,7 +191,7 @@ def test_programs_have_the_value_and_its_derivatives(document: Document, text: s
         for sign in (1, -1):
             moved = [np.array(x + sign * step * (j == i)) for j, x in enumerate(inputs)]
             found.append(float(np.asarray(evaluate(made.tape, moved)[0])))
-        assert outputs[1 + i] == pytest.approx((found[0] - found[1]) / (2 * step), abs=1e-6)
+        assert outputs[1 + i] == pytest.approx((found[0] - found[1]) / (2 * step), rel=1e-7, abs=1e-6)
 
 
 def test_parameters_that_do_not_follow_are_numbers(document: Document) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ class Case(NamedTuple):
     kind: str
     args: tuple[str, ...]
     check: Check
-    options: dict[str, Any] = {}
+    options: Mapping[str, Any] = MappingProxyType({})
     ties: tuple[tuple[str, str], ...] = ()
     freedoms: int | None = None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import acos, atan2, copysign, hypot, sqrt
 
 from arael.sketch.geometry.conic import Conic
-from arael.sketch.geometry.contacts.contact import Candidate
+from arael.sketch.geometry.contacts.contact import Candidate, Contact
 from arael.sketch.geometry.line import Line
 from arael.sketch.geometry.vectors import Point, cross, direction_angle, subtract
 
@@ -23,6 +23,33 @@ def lines(a: Line, b: Line) -> list[Candidate]:
         return []
     w = subtract(b.p1, a.p1)
     return [Candidate(cross(w, e) / sine / m, cross(w, d) / sine / n)]
+
+
+def clear_crossing(
+    a: Line, b: Line, extend_a: bool, extend_b: bool, tolerance: float
+) -> list[Contact] | None:
+    """Contacts of two lines at an angle of more than 17 degrees; None if they are closer to it.
+
+    Most pairs of lines are like this, and need no search for overlaps and touching ends.
+    """
+    d, e = a.derivative_at(0.0), b.derivative_at(0.0)
+    m, n = hypot(*d), hypot(*e)
+    if not (m > 0.0 and n > 0.0):
+        return None
+    det = cross(d, e)
+    if abs(det) <= 0.3 * m * n:
+        return None
+    w = subtract(b.p1, a.p1)
+    t, u = cross(w, e) / det, cross(w, d) / det
+    if not extend_a:
+        if not -tolerance <= t * m <= m + tolerance:
+            return []
+        t = min(max(t, 0.0), 1.0)
+    if not extend_b:
+        if not -tolerance <= u * n <= n + tolerance:
+            return []
+        u = min(max(u, 0.0), 1.0)
+    return [Contact(a.point_at(t), t, u, "crossing")]
 
 
 def line_and_conic(line: Line, conic: Conic, tolerance: float) -> list[Candidate]:

@@ -48,6 +48,10 @@ def intersections(
     """
     if tolerance is None:
         tolerance = default_tolerance(a, b)
+    if isinstance(a, Line) and isinstance(b, Line):
+        clear = carriers.clear_crossing(a, b, extend_a, extend_b, tolerance)
+        if clear is not None:
+            return clear
     if _apart(a, b, extend_a, extend_b, tolerance):
         return []
     pair = _Pair(a, b, extend_a, extend_b, tolerance)
