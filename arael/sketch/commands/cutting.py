@@ -188,9 +188,7 @@ def _distinct(cuts: Sequence[_Cut]) -> list[_Cut]:
     return kept
 
 
-def _bracket(
-    curve: Curve, cuts: Sequence[_Cut], t: float
-) -> tuple[_Cut | None, _Cut | None]:
+def _bracket(curve: Curve, cuts: Sequence[_Cut], t: float) -> tuple[_Cut | None, _Cut | None]:
     """The crossings before and behind a parameter; of a closed curve around its seam."""
     before = [one for one in cuts if one.t <= t]
     behind = [one for one in cuts if one.t > t]
@@ -224,9 +222,11 @@ def _span_by(
         message = f"{cutters[0].handle} crosses {target.handle} {_times(len(crossings[0]))}"
         hint = "append `forward` or `backward`, or name a second cutter"
         fail("E1281", message, cutters[0].token.span, "", hint)
-    pairs = [(abs(a.t - b.t), *sorted((a, b))) for a in crossings[0] for b in crossings[1]]
-    length, low, high = min(pairs)
-    if not length > 1e-9:
+    low, high = min(
+        (sorted((a, b)) for a in crossings[0] for b in crossings[1]),
+        key=lambda pair: pair[1].t - pair[0].t,
+    )
+    if not high.t - low.t > 1e-9:
         message = f"{cutters[0].handle} and {cutters[1].handle} cross {target.handle} at one place"
         fail("E1281", message, cutters[1].token.span, "", "append `forward` or `backward`")
     return low, high
@@ -266,7 +266,8 @@ def _cut(
     document = session.document
     with document.transaction(words.statement.text), placed_at(words):
         parts = []
-        for piece in curve.split(*(cut.t for cut in cuts)):
+        pieces = curve.split(*(cut.t for cut in cuts))
+        for piece in reversed(pieces) if target.clockwise else pieces:
             if span is not None and _inside(curve, span, 0.5 * (piece.start + piece.end)):
                 continue
             kind, numbers = numbers_of(piece.curve)
@@ -279,8 +280,6 @@ def _cut(
                 clockwise=target.clockwise,
             )
             parts.append(Part(entity, piece.start, piece.end))
-        if target.clockwise:
-            parts.reverse()
         division = Division(document, target, curve, tuple(parts), span is None)
         done = carry(session.editor, division)
         unpinned = [] if "nopin" in words.flags else _pin(session, division, cuts, done)
@@ -295,9 +294,7 @@ def _inside(curve: Curve, span: tuple[_Cut | None, _Cut | None], t: float) -> bo
     return low < t < high or (curve.closed and (low < t + 1.0 < high or low < t - 1.0 < high))
 
 
-def _pin(
-    session: Session, division: Division, cuts: Sequence[_Cut], done: Transfer
-) -> list[str]:
+def _pin(session: Session, division: Division, cuts: Sequence[_Cut], done: Transfer) -> list[str]:
     """Hold cut ends on their cutters: of connected ends one; what does not go, in words."""
     said: list[str] = []
     for cut in cuts:

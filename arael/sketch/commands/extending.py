@@ -44,8 +44,8 @@ class _Reach(NamedTuple):
     details="""
 `to` names the curve; with a coordinate the end next to it goes on to the first curve that it meets.
 `forward` lengthens at the end (p2), `backward` at the start (p1); without them `to` takes the end
-that is nearer to the curve. The new end is held on the curve unless `nopin`. A literal length, sweep
-or arc length gets its new value; one with an expression only measures from then on.
+that is nearer to the curve. The new end is held on the curve unless `nopin`. A literal length,
+sweep or arc length gets its new value; one with an expression only measures from then on.
 
 ```
 extend L0 to L1
@@ -101,7 +101,9 @@ def _reach(session: Session, words: Words, target: Operand, curve: Curve) -> _Re
         place = words.point("a coordinate, or `to` and a curve")
         token = place.token
         if not chosen:
-            gaps = {p: _gap(e, (place.x, place.y)) for p, e in ((low, curve.start), (high, curve.end))}
+            gaps = {
+                p: _gap(e, (place.x, place.y)) for p, e in ((low, curve.start), (high, curve.end))
+            }
             ends = (min(gaps, key=lambda one: gaps[one]),)
     elif not chosen:
         words.missing("`to` and a curve, a coordinate, `forward` or `backward`")
