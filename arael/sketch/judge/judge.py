@@ -79,6 +79,14 @@ class Judge:
         self.document = layout.document
         self.solver = solver
 
+    def _rank(self, system: Linearisation, last: Ints | None = None) -> Rank:
+        """The factor of a system, with directions of ellipses scaled to lengths."""
+        layout = self.layout
+        scale = np.ones(len(system.x))
+        turned = np.isin(layout.unknowns[: len(scale)], layout.angles)
+        scale[turned] = 1.0 / layout.size
+        return Rank(system, last, scale)
+
     # --- verdicts ---------------------------------------------------------------------------
 
     def verdict(self, name: str) -> Verdict:
@@ -89,7 +97,7 @@ class Judge:
         """Verdicts on several, each given everything that is not after it in `names`."""
         system = self.layout.linearisation()
         rows = [self.layout.rows_of(name) for name in names]
-        rank = Rank(system, last=np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
+        rank = self._rank(system, np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
         return [
             self._one(name, own, system, rank) if len(own) else self._without_rows(name)
             for name, own in zip(names, rows, strict=True)
@@ -123,7 +131,7 @@ class Judge:
             free = [(column, weight) for column, weight in ends if column >= 0]
             gap = float(values[a + k] - values[b + k])
             if free:
-                rank = rank or Rank(system)
+                rank = rank or self._rank(system)
                 columns = np.array([column for column, _ in free], dtype=np.int64)
                 weights = np.array([weight for _, weight in free])
                 rows, factors, left = rank.combination(columns, weights)
@@ -182,7 +190,7 @@ class Judge:
         solved again.
         """
         start = self.layout.linearisation(without=name)
-        basis = Rank(start).null_basis()
+        basis = self._rank(start).null_basis()
         if basis.shape[1] == 0:
             return False
         random = np.random.default_rng(len(start.x))
@@ -194,7 +202,7 @@ class Judge:
                 continue
             system = self.layout.linearisation(moved)
             rows = self.layout.rows_of(name)
-            rank = Rank(system, last=rows)
+            rank = self._rank(system, last=rows)
             if sum(rank.is_dependent(int(row)) for row in rows) < dependent:
                 return True
         return False
@@ -251,7 +259,7 @@ class Judge:
     def freedoms(self) -> Freedoms:
         """Degrees of freedom of the sketch and of its entities."""
         system = self.layout.linearisation()
-        rank = Rank(system)
+        rank = self._rank(system)
         names = list(self.document.entities)
         counts = rank.freedoms_of(self._columns(system))
         redundant = dict.fromkeys(sorted(self.layout.spare))
@@ -267,7 +275,7 @@ class Judge:
     def free(self) -> list[Motion]:
         """What still moves, in words; as many motions as there are degrees of freedom."""
         system = self.layout.linearisation()
-        rank = Rank(system)
+        rank = self._rank(system)
         found: list[Motion] = []
         for columns, basis in rank.parts(self._columns(system)):
             inside = np.full(len(system.x) + 1, -1, dtype=np.int64)
@@ -311,7 +319,7 @@ class Judge:
         """
         system = self.layout.linearisation()
         rows = self.layout.rows_of(dimension)
-        rank = Rank(system, last=rows)
+        rank = self._rank(system, last=rows)
         right = np.zeros(len(system.owners))
         right[rows] = -self.layout.unit_of(dimension)
         step = rank.least_norm(right)
