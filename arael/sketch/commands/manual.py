@@ -153,7 +153,7 @@ def _functions() -> str:
     geometry += [f"| `{one.example}` | {one.gives} | {one.meaning} |" for one in GEOMETRY.values()]
     numbers = ["| function | meaning |", "|---|---|"]
     numbers += [f"| `{name}` | {one.meaning} |" for name, one in scalar_functions().items()]
-    numbers.append("| `pi`, `e` | constants |")
+    numbers.append("| `pi` | 3.14159... |")
     note = "`dist` and `angle` can be followed by live expressions, the others by `=` only."
     return "\n".join(
         ["Of points and curves:", "", *geometry, "", note, "", "Of numbers:", "", *numbers]

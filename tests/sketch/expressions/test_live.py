@@ -201,6 +201,14 @@ def test_parameters_that_do_not_follow_are_numbers(document: Document) -> None:
     assert made.numbers == ("k", "u")
 
 
+def test_constants_of_models_are_names_here(document: Document) -> None:
+    param(document, e="3", epsilon="L0.length*e")
+    made = program(document, "epsilon + e")
+    assert (made.geometry, made.numbers) == (("L0.length",), ("e",))
+    found = evaluate(made.tape, [np.array(5.0), np.array(3.0)])
+    assert float(np.asarray(found[0])) == 18
+
+
 def test_functions_that_cannot_be_followed(document: Document) -> None:
     with pytest.raises(AraelError) as caught:
         program(document, "midpoint(L0).x")
