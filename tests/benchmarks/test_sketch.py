@@ -25,7 +25,7 @@ NAMES = ("chain-20", "chain-25", "polygon-8", "plate", "links-5")
 
 
 def solved(sketch: sketches.Sketch, rules: tuple[sketches.Rule, ...] | None = None) -> check.State:
-    """A dense Gauss-Newton by differences: slow, and of nobody's making but ours."""
+    """A dense Gauss-Newton by differences: slow, and independent of all solvers that are measured."""
     numbers = np.concatenate([sketch.points.ravel(), sketch.radii])
     size = sketch.points.size
 

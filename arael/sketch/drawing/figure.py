@@ -31,8 +31,11 @@ def to_image(
         E1305: matplotlib is not installed.
     """
     try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # imported here: start-up time
-        from matplotlib.figure import Figure  # imported here: start-up time
+        # imported here: start-up time
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        # imported here: start-up time
+        from matplotlib.figure import Figure
     except ImportError:
         raise AraelError(
             Diagnostic(
