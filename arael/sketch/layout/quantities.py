@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Dimension
+from arael.sketch.expressions.gradient import Program
 from arael.sketch.layout import chains
 from arael.sketch.layout.operands import Operand, cross, sign, sweep_of, towards, turn
 from arael.sketch.layout.plan import Data, Hidden, Plan, Row, Setting, Sum, Use, Values
@@ -40,13 +41,29 @@ class Quantity:
 Maker = Callable[[list[Operand], Values, int, str], Quantity]
 
 
-def plan_of(dimension: Dimension, args: list[Operand], values: Values) -> Plan:
-    """What a dimension contributes: nothing if it is derived or off."""
+def plan_of(
+    dimension: Dimension,
+    args: list[Operand],
+    values: Values,
+    program_of: Callable[[str], Program | None] = lambda text: None,
+) -> Plan:
+    """What a dimension contributes: nothing if it is derived.
+
+    Parameters
+    ----------
+    program_of : a text of an amount as a program, where it follows geometry
+    """
     plan = Plan()
     if dimension.derived:
         return plan
     quantity = quantity_of(dimension, args, values)
+    turn = inner(dimension.kind, 1.0)
     if dimension.value is not None:
+        program = program_of(dimension.value.text)
+        if program is not None:
+            whole, factor = _measured(quantity)
+            plan.sums.append(Sum(tuple(whole), program=program, scale=factor * turn))
+            return plan
         _equation(plan, quantity, inner(dimension.kind, dimension.value.number))
         return plan
     total, factor = _measured(quantity)
@@ -64,6 +81,11 @@ def plan_of(dimension: Dimension, args: list[Operand], values: Values) -> Plan:
         slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
         # quantity - bound - slack = 0, or bound - quantity - slack = 0.
         parts = tuple((row, direction * part) for row, part in total)
+        program = program_of(amount.text)
+        if program is not None:
+            scale = direction * factor * turn
+            plan.sums.append(Sum(parts, 0.0, ((slack, -1.0),), program, scale))
+            continue
         plan.sums.append(Sum(parts, direction * factor * bound, ((slack, -1.0),)))
         plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
     return plan

@@ -122,7 +122,10 @@ class Solver:
     ) -> Outcome:
         """Solve in place from `x`, by levels."""
         layout = self.layout
+        # Trials have analyses of their own: that of the sketch is kept.
         levels = self.levels if guarded else Levels(layout.rows)
+        if active is not None:
+            levels = Levels(layout.rows, guards=layout.guards, scales=levels.scales)
         tolerance = self.tolerances.at(x)
         found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
         return self.named(found, x, tolerance)
