@@ -886,8 +886,10 @@ class Layout:
 
     def _approach(self, laid: Laid, dimension: Dimension, values: NDArray[np.float64]) -> None:
         """A new value is approached from what the quantity is now."""
-        args = operands(self.document, dimension.args)
         plan = cast("Plan", laid.plan)
+        if not plan.settings:
+            return
+        args = operands(self.document, dimension.args)
         now = quantities.measure(dimension.kind, args, values, dimension.side, dimension.mode)
         amount = cast("Amount", dimension.value)
         number = quantities.inner(dimension.kind, amount.number)

@@ -27,7 +27,8 @@ class Quantity:
         the parts
     scale, shift : the row's `value` is ``scale * value + shift``
     guards : struct, refs and data; a field `None` takes the row's value
-    size : length by which the sum is divided if it is no length (areas), or multiplied (angles)
+    size : by what the sum is multiplied to be a length: a length for angles, its inverse for areas
+    problem : why it cannot be an equation, else empty
     """
 
     parts: list[tuple[Row, float]]
@@ -36,6 +37,7 @@ class Quantity:
     shift: float = 0.0
     guards: list[tuple[str, tuple[Use, ...], Data]] = field(default_factory=list)
     size: float = 1.0
+    problem: str = ""
 
 
 Maker = Callable[[list[Operand], Values, int, str], Quantity]
@@ -57,6 +59,9 @@ def plan_of(
     if dimension.derived:
         return plan
     quantity = quantity_of(dimension, args, values)
+    if quantity.problem:
+        plan.impossible = quantity.problem
+        return plan
     turn = inner(dimension.kind, 1.0)
     if dimension.value is not None:
         program = program_of(dimension.value.text)
@@ -168,7 +173,7 @@ def _radius_b(args: list[Operand], values: Values, side: int, mode: str) -> Quan
 def _sweep(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
     arc = args[0]
     if arc.entity.kind == "circle":
-        return Quantity([], size=float(values[arc.circle.r]))
+        return Quantity([], problem="a circle always turns by 360 degrees")
     uses = (arc.center, *arc.ends)
     spokes = (arc.center, arc.ends[0], arc.center, arc.ends[1])
     return Quantity(
@@ -233,6 +238,10 @@ def _turn_near(u: tuple[float, float]) -> float:
 
 
 def _total_length(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    for curve in args:
+        if curve.entity.kind not in chains.WITH_LENGTH:
+            what = curve.entity.name
+            return Quantity([], problem=f"the length of `{what}` can be measured, not set")
     return Quantity([part for curve in args for part in chains.length_of(curve)])
 
 

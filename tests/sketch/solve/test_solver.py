@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount
+from arael.sketch.layout.operands import operands
+from arael.sketch.layout.quantities import measure
+from arael.sketch.solve.solver import Drag
 from tests.sketch.solving import Drawing
 
 
@@ -257,10 +263,6 @@ def test_ranges_of_every_quantity(kind: str) -> None:
     d.dimension(kind, *args, low=low, high=high)
     outcome = d.solver.solve()
     assert outcome.solved, outcome
-    from arael.sketch.document.kinds import DIMENSIONS
-    from arael.sketch.layout.operands import operands
-    from arael.sketch.layout.quantities import measure
-
     found = measure(kind, operands(d.document, args), d.document.values)
     if DIMENSIONS[kind].quantity == "angle":
         found = math.degrees(found)
@@ -292,8 +294,6 @@ def test_a_point_follows_the_cursor_as_far_as_it_can() -> None:
 
 
 def test_a_line_is_moved_by_its_body() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     d.add("line", 0.0, 0.0, 3.0, 1.0)
     at = [d.document.point_at("L0.p1"), d.document.point_at("L0.p2")]
@@ -304,8 +304,6 @@ def test_a_line_is_moved_by_its_body() -> None:
 
 
 def test_an_arc_keeps_its_shape_when_moved_by_its_body() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     d.arc(0.0, 0.0, 2.0, 10.0, 100.0)
     before = d.numbers("A0")
@@ -315,8 +313,6 @@ def test_an_arc_keeps_its_shape_when_moved_by_its_body() -> None:
 
 
 def test_a_chain_dragged_out_and_back_is_where_it_was() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     for k in range(12):
         d.add("line", float(k), 0.3 * (k % 2), k + 1.0, 0.3 * ((k + 1) % 2))
@@ -387,10 +383,8 @@ def test_a_far_chain_of_ten_thousand_constraints_solves() -> None:
     assert calls < 2 * _python_calls(lambda: (few.set("d0", 1.5), few.solver.solve())) + 200
 
 
-def _python_calls(function: object) -> int:
+def _python_calls(function: Callable[[], object]) -> int:
     """Python functions entered by a call: a measure that no other process disturbs."""
-    import sys
-
     count = 0
 
     def profile(frame: object, event: str, _: object) -> None:
@@ -399,7 +393,7 @@ def _python_calls(function: object) -> int:
 
     sys.setprofile(profile)
     try:
-        function()  # type: ignore[operator]
+        function()
     finally:
         sys.setprofile(None)
     return count
