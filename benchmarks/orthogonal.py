@@ -137,6 +137,7 @@ def main() -> None:
     print(line("rectangles", rectangles(63), 31))
     print(line("rectangles", rectangles(1251), 11))
     print(line("polygon", polygon(128), 31))
+    print(line("polygon", polygon(2000), 5))
     print(line("truss", truss(70), 5))
 
 

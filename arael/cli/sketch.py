@@ -202,7 +202,7 @@ class _Run:
             }
             if timed:
                 shown["seconds"] = elapsed
-            click.echo(json.dumps(shown))
+            click.echo(json.dumps(shown, default=_plain))
             return
         for reply in replies:
             if reply.text:
@@ -232,6 +232,11 @@ class _Run:
         from arael.sketch.commands.completion import completions
 
         return completions(self.session)
+
+
+def _plain(value: Any) -> Any:
+    """A NumPy number as one of Python."""
+    return value.item()
 
 
 def _done(lines: int) -> str:

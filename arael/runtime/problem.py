@@ -78,7 +78,7 @@ class Problem:
     ) -> None:
         began = time.perf_counter()
         if layout.summed:
-            # imported here: start-up time
+            # Imported here for start-up time: only models with sums over rows need it.
             from arael.runtime.unrolled import unrolled
 
             layout, store, programs = unrolled(layout, store, programs)

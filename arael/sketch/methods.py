@@ -617,6 +617,27 @@ class Commands:
         """
         return self._command("delete", (*names,), {})
 
+    def lock(self, *points: Argument) -> Any:
+        """Hold a point where it is, or at a place.
+
+        As a command::
+
+            lock P0
+            lock L0.p1 [L0.p2 ...]
+            lock L0.p1 x,y
+        """
+        return self._command("lock", (*points,), {})
+
+    def unlock(self, *points: Argument) -> Any:
+        """Let a locked point go.
+
+        As a command::
+
+            unlock P0
+            unlock L0.p1 [L0.p2 ...]
+        """
+        return self._command("unlock", (*points,), {})
+
     def horizontal(self, *operands: Argument, force: bool = False) -> Any:
         """Make lines, or two points, horizontal.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, SupportsFloat
 
@@ -64,6 +65,16 @@ class Sketch(Commands):
     def run(self, text: str, name: str = "command") -> list[Reply]:
         """Run command lines; each is one step of undo."""
         return self.session.run(text, name)
+
+    @contextmanager
+    def dragging(self, *points: str | Point) -> Iterator[Any]:
+        """A drag frame by frame: ``with sketch.dragging("L3.p2") as drag: drag.to((4, 5))``.
+
+        One step of undo. `to` takes one place per point, `by` a vector for all.
+        """
+        handles = [self.session.resolve(str(point)) for point in points]
+        with self.editor.dragging(handles) as drag:
+            yield drag
 
     def __getitem__(self, name: str) -> AnyThing | Point:
         """What has a name, or the point of a handle; KeyError if there is none."""

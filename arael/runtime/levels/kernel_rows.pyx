@@ -502,6 +502,8 @@ cdef class KernelRows(Rows):
             row = self.m
             self._reserve_rows(row + count)
             self._stale = min(self._stale, row)
+            for k in range(row, row + count):  # empty until the pattern is brought up to date
+                self._indptr[k + 1] = self._indptr[row]
             self.m += count
         for k in range(row, row + count):
             self._table_of[k], self._index_of[k] = FURTHER, -1
@@ -521,6 +523,7 @@ cdef class KernelRows(Rows):
         self._term_of = <int32_t*>grown(self._term_of, capacity, sizeof(int32_t))
         self._indptr = <int32_t*>grown(self._indptr, capacity + 1, sizeof(int32_t))
         self._row_capacity = capacity
+        self.indptr = self._indptr
 
     cdef void _activate(self, Py_ssize_t row, bint on) noexcept nogil:
         """Let an instance be evaluated, or not; the pattern is out of date then."""

@@ -207,7 +207,7 @@ cdef class LaneTable:
             self._pad()
 
     cdef void drop_last(self) noexcept nogil:
-        """Forget the last instance, which is not active."""
+        """Drop the last instance, which is not active."""
         self.arrays.count -= 1
         self._pad()
 

@@ -18,8 +18,16 @@ cdef class RankQR:
     cdef object indptr, indices, numbers, priority      # arrays; `numbers` are the entries
     cdef object settled                 # `_Settled` of the present factor, or None
 
-    cdef int* start                     # (m + 1)
+    # An unknown of very many equations has copies, which further equations keep equal. They are
+    # numbered behind the others, here and in the factor.
+    cdef int copies
+    cdef int* origin                    # (n + copies) unknown
+    cdef double* share                  # (n + copies) square root of the number of its copies
+    cdef double* wide                   # (n + copies) workspace
+
+    cdef int* start                     # (m + copies + 1)
     cdef int* at                        # (entries) unknown
+    cdef int* copy_at                   # (entries + 2 copies) the same, and copies instead
     cdef double* entries                # (entries) as given
     cdef uint8_t* active                # (m)
     cdef double* of_equations           # (m) scales
@@ -27,7 +35,6 @@ cdef class RankQR:
     cdef double* least                  # (m) entries up to which are zero
     cdef double* side                   # (n) workspace
     cdef double* other                  # (n) workspace
-    cdef uint8_t* chosen                # (fronts) workspace, zero
     cdef bint automatic                 # whether the unknowns are scaled here
     cdef double dead                    # remaining length up to which an equation is dependent
 

@@ -15,6 +15,8 @@ from arael.runtime.orthogonal.scaling cimport (
 )
 from arael.runtime.orthogonal.sorting cimport sort
 
+from arael.runtime.orthogonal.copies import with_copies
+from arael.runtime.orthogonal.freedom import row_lengths
 from arael.runtime.orthogonal.results import Dependency, Vectors
 from arael.runtime.orthogonal.settle import settle
 
@@ -64,10 +66,17 @@ cdef class RankQR:
             np.zeros(m, np.int32) if priority is None else np.array(priority, dtype=np.int32)
         )
         _check(m, n, self.indptr, self.indices, self.priority)
-        self.analysis = Analysis(m, n, self.indptr, self.indices)
+        starts, places, origins, shares = with_copies(n, self.indptr, self.indices)
+        self.copies = len(origins) - n
+        self.analysis = Analysis(m + self.copies, n + self.copies, starts, places)
         self.part = Factor(self.analysis)
-        self.start = <int*>writable(self.indptr, np.int32)
+        self.kept += [starts, places, origins, shares]
+        self.start = <int*>writable(starts, np.int32)
         self.at = <int*>writable(self.indices, np.int32)
+        self.copy_at = <int*>writable(places, np.int32)
+        self.origin = <int*>writable(origins, np.int32)
+        self.share = <double*>writable(shares, np.float64)
+        self.wide = <double*>self.array(np.float64, n + self.copies)
         self.numbers = np.zeros(len(self.indices))
         self.entries = <double*>writable(self.numbers, np.float64)
         self.active = <uint8_t*>self.array(np.uint8, m)
@@ -76,7 +85,6 @@ cdef class RankQR:
         self.least = <double*>self.array(np.float64, m)
         self.side = <double*>self.array(np.float64, n)
         self.other = <double*>self.array(np.float64, n)
-        self.chosen = <uint8_t*>self.array(np.uint8, self.analysis.plan.fronts)
 
     cdef void* array(self, dtype, Py_ssize_t count) except? NULL:
         made = np.zeros(max(count, 1), dtype=dtype)
@@ -118,7 +126,7 @@ cdef class RankQR:
     cdef void load(self) noexcept nogil:
         """Scaled entries for the factorisation, and the absolute tolerance."""
         cdef int i, p, t
-        cdef double total, greatest = 0
+        cdef double total, of_unknown, greatest = 0
         cdef double* by_entry = self.part.values
         cdef const Plan* a = &self.analysis.plan
         for i in range(self.m):
@@ -135,16 +143,20 @@ cdef class RankQR:
             greatest = max(greatest, sqrt(total) * self.of_equations[i])
         self.dead = self.tolerance * greatest
         # In the order of unknowns; the scale of the equation last, its product is of order 1.
-        for i in range(self.n):
+        for i in range(self.n + self.copies):
+            of_unknown = self.of_unknowns[self.origin[i]] * self.share[i]
             for t in range(a.by_unknown[i], a.by_unknown[i + 1]):
                 p = a.source[t]
+                if a.equation[t] >= self.m:     # equal copies: 1 for one, -1 for the other
+                    by_entry[t] = 1.0 if (p - self.start[self.m]) % 2 else -1.0
+                    continue
                 by_entry[t] = (
-                    self.entries[p] * self.of_unknowns[i] * self.of_equations[a.equation[t]]
+                    self.entries[p] * of_unknown * self.of_equations[a.equation[t]]
                     if fabs(self.entries[p]) > self.least[a.equation[t]] else 0.0
                 )
 
     cdef int rank_now(self) noexcept nogil:
-        return self.part.rank
+        return self.part.rank - self.copies
 
     cdef bint is_basic(self, int equation) noexcept nogil:
         return self.part.slot_of[self.analysis.plan.position[equation]] >= 0
@@ -154,35 +166,36 @@ cdef class RankQR:
         cdef int i, f
         for i in range(self.m):
             self.part.multiplier[a.position[i]] = right[i] * self.of_equations[i]
-        memset(d, 0, self.n * sizeof(double))
-        self.part.solve_up(self.part.multiplier, d)
-        memset(self.part.multiplier, 0, self.m * sizeof(double))
+        memset(self.wide, 0, (self.n + self.copies) * sizeof(double))
+        self.part.solve_up(self.part.multiplier, self.wide)
+        memset(self.part.multiplier, 0, (self.m + self.copies) * sizeof(double))
         for f in range(a.fronts - 1, -1, -1):
-            self.part.backward(f, d)
+            self.part.backward(f, self.wide)
         for i in range(self.n):
-            d[i] *= self.of_unknowns[i]
+            d[i] = self.wide[i] * self.of_unknowns[i] * self.share[i]
 
     cdef void project_into(self, double* v) noexcept nogil:
         cdef const Plan* a = &self.analysis.plan
         cdef int i, f
-        for i in range(self.n):
-            v[i] /= self.of_unknowns[i]
+        cdef double* wide = self.wide
+        for i in range(self.n + self.copies):
+            wide[i] = v[self.origin[i]] / self.of_unknowns[self.origin[i]] / self.share[i]
         for f in range(a.fronts):
-            self.part.forward(f, v)
-        for i in range(self.n):
+            self.part.forward(f, wide)
+        for i in range(self.n + self.copies):
             if not self.part.free[i]:
-                v[i] = 0
+                wide[i] = 0
         for f in range(a.fronts - 1, -1, -1):
-            self.part.backward(f, v)
+            self.part.backward(f, wide)
         for i in range(self.n):
-            v[i] *= self.of_unknowns[i]
+            v[i] = wide[i] * self.of_unknowns[i] * self.share[i]
 
     cdef int dependency_into(
         self, int count, const int* unknowns, const double* values, int* equations,
         double* factors, double* remainder,
     ) noexcept nogil:
         cdef const Plan* a = &self.analysis.plan
-        cdef double none = 0, length = 0, largest = 0, left = 0, x
+        cdef double none = 0, length = 0, largest = 0, left = 0, x, y
         cdef double* work = self.part.work
         cdef int p, u, f, i, k, path = 0, visited, found = 0
         cdef int64_t s, begin
@@ -191,13 +204,18 @@ cdef class RankQR:
             none = negligible(count, values)
         for p in range(count):
             if fabs(values[p]) > none:
-                largest = max(largest, fabs(values[p] * self.of_unknowns[unknowns[p]]))
+                x = self.of_unknowns[self.origin[unknowns[p]]]
+                largest = max(largest, fabs(values[p] * x))
         if largest == 0:
             return 0
         for p in range(count):
             if fabs(values[p]) > none:
                 u = unknowns[p]
-                work[u] += values[p] * self.of_unknowns[u] / largest
+                # Of its copies the first: equal ones are what the others' equations are for.
+                x = values[p] * self.of_unknowns[self.origin[u]] / largest
+                y = work[u] / self.share[u]
+                length += (x + y) * (x + y) - y * y
+                work[u] = (x + y) * self.share[u]
                 path = self.part.climb(a.front_of_unknown[u], path)
         for p in range(count):
             u = unknowns[p]
@@ -209,14 +227,10 @@ cdef class RankQR:
             self.part.forward(self.part.path[i], self.part.work)
         for i in range(path):
             f = self.part.path[i]
-            for s in range(a.first_row[f], a.first_row[f] + self.part.live[f]):
-                x = work[self.part.slot[s]]
-                length += x * x
             begin = a.first_row[f]
             for s in range(begin + self.part.reduced[f], begin + self.part.height[f]):
                 x = work[self.part.slot[s]]
                 left += x * x
-        length += left
         visited = self.part.solve_down(path, self.part.multiplier)
         for i in range(path):
             f = self.part.path[i]
@@ -227,13 +241,14 @@ cdef class RankQR:
         for i in range(visited):
             f = self.part.found[i]
             for s in range(a.columns[f], a.columns[f] + a.pivots[f]):
-                x = max(x, fabs(self.part.multiplier[a.column[s]]))
+                if a.at[a.column[s]] < self.m:
+                    x = max(x, fabs(self.part.multiplier[a.column[s]]))
         x *= NEGLIGIBLE
         for i in range(visited):
             f = self.part.found[i]
             for s in range(a.columns[f], a.columns[f] + a.pivots[f]):
                 k = a.column[s]
-                if fabs(self.part.multiplier[k]) > x:
+                if a.at[k] < self.m and fabs(self.part.multiplier[k]) > x:
                     equations[found] = a.at[k]
                     found += 1
         sort(equations, found)
@@ -246,7 +261,7 @@ cdef class RankQR:
             f = self.part.found[i]
             for s in range(a.columns[f], a.columns[f] + a.pivots[f]):
                 self.part.multiplier[a.column[s]] = 0
-        remainder[0] = sqrt(left / length) if length else 0.0
+        remainder[0] = min(sqrt(left / length), 1.0) if length > 0 else 0.0
         return found
 
     # --- for Python ---
@@ -305,7 +320,7 @@ cdef class RankQR:
     def rank(self):
         """Number of independent equations."""
         self._require()
-        return self.part.rank
+        return self.part.rank - self.copies
 
     @property
     def nullity(self):
@@ -316,7 +331,7 @@ cdef class RankQR:
     def smallest_kept(self):
         """Least remaining length of an independent equation, scaled; infinite if there is none."""
         self._require()
-        return self.part.smallest_kept if self.part.rank else float("inf")
+        return self.part.smallest_kept if self.part.rank > self.copies else float("inf")
 
     @property
     def largest_dropped(self):
@@ -380,10 +395,20 @@ cdef class RankQR:
         cdef const Plan* a = &self.analysis.plan
         cdef int i, p, count
         cdef double remainder, one
+        cdef double[2] pair = [-1.0, 1.0]
+        cdef int[2] at
         found = []
         equations, factors = np.empty(self.m, np.int32), np.empty(self.m)
         cdef int[::1] equation = equations
         cdef double[::1] factor = factors
+        for i in range(self.m, self.m + self.copies):
+            if self.part.slot_of[a.position[i]] < 0:
+                # As other equations make copies equal, there are dependent ones among them.
+                at[0], at[1] = self.copy_at[self.start[i]], self.copy_at[self.start[i] + 1]
+                count = self.dependency_into(2, at, pair, &equation[0], &factor[0], &remainder)
+                for p in range(count):
+                    factor[p] /= self.of_equations[equation[p]]
+                found.append((-1, equations[:count].copy(), factors[:count].copy()))
         for i in range(self.m):
             if self.part.slot_of[a.position[i]] >= 0 or not self.active[i]:
                 continue
@@ -533,11 +558,11 @@ cdef class RankQR:
         self._require()
         cdef int s, u, i, count, k = 0
         cdef int64_t size = 0, room = 0
-        starts = np.zeros(self.n - self.part.rank + 1, dtype=np.int64)
+        starts = np.zeros(self.nullity + 1, dtype=np.int64)
         places, values = np.empty(0, np.int32), np.empty(0)
         cdef int* place = NULL
         cdef double* value = NULL
-        for s in range(self.n):
+        for s in range(self.n + self.copies):
             if not self.part.free[s]:
                 continue
             count = self.part.spread(s)
@@ -548,10 +573,11 @@ cdef class RankQR:
                 value = <double*>writable(values, np.float64)
             for i in range(count):
                 u = self.part.reached[i]
-                place[size + i] = u
-                value[size + i] = self.part.work[u] * self.of_unknowns[u]
+                if u < self.n:
+                    place[size] = u
+                    value[size] = self.part.work[u] * self.of_unknowns[u] * self.share[u]
+                    size += 1
                 self.part.work[u] = 0
-            size += count
             k += 1
             starts[k] = size
         return Vectors(self.n, starts, places[:size].copy(), values[:size].copy())
@@ -566,18 +592,12 @@ cdef class RankQR:
             unknown that is determined, 1 for one that is in no equation.
         """
         self._require()
-        cdef int s, u, i, count
-        found = np.zeros(self.n)
-        cdef double[::1] sums = found
-        with nogil:
-            for s in range(self.n):
-                if self.part.free[s]:
-                    count = self.part.spread(s)
-                    for i in range(count):
-                        u = self.part.reached[i]
-                        sums[u] += self.part.work[u] * self.part.work[u]
-                        self.part.work[u] = 0
-        return np.sqrt(found)
+        shares = np.empty(self.n)
+        cdef double[::1] share = shares
+        cdef int u
+        for u in range(self.n):
+            share[u] = self.share[u]
+        return row_lengths(self.part)[:self.n] * shares
 
     def movable(self, least=1e-9):
         """Mask (n,) of the unknowns whose `freedom` is above `least`."""
@@ -637,9 +657,9 @@ cdef class RankQR:
         count, _, unknowns = self.components
         cdef int u
         free = np.zeros(self.n, dtype=np.int64)
-        cdef int64_t[::1] flag = free
-        for u in range(self.n):
-            flag[u] = self.part.free[u]
+        cdef int64_t[::1] slots = free
+        for u in range(self.n + self.copies):
+            slots[self.origin[u]] += self.part.free[u]
         # A slot without a pivot is an unknown of the same component.
         return np.bincount(unknowns, weights=free, minlength=count).astype(np.int64)
 
@@ -650,7 +670,7 @@ cdef class RankQR:
         cdef const Plan* a = &self.analysis.plan
         cdef int p, path = 0
         for p in range(self.start[equation], self.start[equation + 1]):
-            path = self.part.climb(a.front_of_unknown[self.at[p]], path)
+            path = self.part.climb(a.front_of_unknown[self.copy_at[p]], path)
         if self.start[equation] == self.start[equation + 1]:
             path = self.part.climb(a.front_of[a.position[equation]], path)
         self.part.factor(self.dead, min(self.dead, NOISE), self.part.marked)

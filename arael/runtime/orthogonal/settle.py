@@ -38,6 +38,7 @@ def settle(
     Parameters
     ----------
     found : equation without a pivot, equations with a pivot, their scaled factors
+        -1 instead of an equation: the sum of the others is zero
     priority : (m,) int32, the largest number is the least important; then the later equation
     """
     rows: dict[int, Combination] = {}
@@ -59,6 +60,8 @@ def _improves(
 ) -> bool:
     """Whether a dependent equation is more important than one that it depends on."""
     i, equations, factors = item
+    if i < 0:
+        return True
     used = equations[np.abs(factors) > LEAST * np.max(np.abs(factors), initial=0.0)]
     theirs = priority[used]
     return bool(np.any((theirs > priority[i]) | ((theirs == priority[i]) & (used > i))))
@@ -92,15 +95,18 @@ def _exchanged(
     group: list[tuple[int, NDArray[np.int32], NDArray[np.float64]]], priority: NDArray[np.int32]
 ) -> dict[int, Combination]:
     """Dependencies of the least important equations of a group."""
-    used = np.unique(np.concatenate([[i for i, _, _ in group], *(item[1] for item in group)]))
+    own = [i for i, _, _ in group if i >= 0]
+    used = np.unique(np.concatenate([own, *(item[1] for item in group)])).astype(np.int32)
     columns = used[np.lexsort((used, priority[used]))][::-1].astype(np.int32)
     place = np.empty(int(used[-1]) + 1, dtype=np.int32)
     place[columns] = np.arange(len(columns))
     table: list[Combination] = []
     for i, equations, factors in group:
-        at = place[np.append(equations, i)]
+        if i >= 0:
+            equations, factors = np.append(equations, i), np.append(factors, -1.0)
+        at = place[equations]
         order = np.argsort(at)
-        table.append((at[order], np.append(factors, -1.0)[order]))
+        table.append((at[order], factors[order]))
     rows: dict[int, Combination] = {}
     for pivot, at, row in reduce_by_priority(table, len(columns), LEAST):
         kept = (np.abs(row) > NEGLIGIBLE * np.abs(row[at != pivot]).max(initial=0.0)) & (

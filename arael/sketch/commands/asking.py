@@ -26,6 +26,7 @@ from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS
 from arael.sketch.document.records import Constraint, Dimension, Entity, Group, Parameter, Record
+from arael.sketch.editing.measures import size_of
 from arael.sketch.expressions.dependencies import readers
 from arael.sketch.expressions.properties import property_names, property_of
 from arael.sketch.expressions.shapes import curve_of
@@ -286,7 +287,4 @@ def find(session: Session, words: Words) -> Reply:
 
 
 def _reach(session: Session) -> float:
-    # imported here: commands do not depend on the editor's parts otherwise
-    from arael.sketch.editing.measures import size_of
-
     return 0.05 * size_of(session.document)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from arael.diagnostics.records import AraelError
+from arael.diagnostics.suggest import closest
 from arael.sketch.commands.describing import dimension_line
 from arael.sketch.commands.numbers import shown
 from arael.sketch.commands.parameters import require_no_cycle
@@ -214,8 +215,6 @@ def dimension_of(session: Session, words: Words) -> Dimension:
     token = words.next("a dimension (`d0`)")
     found = session.document.dimensions.get(session.resolve(token.text))
     if found is None:
-        from arael.diagnostics.suggest import closest
-
         near = closest(token.text, session.document.dimensions)
         hint = f"did you mean `{near[0]}`?" if near else "`list dims` shows them"
         message = f"expected a dimension, found `{token.text[:60]}`"

@@ -152,6 +152,7 @@ def import_(session: Session, words: Words) -> Reply:
     if suggestions:
         lines.append(f"  found {len(suggestions)} relations, which are not applied:")
         lines += [f"    {suggested(one, names)}" for one in suggestions[:50]]
+    lines += [f"  note: {note}" for note in getattr(found, "notes", ())]
     data = {"entities": entities, "suggestions": [suggested(one, names) for one in suggestions]}
     return Reply("\n".join(lines), tuple(entities), data=data)
 

@@ -150,7 +150,7 @@ def _with_circle(document: Document, one: Operand, other: Operand) -> Facts:
 
 def _gap(document: Document, one: Operand, other: Operand) -> float:
     """Least distance of two curves: 0 where they meet, else from the ends and samples of each."""
-    # imported here: only for this question
+    # imported here: start-up time
     from arael.sketch.geometry import intersections
 
     a, b = (curve_of(document, o.entity) for o in (one, other))

@@ -102,7 +102,7 @@ def _docstring(command: Command) -> str:
         summary = f"The command ``{command.name}``.\n\n{wrapped}"
     lines = [f"{prefix}{summary}", "", "As a command::", ""]
     for line in command.usage:
-        wrapped = textwrap.wrap(line, 84, subsequent_indent="    ", break_on_hyphens=False)
-        lines += [f"    {one}" for one in wrapped]
+        pieces = textwrap.wrap(line, 84, subsequent_indent="    ", break_on_hyphens=False)
+        lines += [f"    {one}" for one in pieces]
     lines.append('"""')
     return "\n".join(lines)

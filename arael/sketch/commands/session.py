@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 from arael.diagnostics.records import AraelError, Source, Span
 from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
+from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.kinds import PREFIXES
-from arael.sketch.expressions.evaluation import NameError_, Value, evaluate
+from arael.sketch.expressions.evaluation import NoValueError, Value, evaluate
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import moved
 from arael.sketch.expressions.scope import DocumentScope
@@ -351,7 +352,7 @@ class SessionScope(DocumentScope):
         self.session = session
 
     def value(self, path: str) -> Value:
-        """Value of a name; raises `NameError_`."""
+        """Value of a name; raises `NoValueError`."""
         name, dot, rest = path.partition(".")
         own: Variable | None
         if name in ("cursor", "_cursor", "_tangent"):
@@ -367,7 +368,7 @@ class SessionScope(DocumentScope):
         if isinstance(own, Vec) and rest in ("x", "y"):
             return own.x if rest == "x" else own.y
         what = "a coordinate: it has `x` and `y`" if isinstance(own, Vec) else "a number"
-        raise NameError_(f"`{name}` is {what}")
+        raise NoValueError(f"`{name}` is {what}")
 
     def operand(self, path: str) -> Any:
         """What a geometric function reads by a name."""
@@ -386,23 +387,23 @@ class SessionScope(DocumentScope):
         """Names that something has, for suggestions."""
         return [*self.session.state.variables, *super().names()]
 
-    def unknown(self, name: str) -> NameError_:
+    def unknown(self, name: str) -> NoValueError:
         """The error of a name that nothing has."""
         if name == "_" or (name.startswith("_") and name[1:].isdigit()):
-            return NameError_(f"`{name}` stands for nothing: the last command made no such thing")
+            return NoValueError(f"`{name}` stands for nothing: the last command made no such thing")
         near = closest(name, self.names())
         help_ = f"did you mean `{near[0]}`?" if near else f"set it first: `{name} = 5`"
-        return NameError_(f"no variable, parameter, dimension or entity `{name[:60]}`", help_)
+        return NoValueError(f"no variable, parameter, dimension or entity `{name[:60]}`", help_)
 
     def _cursor(self, name: str) -> Vec:
         state = self.session.state
         found = state.tangent if name == "_tangent" else state.cursor
         if found is None and name == "_tangent":
-            raise NameError_(
+            raise NoValueError(
                 "there is no tangent: nothing ends at the cursor", "add a line or an arc", "E1259"
             )
         if found is None:
-            raise NameError_("the cursor is not set", "set it: `cursor 0,0`", "E1259")
+            raise NoValueError("the cursor is not set", "set it: `cursor 0,0`", "E1259")
         return found
 
 
@@ -413,9 +414,6 @@ def measure_of(editor: Any) -> Callable[[Any], float]:
 
 def described(value: Variable) -> str:
     """A value of a variable for people."""
-    # imported here: sessions and numbers are independent otherwise
-    from arael.sketch.commands.numbers import place, shown
-
     if isinstance(value, Vec):
         return place(value.x, value.y)
     return shown(value) if isinstance(value, float) else str(value)
@@ -435,6 +433,6 @@ def _first_word(text: str) -> str:
 
 def _make_editor(document: Document) -> Editor:
     # imported here: start-up time
-    from importlib import import_module
+    from arael.sketch.editing.editor import Editor
 
-    return import_module("arael.sketch.editing.editor").Editor(document)
+    return Editor(document)

@@ -1,4 +1,4 @@
-"""Documents as JSON, with a version; reading checks everything, since files come from strangers."""
+"""Documents as JSON, with a version; reading checks everything, since files are untrusted input."""
 
 from __future__ import annotations
 

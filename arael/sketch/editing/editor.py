@@ -31,7 +31,7 @@ from arael.sketch.editing.checks import (
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
-from arael.sketch.editing.measures import measured, signed, size_of
+from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.expressions.refresh import refresh
@@ -39,7 +39,7 @@ from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.sides import mode_of
 from arael.sketch.solve.outcome import Outcome
-from arael.sketch.solve.solver import Solver
+from arael.sketch.solve.solver import Drag, Solver
 
 #: Ends this close are connected by themselves.
 CONNECT_WITHIN = 1e-3
@@ -104,7 +104,7 @@ class Editor:
         self.document = document
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
-        self.judge = Judge(self.layout)
+        self.judge = Judge(self.layout, self.solver)
         self._points = Points(document)
         self._together = 0
 
@@ -161,10 +161,12 @@ class Editor:
         if outcome.solved:
             return outcome
         if outcome.status == "side":
-            raise refusals.other_side(cause or outcome.row, outcome.guard)
+            raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
         members = self.judge.conflict(cause)
         if members:
-            raise refusals.impossible(cause or members[0], members, self._cheapest(members, cause))
+            main = cause if cause in members else members[-1]
+            others = [member for member in members if member != main]
+            raise refusals.impossible(self._label(main), others, self._cheapest(others))
         raise refusals.not_converged(outcome.open, outcome.residual)
 
     # --- entities ---------------------------------------------------------------------------
@@ -197,7 +199,7 @@ class Editor:
             E1220: without extent
         """
         given = np.asarray(numbers, dtype=np.float64).ravel().tolist()
-        size = max(size_of(self.document), max(map(abs, given), default=1.0))
+        size = max(self.layout.size, max(map(abs, given), default=1.0))
         check_extent(kind, given, size)
         with self.document.transaction(f"add {kind}"):
             entity = self.document.add_entity(
@@ -334,7 +336,8 @@ class Editor:
         """Make two points, or two centres, one; judged before, as it makes unknowns fewer."""
         a, b = (self._center_or_point(arg) for arg in record.args)
         self.layout.refresh()
-        self._refuse(self.judge.tie_verdict(record.name, a, b), force)
+        label = f"{record.kind} {' '.join(record.args)}"
+        self._refuse(self.judge.tie_verdict(record.name, a, b), force, label)
         self.document.put("constraints", record)
         self._settle(record.name)
 
@@ -342,14 +345,25 @@ class Editor:
         entity, point, _ = canonical(self.document, handle)
         return entity.at if not point else self.document.point_at(handle)
 
-    def _refuse(self, verdict: Verdict, force: bool) -> None:
+    def _label(self, name: str) -> str:
+        """What a record says, for one that is not let in: ``length L2 6``."""
+        document = self.document
+        record = document.constraints.get(name) or document.dimensions.get(name)
+        if record is None:
+            return name
+        value = ""
+        if isinstance(record, Dimension) and record.value is not None:
+            value = f" {record.value.text}"
+        return f"{record.kind} {' '.join(record.args)}{value}"
+
+    def _refuse(self, verdict: Verdict, force: bool, label: str = "") -> None:
         name = verdict.name
+        label = label or self._label(name)
+        others = [member for member in verdict.members if member != name]
         if verdict.kind == "impossible":
-            drop = self._cheapest(verdict.members, name)
-            raise refusals.impossible(name, verdict.members, drop)
+            raise refusals.impossible(label, others, self._cheapest(others))
         if verdict.kind == "redundant" and not force:
-            drop = self._cheapest(verdict.members, name)
-            raise refusals.redundant(name, verdict.members, drop)
+            raise refusals.redundant(label, others, self._cheapest(others))
 
     def _let_in(self, name: str, force: bool) -> None:
         """Solve with a new row, or raise why not."""
@@ -366,12 +380,11 @@ class Editor:
         record = self.document.constraints.get(name) or self.document.dimensions.get(name)
         return record is not None and record.forced
 
-    def _cheapest(self, members: Sequence[str], name: str) -> str:
-        """The member that is least missed: dimensions first, then the newest."""
-        others = [member for member in members if member != name]
-        order = {one: i for i, one in enumerate([*self.document.constraints])}
-        order |= {one: len(order) + i for i, one in enumerate([*self.document.dimensions])}
-        return max(others, key=lambda one: order.get(one, -1), default="")
+    def _cheapest(self, names: Sequence[str]) -> str:
+        """The one that is least missed: dimensions first, then the newest."""
+        order = {one: i for i, one in enumerate(self.document.constraints)}
+        order |= {one: len(order) + i for i, one in enumerate(self.document.dimensions)}
+        return max(names, key=lambda one: order.get(one, -1), default="")
 
     # --- dimensions and parameters ----------------------------------------------------------
 
@@ -498,6 +511,16 @@ class Editor:
         for name in found.dissolved:
             self.document.remove("groups", name)
 
+    @contextmanager
+    def dragging(self, handles: Sequence[str]) -> Iterator[Dragging]:
+        """A drag frame by frame, one step of undo as a whole.
+
+        What the constraints leave open stays as near as possible to where it was at the beginning,
+        not in the frame before: a drag out and back leads to where it began.
+        """
+        with self.document.transaction(f"drag {' '.join(handles)}"):
+            yield Dragging(self, handles)
+
     def drag(self, moves: Mapping[str, tuple[float, float]]) -> Outcome:
         """Pull points to places as far as the constraints let them.
 
@@ -517,6 +540,33 @@ class Editor:
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
         return outcome
+
+
+class Dragging:
+    """Points that follow a cursor, while `Editor.dragging` lasts.
+
+    Parameters
+    ----------
+    editor : of the sketch
+    handles : points that are pulled
+    """
+
+    def __init__(self, editor: Editor, handles: Sequence[str]) -> None:
+        document = editor.document
+        self.handles = [canonical(document, handle)[2] for handle in handles]
+        self._document = document
+        self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
+
+    def to(self, *places: tuple[float, float]) -> Outcome:
+        """One frame: every point as near to its place as the constraints let it.
+
+        A frame without a solution leaves everything where it was.
+        """
+        return self._drag.move(np.array(places, dtype=np.float64))
+
+    def by(self, dx: float, dy: float) -> Outcome:
+        """One frame: every point to where it was at the beginning, moved by a vector."""
+        return self._drag.shift(dx, dy)
 
 
 def _positive(kind: str, amount: Amount | None) -> Amount | None:

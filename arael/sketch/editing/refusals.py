@@ -7,25 +7,15 @@ from collections.abc import Sequence
 from arael.diagnostics.records import AraelError, Diagnostic
 
 
-def redundant(name: str, members: Sequence[str], drop: str, here_only: bool = False) -> AraelError:
-    """E1230, or E1232 for what is redundant in this position only."""
-    others = [member for member in members if member != name]
-    if here_only:
-        return AraelError(
-            Diagnostic(
-                "E1232",
-                f"`{name}` holds nothing in this position: {_listed(others)} already "
-                f"{'does' if len(others) == 1 else 'do'} while the geometry lies like this",
-                help=("move the geometry first, or append `force`",),
-            )
-        )
+def redundant(label: str, others: Sequence[str], drop: str) -> AraelError:
+    """E1230: follows from others."""
     return AraelError(
         Diagnostic(
             "E1230",
-            f"`{name}` is redundant: it follows from {_listed(others)}",
-            notes=("without any one of them it would take a degree of freedom",),
+            f"`{label}` is redundant: it follows from {_listed(others)}",
+            notes=("without any one of them it would take a degree of freedom",) if others else (),
             help=(
-                f"`delete {drop}` makes room for it; `force` lets it in as it is"
+                f"`delete {drop}` would give it something to hold; `force` lets it in as it is"
                 if drop
                 else "`force` lets it in as it is",
             ),
@@ -33,16 +23,15 @@ def redundant(name: str, members: Sequence[str], drop: str, here_only: bool = Fa
     )
 
 
-def impossible(name: str, members: Sequence[str], drop: str) -> AraelError:
+def impossible(label: str, others: Sequence[str], drop: str) -> AraelError:
     """E1231: contradicts others."""
-    others = [member for member in members if member != name]
     return AraelError(
         Diagnostic(
             "E1231",
-            f"`{name}` is impossible together with {_listed(others)}"
+            f"`{label}` is impossible together with {_listed(others)}"
             if others
-            else f"`{name}` is impossible",
-            help=(f"`delete {drop}` makes room for it",) if drop else (),
+            else f"`{label}` is impossible",
+            help=(f"`delete {drop}` would make it possible",) if drop else (),
         )
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
+from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Dimension, Parameter
 from arael.sketch.expressions.functions import CONSTANTS
@@ -27,9 +28,6 @@ def paths_of(text: str) -> tuple[str, ...]:
     """Names that an expression reads, constants left out; empty for a text that cannot be read."""
     if literal(text) is not None:
         return ()
-    # imported here: only where there are live expressions
-    from arael.diagnostics.records import AraelError
-
     try:
         return tuple(path for path in read(text).names if path not in CONSTANTS)
     except AraelError:

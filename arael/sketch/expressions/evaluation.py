@@ -19,7 +19,7 @@ from arael.syntax import tree
 Value = float | Vec
 
 
-class NameError_(Exception):
+class NoValueError(Exception):
     """A name has no value; `help` proposes what to write."""
 
     def __init__(self, message: str, help: str = "", code: str = "E1262") -> None:
@@ -36,10 +36,10 @@ class Scope(Protocol):
         """Unit of lengths."""
 
     def value(self, path: str) -> Value:
-        """Value of a name; raises `NameError_`."""
+        """Value of a name; raises `NoValueError`."""
 
     def operand(self, path: str) -> Any:
-        """What a geometric function reads by a name; raises `NameError_`."""
+        """What a geometric function reads by a name; raises `NoValueError`."""
 
     def is_angle(self, path: str) -> bool:
         """Whether a name is an angle in degrees."""
@@ -145,13 +145,13 @@ def _named(path: str, span: Span) -> Compiled:
     def run(scope: Scope) -> Value:
         try:
             return scope.value(path)
-        except NameError_ as error:
+        except NoValueError as error:
             _unnamed(error, span)
 
     return Compiled(run, lambda scope: scope.is_angle(path))
 
 
-def _unnamed(error: NameError_, span: Span) -> NoReturn:
+def _unnamed(error: NoValueError, span: Span) -> NoReturn:
     _wrong(error.code, str(error), span, help_=error.help)
 
 
@@ -281,7 +281,7 @@ def _geometric(node: tree.Call, name: str) -> Compiled:
                 continue
             try:
                 operands.append(scope.operand(path))
-            except NameError_ as error:
+            except NoValueError as error:
                 _unnamed(error, span)
         try:
             found: Value = function.value(*operands)

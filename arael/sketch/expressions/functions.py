@@ -117,7 +117,7 @@ def _intersect(a: Any, b: Any, near: Vec | None = None) -> Vec:
         dx, dy = b.p1[0] - a.p1[0], b.p1[1] - a.p1[1]
         t = (dx * v.y - dy * v.x) / cross
         return Vec(a.p1[0] + t * u.x, a.p1[1] + t * u.y)
-    # imported here: only where curves meet
+    # imported here: start-up time
     from arael.sketch.geometry.contacts.intersections import intersections
 
     found = [_vec(one.point) for one in intersections(a, b)]

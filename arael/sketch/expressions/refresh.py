@@ -115,7 +115,7 @@ def _record(document: Document, name: str) -> Dimension | Parameter:
 
 
 def _measure(document: Document) -> Any:
-    # imported here: measures need geometry, which literals do not
+    # imported here: start-up time
     from arael.sketch.editing.measures import measured
 
     return lambda d: measured(document, d.kind, d.args, d.mode)

@@ -10,7 +10,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets, split_handle
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Dimension, Entity
-from arael.sketch.expressions.evaluation import NameError_, Value
+from arael.sketch.expressions.evaluation import NoValueError, Value, compiled
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.properties import ANGLES, property_names, property_of
 from arael.sketch.expressions.shapes import curve_of
@@ -37,7 +37,7 @@ class DocumentScope:
         return self.document.unit
 
     def value(self, path: str) -> Value:
-        """Value of a name; raises `NameError_` if it has none."""
+        """Value of a name; raises `NoValueError` if it has none."""
         document = self.document
         parameter = document.parameters.get(path)
         if parameter is not None:
@@ -89,16 +89,13 @@ class DocumentScope:
         document = self.document
         return [*document.parameters, *document.dimensions, *document.entities]
 
-    def unknown(self, name: str) -> NameError_:
+    def unknown(self, name: str) -> NoValueError:
         """The error of a name that nothing has."""
         near = closest(name, self.names())
         help_ = f"did you mean `{near[0]}`?" if near else f"make it a parameter: `param {name} 10`"
-        return NameError_(f"no parameter, dimension or entity `{name[:60]}`", help_)
+        return NoValueError(f"no parameter, dimension or entity `{name[:60]}`", help_)
 
     def _parameter_is_angle(self, name: str, depth: int = 0) -> bool:
-        # imported here: evaluation and scopes need each other
-        from arael.sketch.expressions.evaluation import compiled
-
         if depth > 50 or self._within > 50:
             return False
         self._within += 1
@@ -117,13 +114,13 @@ class DocumentScope:
         assert amount is not None
         return amount.number
 
-    def _no_value(self, entity: Entity) -> NameError_:
+    def _no_value(self, entity: Entity) -> NoValueError:
         have = ", ".join(f"`{entity.name}.{p}`" for p in property_names(entity)[:4])
-        return NameError_(f"`{entity.name}` is a {entity.kind}, not a number", f"it has {have}")
+        return NoValueError(f"`{entity.name}` is a {entity.kind}, not a number", f"it has {have}")
 
-    def _no_property(self, entity: Entity, name: str) -> NameError_:
+    def _no_property(self, entity: Entity, name: str) -> NoValueError:
         names = property_names(entity)
         near = closest(name, names)
         have = ", ".join(f"`{p}`" for p in names[:8])
         help_ = f"did you mean `{entity.name}.{near[0]}`?" if near else f"it has {have}"
-        return NameError_(f"{entity.name}, a {entity.kind}, has no `{name[:40]}`", help_)
+        return NoValueError(f"{entity.name}, a {entity.kind}, has no `{name[:40]}`", help_)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
-from arael.sketch.judge.trials import Trials
 from arael.sketch.layout.layout import Layout, Linearisation
+from arael.sketch.solve.solver import Solver
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,12 +71,13 @@ class Judge:
     Parameters
     ----------
     layout : of the document that is judged
+    solver : for what has to be tried
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, solver: Solver) -> None:
         self.layout = layout
         self.document = layout.document
-        self.trials = Trials(layout)
+        self.solver = solver
 
     # --- verdicts ---------------------------------------------------------------------------
 
@@ -188,7 +189,7 @@ class Judge:
         for _ in range(3):
             step = basis @ random.standard_normal(basis.shape[1])
             step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
-            moved = self.trials.solved_from(start.x + step, without=name)
+            moved = self.solver.solved_from(start.x + step, without=name)
             if moved is None:
                 continue
             system = self.layout.linearisation(moved)
@@ -212,8 +213,12 @@ class Judge:
             name = cause if cause in self.layout.impossible else next(iter(self.layout.impossible))
             return (*self.layout.rivals(name), name)
         names = self._connected(cause)
-        if not names or self.trials.feasible(names):
+        if not names or self.solver.feasible(names):
             return ()
+        # What pulls against each other where the residuals are least is a good first guess.
+        guess = list(self.solver.open_candidates(cause))
+        if guess and not self.solver.feasible(guess):
+            names = guess
         kept = [name for name in names if name != cause]
         order = [*kept]
         if cause:
@@ -224,7 +229,7 @@ class Judge:
             for first in range(0, len(order), size):
                 block = set(order[first : first + size])
                 rest = [name for name in kept if name not in block]
-                if len(rest) < len(kept) and rest and not self.trials.feasible(rest):
+                if len(rest) < len(kept) and rest and not self.solver.feasible(rest):
                     kept = rest
             order = [name for name in order if name in kept]
             if size == 1:

@@ -122,11 +122,12 @@ class Rank:
 
         system = self.system
         n = len(system.x)
-        starts, ends = [], []
+        starts: list[Ints] = []
+        ends: list[Ints] = []
         for a, b in zip(system.indptr[:-1].tolist(), system.indptr[1:].tolist(), strict=True):
             if b > a:
-                starts.append(np.full(b - a, system.indices[a]))
-                ends.append(system.indices[a:b])
+                starts.append(np.full(b - a, system.indices[a], dtype=np.int64))
+                ends.append(system.indices[a:b].astype(np.int64))
         for columns in groups:
             if len(columns):
                 starts.append(np.full(len(columns), columns[0]))

@@ -215,6 +215,8 @@ def test_the_pattern_changes_once_for_a_block_of_edits() -> None:
         kept = rows.add("Difference", [0, 1])
         rows.add("Difference", [1, 2])
         rows.remove(kept)
+        rows.extend("Difference", np.c_[np.arange(30), np.arange(30) + 5])
+        assert not np.diff(rows.indptr).any()  # as before, and empty rows
         with pytest.raises(RuntimeError, match="while they are being edited"):
             rows.evaluate(unknowns())
     assert rows.pattern_version == before + 1

@@ -1,4 +1,4 @@
-"""Scripts that nobody writes by hand: huge, deep, cyclic, strange. Errors E1260 and others."""
+"""Scripts that are huge, deep, cyclic or strange. Errors E1260 and others."""
 
 from __future__ import annotations
 
