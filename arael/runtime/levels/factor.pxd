@@ -46,5 +46,5 @@ cdef class RowFactor:
     cdef void step(self, Py_ssize_t c, const double* r, double* d) noexcept nogil
     # v, in scaled unknowns, becomes its projection onto the null space of V.
     cdef void project(self, Py_ssize_t c, double* v) noexcept nogil
-    # v becomes v - V' (V V')^-1 V v once.
-    cdef void reduce(self, Py_ssize_t c, double* v) noexcept nogil
+    # v becomes v - V' (V V')^-1 V v once; the squared length of what was taken away.
+    cdef double reduce(self, Py_ssize_t c, double* v) noexcept nogil

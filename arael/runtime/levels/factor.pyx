@@ -90,7 +90,7 @@ cdef class RowFactor:
         cdef int32_t i
         cdef double v, d, y, part
         cdef double* work = self.work
-        cdef double* l = self.factor_value
+        cdef double* lower = self.factor_value
         cdef const int32_t* row = self.factor_row
         cdef double least, smallest = 0.0, added = 0.0
         if mu > 0.0:            # the same for all rows before they were scaled
@@ -117,11 +117,11 @@ cdef class RowFactor:
                 work[i] = 0.0
                 q = self.filled[i]
                 part = y * self.inverse[i]
-                l[q] = part
+                lower[q] = part
                 if part != 0.0:
                     d -= part * y
                     for t in range(self.factor_start[i], q):
-                        work[row[t]] -= l[t] * y
+                        work[row[t]] -= lower[t] * y
                 self.filled[i] = <int32_t>(q + 1)
             if self.basic[k] and d > least:
                 self.inverse[k] = 1.0 / d
@@ -133,17 +133,17 @@ cdef class RowFactor:
     cdef void solve(self, Py_ssize_t c) noexcept nogil:
         cdef Py_ssize_t k, t, first = self.component_start[c], end = self.component_start[c + 1]
         cdef double* b = self.solution
-        cdef const double* l = self.factor_value
+        cdef const double* lower = self.factor_value
         cdef double z
         for k in range(first, end):
             z = b[k]
             if z != 0.0:
                 for t in range(self.factor_start[k], self.factor_start[k + 1]):
-                    b[self.factor_row[t]] -= l[t] * z
+                    b[self.factor_row[t]] -= lower[t] * z
         for k in range(end - 1, first - 1, -1):
             z = b[k] * self.inverse[k]
             for t in range(self.factor_start[k], self.factor_start[k + 1]):
-                z -= l[t] * b[self.factor_row[t]]
+                z -= lower[t] * b[self.factor_row[t]]
             b[k] = z
 
     cdef void step(self, Py_ssize_t c, const double* r, double* d) noexcept nogil:
@@ -161,21 +161,32 @@ cdef class RowFactor:
         for k in range(self.unknown_start[c], self.unknown_start[c + 1]):
             d[self.unknown_list[k]] *= self.scale[self.unknown_list[k]]
 
-    cdef void reduce(self, Py_ssize_t c, double* v) noexcept nogil:
+    cdef double reduce(self, Py_ssize_t c, double* v) noexcept nogil:
         cdef Py_ssize_t k, e
-        cdef double y
+        cdef double y, taken = 0.0
         for k in range(self.component_start[c], self.component_start[c + 1]):
             y = 0.0
             for e in range(self.start[k], self.start[k + 1]):
                 y += self.value[e] * v[self.unknown[e]]
-            self.solution[k] = y
+            self.solution[k] = self.work[k] = y
         self.solve(c)
         for k in range(self.component_start[c], self.component_start[c + 1]):
             y = self.solution[k]
+            taken += y * self.work[k]
+            self.work[k] = 0.0
             for e in range(self.start[k], self.start[k + 1]):
                 v[self.unknown[e]] -= self.value[e] * y
+        return taken
 
     cdef void project(self, Py_ssize_t c, double* v) noexcept nogil:
-        # Twice: the second pass removes what the normal equations left (Bjorck's correction).
-        self.reduce(c, v)
-        self.reduce(c, v)
+        # Further passes remove what the normal equations left (Bjorck's correction): one in
+        # general, more where the rows are close to dependent.
+        cdef Py_ssize_t k, t
+        cdef double whole = 0.0, taken, before = 0.0
+        for k in range(self.unknown_start[c], self.unknown_start[c + 1]):
+            whole += v[self.unknown_list[k]] * v[self.unknown_list[k]]
+        for t in range(6):
+            taken = self.reduce(c, v)
+            if taken <= 1e-26 * whole or (t > 0 and not taken <= 0.25 * before):
+                return
+            before = taken

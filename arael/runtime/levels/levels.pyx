@@ -27,11 +27,13 @@ from arael.runtime.levels.structure import analyse
 PIVOT_TOLERANCE = 1e-12
 # Part of a gradient or vector that must be left after projection to be more than rounding.
 cdef double NOTHING = 1e-9
+# Evaluations of the exact rows after a step of a lower level.
+cdef int RESTORING = 15
 # Where steps end by their limit: what counts as an optimum nevertheless.
 cdef double NEARLY = 1e-6
 # Slope of the distance from home, relative to the distance, at which it counts as least: it is
-# then within 1e-12 of that, and a state that can be home itself is reached regardless.
-cdef double NEAR_HOME = 1e-6
+# then within 1e-8 or so of that, and a state that can be home itself is reached regardless.
+cdef double NEAR_HOME = 1e-4
 
 
 cdef class CursorRows(Rows):
@@ -375,7 +377,7 @@ cdef class Levels(Newton):
         least = float(np.min(tolerance))
         self.soft_tolerance = least if soft_tolerance is None else soft_tolerance
         self._soft_workspace(soft)
-        parts, unknowns = self._soft_keep["live"], self._soft_keep["moving"]
+        parts = self._soft_keep["live"]
         start = x.copy()
         cdef const double* towards = NULL
         if home is not None:
@@ -511,7 +513,7 @@ cdef class Levels(Newton):
 
         Destroys `left`, `image`, `search`, `gradient`.
         """
-        cdef Py_ssize_t k, i, t, rounds = min(self.target.m, self.moving_count, 300) + 3
+        cdef Py_ssize_t k, i, _t, rounds = min(self.target.m, self.moving_count, 300) + 3
         cdef double first, gamma, delta, step, new, whole
         for k in range(self.moving_count):
             self.w[self.moving[k]] = 0.0
@@ -523,7 +525,7 @@ cdef class Levels(Newton):
             return
         for k in range(self.moving_count):
             self.search[self.moving[k]] = self.gradient[self.moving[k]]
-        for t in range(rounds):
+        for _t in range(rounds):
             self._push(self.search, self.image)
             delta = _dot(self.image, self.image, self.target.m)
             delta += damping * self._inner(self.search, self.search)
@@ -574,11 +576,15 @@ cdef class Levels(Newton):
     cdef bint _restore(self, double* x) noexcept nogil:
         """Solve the exact rows of the live components at x, with the factors at hand."""
         cdef Py_ssize_t j
+        cdef int limit = self.limit
         if self.guards is not None and not self._sides_kept(x):
             return False
         for j in range(self.live_count):
             self.restart(self.live[j], x)
+        # A step that takes longer to put right is better made shorter.
+        self.limit = min(limit, RESTORING)
         self.solve_parts(x, self.live, self.live_count)
+        self.limit = limit
         if self.stopped:
             return False
         for j in range(self.live_count):
@@ -612,7 +618,6 @@ cdef class Levels(Newton):
         """Hold unknowns at a bound that the direction v would cross; whether there are any."""
         cdef Py_ssize_t k, i
         cdef bint found = False
-        cdef double near
         if self.low == NULL:
             return False
         for k in range(self.moving_count):
@@ -659,7 +664,7 @@ cdef class Levels(Newton):
 
     cdef bint _soft_level(self, double* x, int limit) noexcept nogil:
         """Make the soft rows' sum of squares least, on the exact rows; whether it converged."""
-        cdef Py_ssize_t k, i, t
+        cdef Py_ssize_t k, i, _t
         cdef double damping = 0.0, f2, new, predicted, slope, curvature, along, whole, norm, size
         cdef double stretch = 1.0, left = 1.0
         cdef bint renew = True
@@ -667,7 +672,7 @@ cdef class Levels(Newton):
         if self.guards is not None:
             self.guards.residuals(x, self.sign)
         retries = 0
-        for t in range(limit):
+        for _t in range(limit):
             if self.interrupted():
                 return False
             if renew:
@@ -760,14 +765,14 @@ cdef class Levels(Newton):
 
     cdef bint _home_level(self, double* x, const double* home, int limit) noexcept nogil:
         """Come as close to home as the levels above allow; whether it converged."""
-        cdef Py_ssize_t k, i, t, tried
+        cdef Py_ssize_t k, i, _t, _tried
         cdef double f2, new2, f3, new3, along = 1.0, whole, norm, slack, ss, sy, v
         cdef double reach
         cdef bint first = True, accepted
         self.target.residuals(x, self.r2)
         f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
         slack = max(f2 * (1.0 + 1e-9), 10.0 * self.soft_tolerance)
-        for t in range(limit):
+        for _t in range(limit):
             if self.interrupted():
                 return False
             if self.refactor(x, self.live, self.live_count) != 0:
@@ -806,7 +811,7 @@ cdef class Levels(Newton):
             first = False
             memcpy(self.toward, self.further, self.factor.n * sizeof(double))
             accepted = False
-            for tried in range(12):
+            for _tried in range(12):
                 if along * norm <= 1e-14 * reach:
                     break
                 self._into(self.further, x, self.toward, along)

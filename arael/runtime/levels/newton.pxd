@@ -23,6 +23,7 @@ cdef struct Component:
     int guard                   # that stopped it, or -1
     int retries                 # shortened steps in a row
     int slow                    # steps in a row with hardly any progress
+    int polished                # steps since the tolerance was met
     int limited                 # steps in a row that a guard shortened
     bint factored               # a factor is kept, maybe of another point
     bint kept                   # this step uses such a factor

@@ -13,7 +13,7 @@ import numpy as np
 from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport fabs, isfinite, sqrt
 from libc.stdint cimport int32_t, uint8_t
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 
 from arael.runtime.address cimport writable
 from arael.runtime.levenberg.clock cimport seconds
@@ -26,6 +26,8 @@ cdef double USEFUL = 0.5
 cdef double TO_BOUNDARY = 0.9
 # Residuals relative to their tolerance below which another step gains nothing.
 cdef double AT_ROUNDING = 1e-5
+# Steps after the tolerance was met.
+cdef int POLISHING = 3
 cdef double SIGNAL_INTERVAL = 0.02
 
 
@@ -96,7 +98,7 @@ cdef class Newton:
                 self.factor.scale[i] = self.scale[i]
                 p.factored = False
         p.status, p.steps, p.guard = RUNNING, 0, -1
-        p.retries = p.slow = p.limited = 0
+        p.retries = p.slow = p.limited = p.polished = 0
         p.kept, p.renew, p.polishing, p.cut = p.factored and p.factored_mu == 0, True, False, False
         p.mu, p.along = 0.0, 1.0
 
@@ -253,11 +255,11 @@ cdef class Newton:
         self, const double* x, const int32_t* parts, Py_ssize_t count
     ) noexcept nogil:
         """Shorten the steps of components until no guard changes its sign."""
-        cdef Py_ssize_t g, k, t, c, before
+        cdef Py_ssize_t g, k, _t, c, before
         cdef double fraction
         cdef bint again = True, fresh = False
         cdef Component* p
-        for t in range(60):
+        for _t in range(60):
             if self.guards.residuals(self.trial, self.tried_guard) < 0:
                 return -1
             again = False
@@ -297,10 +299,15 @@ cdef class Newton:
     cdef void _judge(self, Py_ssize_t c, double* x, bint finite) noexcept nogil:
         """Accept or reject the trial point of a component."""
         cdef Component* p = &self.part[c]
+        cdef double contraction
         if p.polishing:
             if finite and p.tried_largest < p.largest:
+                contraction = p.tried_largest / p.largest
                 self._accept(c, x)
-            p.status = SOLVED
+                if contraction > USEFUL:
+                    p.status = SOLVED
+            else:
+                p.status = SOLVED
         elif finite and (
             p.tried_largest <= 1.0
             or p.tried_norm <= p.norm * (USEFUL if p.kept else 1.0 - 1e-4 * p.along)
@@ -323,7 +330,9 @@ cdef class Newton:
         p.largest, p.norm, p.row = p.tried_largest, p.tried_norm, p.tried_row
         p.renew = True
         if p.largest <= 1.0:
-            if p.polishing or p.largest <= AT_ROUNDING or p.factored_mu != 0:
+            # On to rounding level, as long as steps with the factor at hand halve them.
+            p.polished += 1
+            if p.polished > POLISHING or p.largest <= AT_ROUNDING or p.factored_mu != 0:
                 p.status = SOLVED
             p.polishing = p.kept = True
             return
