@@ -168,6 +168,7 @@ class Layout:
         self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
+        self._turning: tuple[int, NDArray[np.int64]] | None = None
         self._angles: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
@@ -1108,6 +1109,44 @@ class Layout:
         """Changes that were not taken in after all count for the next solve."""
         for key, (old, new) in changes.items():
             self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def approach_turned(self, x: NDArray[np.float64]) -> None:
+        """Values whose geometry is more than 90 degrees off at `x` are approached from there.
+
+        There the equation of an angle has another solution, half a turn away, which is nearer.
+        """
+        if self._turning is None or self._turning[0] != self.version:
+            found = [
+                laid.guards[setting.at]
+                for laid in self._laid.values()
+                if laid.plan is not None
+                for setting in laid.plan.settings
+                if setting.which == "guards"
+            ]
+            self._turning = (self.version, np.array(found, dtype=np.int64))
+        rows = self._turning[1]
+        if not len(rows):
+            return
+        signs = self.guards.evaluate(x)
+        wrong = rows[signs[rows] <= 0]
+        if not len(wrong):
+            return
+        values = self.document.values.copy()
+        values[self._live] = x[self._root[self._live]]
+        for row in wrong.tolist():
+            laid = self._laid[self.guard_owner[row]]
+            if ("guards", row) not in self._changes:
+                self._approach(laid, cast("Dimension", laid.record), values)
+
+    def renew_sides(self) -> None:
+        """Guards of arcs from how they are now: of less or of more than half a turn."""
+        values = self.document.values
+        for laid in self._laid.values():
+            record = laid.record
+            if isinstance(record, Entity) and record.kind in ("arc", "earc") and laid.guards:
+                curve = Operand(record, "", record.at)
+                side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
+                self.guards.set_data(laid.guards[-1], "side", side)
 
     def set_share(self, changes: dict[tuple[str, int], tuple[float, float]], share: float) -> None:
         """Set changed values to a share of the way from old to new."""

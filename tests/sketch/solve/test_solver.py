@@ -194,6 +194,50 @@ def test_angles_keep_their_sector(steps: tuple[float, ...]) -> None:
         assert math.degrees(math.atan2(u[1], u[0])) == pytest.approx(value)
 
 
+@pytest.mark.parametrize("turned", [100.0, 170.0, -120.0])
+def test_a_line_put_far_off_its_angle_comes_back_to_it(turned: float) -> None:
+    d = Drawing()
+    d.add("line", 0.0, 0.0, 5.0, 0.0)
+    d.add("line", 0.0, 0.0, 3.0, 0.0)
+    d.constrain("fix", "L0")
+    d.constrain("coincident", "L1.p1", "L0.p1")
+    d.dimension("length", "L1", value=3.0)
+    d.dimension("angle", "L0", "L1", value=60.0, side=1)
+    assert d.solver.solve().solved
+    angle = math.radians(60.0 + turned)
+    at = d.document.point_at("L1.p2")
+    with d.document.transaction("place"):
+        d.document.set_values([at, at + 1], [3 * math.cos(angle), 3 * math.sin(angle)])
+    assert d.solver.solve().solved
+    u = d.direction("L1")
+    assert math.degrees(math.atan2(u[1], u[0])) == pytest.approx(60.0)
+
+
+def test_an_arc_may_grow_past_half_a_turn_bit_by_bit() -> None:
+    d = Drawing()
+    d.arc(0.0, 0.0, 2.0, 0.0, 100.0)
+    d.constrain("lock", "A0.center", numbers=(0.0, 0.0))
+    d.constrain("lock", "A0.start", numbers=(2.0, 0.0))
+    at = d.document.point_at("A0.end")
+    drag = Drag(d.solver, [at])
+    for degrees in [*range(110, 351, 10), *range(340, 9, -10)]:
+        t = math.radians(degrees)
+        assert drag.move([(2 * math.cos(t), 2 * math.sin(t))]).solved
+        if degrees % 60 == 0:
+            drag = Drag(d.solver, [at])
+        assert np.allclose(d.point("A0.end"), [2 * math.cos(t), 2 * math.sin(t)], atol=1e-6)
+
+
+def test_ends_joined_from_far_away_are_joined() -> None:
+    d = Drawing()
+    d.arc(6.0, 6.0, 2.0, 20.0, 130.0)
+    d.earc(8.0, 12.0, 2.0, 1.1, -0.2, 10.0, 150.0)
+    d.constrain("coincident", "A0.end", "EA0.start")
+    outcome = d.solver.solve()
+    assert outcome.solved, outcome
+    assert d.point("A0.end").tobytes() == d.point("EA0.start").tobytes()
+
+
 def test_sweeps_stay_between_nothing_and_a_whole_turn() -> None:
     d = Drawing()
     d.arc(0.0, 0.0, 2.0, 10.0, 100.0)
