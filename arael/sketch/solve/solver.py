@@ -64,9 +64,15 @@ class Solver:
             names = tuple(layout.impossible)
             return Outcome("stalled", row=names[0], open=names, fraction=0.0)
         self.prepare(x)
+        layout.approach_turned(x)
         changes = layout.take_changes()
         start = x.copy()
         found = self._solved(x, changes)
+        if found.status == "side" and found.guard in layout.document.entities:
+            # Guards of arcs are those of when they were laid out.
+            layout.renew_sides()
+            x[:] = start
+            found = self._solved(x, changes)
         if found.status == "side" and layout.differs(start):
             # Places that were joined begin far from where they were: curves may be turned inside
             # out at the start, and sides there are not those that are to be kept.
@@ -122,7 +128,10 @@ class Solver:
     ) -> Outcome:
         """Solve in place from `x`, by levels."""
         layout = self.layout
+        # Trials have analyses of their own: that of the sketch is kept.
         levels = self.levels if guarded else Levels(layout.rows)
+        if active is not None:
+            levels = Levels(layout.rows, guards=layout.guards, scales=levels.scales)
         tolerance = self.tolerances.at(x)
         found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
         return self.named(found, x, tolerance)
@@ -286,6 +295,7 @@ class Drag:
         self.solver = solver
         layout = solver.layout
         self.home = layout.gather().copy()
+        layout.renew_sides()
         self.began = layout.document.values.copy()
         self.points = np.asarray(at, dtype=np.int64).ravel()
 
