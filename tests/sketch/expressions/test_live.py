@@ -191,7 +191,9 @@ def test_programs_have_the_value_and_its_derivatives(document: Document, text: s
         for sign in (1, -1):
             moved = [np.array(x + sign * step * (j == i)) for j, x in enumerate(inputs)]
             found.append(float(np.asarray(evaluate(made.tape, moved)[0])))
-        assert outputs[1 + i] == pytest.approx((found[0] - found[1]) / (2 * step), rel=1e-7, abs=1e-6)
+        assert outputs[1 + i] == pytest.approx(
+            (found[0] - found[1]) / (2 * step), rel=1e-7, abs=1e-6
+        )
 
 
 def test_parameters_that_do_not_follow_are_numbers(document: Document) -> None:
