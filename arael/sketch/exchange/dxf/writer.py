@@ -50,7 +50,8 @@ def to_dxf(document: Document) -> bytes:
         E1305: ezdxf is not installed.
     """
     try:
-        import ezdxf  # imported here: start-up time
+        # imported here: start-up time
+        import ezdxf
     except ImportError:
         raise not_installed("a DXF file", "ezdxf", "sketch") from None
     file = ezdxf.new("R2010", setup=True)  # type: ignore[attr-defined]
