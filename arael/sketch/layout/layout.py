@@ -238,6 +238,19 @@ class Layout:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)
 
+    def use_of(self, offset: int) -> int:
+        """What rows use for a number of the document: an index in `x`, negative if it is fixed."""
+        return int(self._use[offset])
+
+    def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
+        """Columns of unknowns by their indices in `x`."""
+        return self._table().column[indices]
+
+    @staticmethod
+    def fields(row: Row) -> dict[str, float]:
+        """Data of a row as fields of its struct."""
+        return _fields(row.data)
+
     def root_of(self, offset: int) -> int:
         """Index in `x` of a number of the document."""
         return int(self._root[offset])
