@@ -1105,6 +1105,8 @@ class Layout:
         """
         self.x[:] = x
         moved = self._moved(x)
+        if not len(moved):
+            return ()
         at = self._live[moved]
         new = x[self._root[at]]
         self.document.set_values(at, new)

@@ -205,11 +205,9 @@ class Solver:
         """Into the document, in one step."""
         layout, document = self.layout, self.layout.document
         layout.note_parameters(x, AT_KNOT)
-        if not layout.differs(x):
-            return found
         with document.transaction("solve"):
             moved = layout.scatter(x)
-        return replace(found, moved=moved)
+        return replace(found, moved=moved) if moved else found
 
     # --- what is kept -----------------------------------------------------------------------
 
