@@ -603,6 +603,61 @@ class Commands:
             },
         )
 
+    def split(self, entity: Argument, *where: Argument, nopin: bool = False) -> Any:
+        """Cut a curve where others cross it; all pieces stay.
+
+        As a command::
+
+            split L0 x,y [r] [nopin]
+            split L0 by L1 [L2 ...] [nopin]
+        """
+        return self._command("split", (entity, *where), {"nopin": nopin})
+
+    def trim(
+        self,
+        entity: Argument,
+        *where: Argument,
+        nopin: bool = False,
+        forward: bool = False,
+        backward: bool = False,
+    ) -> Any:
+        """Cut a curve where others cross it, and delete one stretch.
+
+        As a command::
+
+            trim L0 x,y [r] [nopin]
+            trim L0 by L1 L2 [nopin]
+            trim L0 by L1 forward [nopin]
+            trim L0 by L1 backward [nopin]
+        """
+        return self._command(
+            "trim",
+            (entity, *where),
+            {"nopin": nopin, "forward": forward, "backward": backward},
+        )
+
+    def fillet(self, *corners: Argument, notangent: bool = False, noradius: bool = False) -> Any:
+        """Round corners of lines with tangent arcs.
+
+        As a command::
+
+            fillet L1 L2 r [notangent] [noradius]
+            fillet L1.p2 r
+            fillet L1 L2 L3.p1 ... r
+        """
+        return self._command("fillet", (*corners,), {"notangent": notangent, "noradius": noradius})
+
+    def chamfer(self, *corners: Argument) -> Any:
+        """Bevel corners of lines.
+
+        As a command::
+
+            chamfer L1 L2 d
+            chamfer L1.p2 d
+            chamfer L1 L2 L3.p1 ... d
+        """
+        return self._command("chamfer", (*corners,), {})
+
     def delete(self, *names: Argument) -> Any:
         """Delete entities, constraints, dimensions, parameters, groups.
 
@@ -616,6 +671,40 @@ class Commands:
             delete L0.p2 L1.p1 coincident
         """
         return self._command("delete", (*names,), {})
+
+    def drag(self, operand: Argument, to: Argument) -> Any:
+        """Pull a point or a whole entity; the rest of the sketch follows.
+
+        As a command::
+
+            drag L0.p1 x,y
+            drag L0.p2 @dx,dy
+            drag L0 @dx,dy
+            drag A0.center x,y
+        """
+        return self._command("drag", (operand, to), {})
+
+    def extend(
+        self,
+        entity: Argument,
+        *where: Argument,
+        forward: bool = False,
+        backward: bool = False,
+        nopin: bool = False,
+    ) -> Any:
+        """Lengthen a line or arc up to another curve.
+
+        As a command::
+
+            extend L0 to L1 [forward] [backward] [nopin]
+            extend L0 x,y [nopin]
+            extend L0 forward [nopin]
+        """
+        return self._command(
+            "extend",
+            (entity, *where),
+            {"forward": forward, "backward": backward, "nopin": nopin},
+        )
 
     def lock(self, *points: Argument) -> Any:
         """Hold a point where it is, or at a place.
@@ -637,6 +726,77 @@ class Commands:
             unlock L0.p1 [L0.p2 ...]
         """
         return self._command("unlock", (*points,), {})
+
+    def constr(self, *entities: Argument) -> Any:
+        """The command ``constr``.
+
+        Make entities construction geometry, or ordinary again; without `on` or `off` toggle.
+
+        As a command::
+
+            constr L0 [L1 ...]
+            constr L0 on
+            constr L0 off
+            constr selection
+        """
+        return self._command("constr", (*entities,), {})
+
+    def quiet(self, *entities: Argument) -> Any:
+        """The command ``quiet``.
+
+        Hide an entity's own dimensions and centre, or show them; without `on` or `off` toggle.
+
+        As a command::
+
+            quiet L0 [L1 ...]
+            quiet L0 on
+            quiet L0 off
+            quiet selection
+        """
+        return self._command("quiet", (*entities,), {})
+
+    def style(self, *words: Argument) -> Any:
+        """Set the line style of entities, or ask for it.
+
+        As a command::
+
+            style L0 [L1 ...] solid
+            style L0 dashed
+            style L0 dashdot
+            style L0
+        """
+        return self._command("style", (*words,), {})
+
+    def scale(self, *words: Argument) -> Any:
+        """Scale entities uniformly about a point.
+
+        As a command::
+
+            scale L0 A0 ... about P0 FACTOR
+            scale selection about x,y FACTOR
+        """
+        return self._command("scale", (*words,), {})
+
+    def rotate(self, *words: Argument) -> Any:
+        """Turn entities about a point, counter-clockwise in degrees.
+
+        As a command::
+
+            rotate L0 A0 ... about P0 ANGLE
+            rotate selection about x,y ANGLE
+        """
+        return self._command("rotate", (*words,), {})
+
+    def move(self, *words: Argument) -> Any:
+        """Shift entities.
+
+        As a command::
+
+            move L0 A0 ... @dx,dy
+            move L0 ... from P0 to x,y
+            move selection @dx,dy
+        """
+        return self._command("move", (*words,), {})
 
     def horizontal(self, *operands: Argument, force: bool = False) -> Any:
         """Make lines, or two points, horizontal.
