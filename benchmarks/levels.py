@@ -46,6 +46,29 @@ def chain(model: Any, count: int) -> tuple[KernelRows, Any, Any, Any]:
     return rows, numbers, x.ravel(), fixed
 
 
+def drags(model: Any, links: int) -> None:
+    """A chain of links that can all turn, its end dragged around a circle in 60 frames."""
+    k = np.arange(links)
+    turns = np.stack([np.cos(0.5 * (-1.0) ** k), np.sin(0.5 * (-1.0) ** k)], 1)
+    home = np.concatenate([[0, 0], np.cumsum(turns, 0).ravel()])
+    rows = KernelRows(model.layout, model.kernels, home.size)
+    rows.extend("Distance", np.stack([2 * k, 2 * k + 2], 1), {"value": np.ones(links)})
+    fixed = np.arange(home.size) < 2
+    levels, x, end = Levels(rows), home.copy(), home.size - 2
+    times, made = [], []
+    for angle in np.linspace(0, 2 * np.pi, 61)[1:]:
+        target = home[end:] + np.array([-3 * (1 - np.cos(angle)), 3 * np.sin(angle)])
+        begin = time.perf_counter()
+        outcome = levels.drag(x, [end, end + 1], target, home, fixed=fixed)
+        times.append(1e3 * (time.perf_counter() - begin))
+        made.append(levels.linearisations)
+        assert outcome.solved
+    print(
+        f"{links:5d} {np.median(times):9.2f} {max(times):9.2f} {np.median(made):9.0f} "
+        f"{np.abs(x - home).max():12.1e}"
+    )
+
+
 def milliseconds(call: Any) -> float:
     begin = time.perf_counter()
     call()
@@ -80,6 +103,9 @@ def main() -> None:
             f"{rows.m:6d} {analysis:8.2f} {first:7.3f} {np.median(again):9.3f} "
             f"{evaluate:10.4f} {steps:6d}"
         )
+    print("links    frame   slowest  linearisations  from home in the end")
+    for links in (20, 100, 500):
+        drags(model, links)
 
 
 if __name__ == "__main__":

@@ -728,7 +728,9 @@ class Commands:
         return self._command("unlock", (*points,), {})
 
     def constr(self, *entities: Argument) -> Any:
-        """Make entities construction geometry or ordinary again; toggle without `on`, `off`.
+        """The command ``constr``.
+
+        Make entities construction geometry, or ordinary again; without `on` or `off` toggle.
 
         As a command::
 
@@ -742,7 +744,7 @@ class Commands:
     def quiet(self, *entities: Argument) -> Any:
         """The command ``quiet``.
 
-        Hide the dimensions and centre of entities, or show them; toggle without `on`, `off`.
+        Hide an entity's own dimensions and centre, or show them; without `on` or `off` toggle.
 
         As a command::
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets, split_handle
@@ -69,8 +71,6 @@ class Drawing:
 
     def change(self, table: str, name: str, **fields: Any) -> None:
         """Replace fields of a record."""
-        from dataclasses import replace
-
         with self.document.transaction("change"):
             record = getattr(self.document, table)[name]
             self.document.put(table, replace(record, **fields))
@@ -148,8 +148,6 @@ def ellipse_points(drawing: Drawing, name: str, count: int = 4000) -> np.ndarray
 
 def spline_points(drawing: Drawing, name: str, count: int = 4001) -> np.ndarray:
     """Points along a spline, by SciPy."""
-    from scipy.interpolate import BSpline
-
     poles = drawing.numbers(name).reshape(-1, 2)
     spans = len(poles) - 3
     knots = np.r_[[0.0] * 3, np.arange(spans + 1), [spans] * 3].astype(float)

@@ -50,7 +50,8 @@ Wherever a number is expected an expression can stand: `+ - * / ^`, brackets, fu
 - parameters: `width`
 - values of dimensions: `d0`
 - properties: `L0.length L0.angle L0.p1.x`, `A0.radius A0.diameter A0.sweep A0.length A0.start_angle
-  A0.end_angle A0.center.x`, `EA0.radius EA0.radius_b EA0.rotation`, `P0.x P0.y`
+  A0.end_angle A0.center.x`, `EA0.radius EA0.radius_b EA0.rotation EA0.length`,
+  `S0.length S0.pole2.x`, `P0.x P0.y`
 - variables: `n`, `p.x`
 - literals with a unit: `12 mm`, `0.5 in`, `30 deg`; units are `um mm cm m in ft deg rad`
 
@@ -153,7 +154,7 @@ def _functions() -> str:
     geometry += [f"| `{one.example}` | {one.gives} | {one.meaning} |" for one in GEOMETRY.values()]
     numbers = ["| function | meaning |", "|---|---|"]
     numbers += [f"| `{name}` | {one.meaning} |" for name, one in scalar_functions().items()]
-    numbers.append("| `pi`, `e` | constants |")
+    numbers.append("| `pi` | 3.14159... |")
     note = "`dist` and `angle` can be followed by live expressions, the others by `=` only."
     return "\n".join(
         ["Of points and curves:", "", *geometry, "", note, "", "Of numbers:", "", *numbers]

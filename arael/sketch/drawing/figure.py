@@ -31,8 +31,11 @@ def to_image(
         E1305: matplotlib is not installed.
     """
     try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # imported here: start-up time
-        from matplotlib.figure import Figure  # imported here: start-up time
+        # imported here: start-up time
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        # imported here: start-up time
+        from matplotlib.figure import Figure
     except ImportError:
         raise AraelError(
             Diagnostic(
@@ -53,7 +56,8 @@ def to_image(
         if isinstance(item, Path):
             axes.add_patch(_patch(item, colours, depth))
         else:
-            from matplotlib.patheffects import withStroke  # imported here: start-up time
+            # imported here: start-up time
+            from matplotlib.patheffects import withStroke
 
             axes.text(
                 item.x, item.y, item.text.replace("$", r"\$"), size=item.size * 0.75,
@@ -73,8 +77,11 @@ def to_image(
 
 
 def _patch(item: Path, colours: Any, depth: int) -> Any:
-    from matplotlib.patches import PathPatch  # imported here: start-up time
-    from matplotlib.path import Path as Outline  # imported here: start-up time
+    # imported here: start-up time
+    from matplotlib.patches import PathPatch
+
+    # imported here: start-up time
+    from matplotlib.path import Path as Outline
 
     codes: list[Any] = []
     points: list[tuple[float, float]] = []

@@ -140,6 +140,7 @@ def _xangle(document: Document, args: tuple[str, ...], mode: str) -> float:
 
 
 def _curve_length(document: Document, entity: Entity) -> float:
+    # imported here: start-up time
     from arael.sketch.geometry import curve_of
 
     if entity.kind == "line":
@@ -152,6 +153,7 @@ def _total_length(document: Document, args: tuple[str, ...], mode: str) -> float
 
 
 def _area(document: Document, args: tuple[str, ...], mode: str) -> float:
+    # imported here: start-up time
     from arael.sketch.geometry import chain_area
 
     return chain_area(

@@ -52,18 +52,22 @@ def _content(document: Document, suffix: str, theme: Theme) -> bytes:
     if suffix == ".json":
         return to_json(document)
     if suffix == ".svg":
-        from arael.sketch.exchange.svg.writer import to_svg  # imported here: start-up time
+        # imported here: start-up time
+        from arael.sketch.exchange.svg.writer import to_svg
 
         return to_svg(document).encode("utf-8")
     if suffix == ".dxf":
-        from arael.sketch.exchange.dxf.writer import to_dxf  # imported here: start-up time
+        # imported here: start-up time
+        from arael.sketch.exchange.dxf.writer import to_dxf
 
         return to_dxf(document)
     if suffix in (".step", ".stp"):
-        from arael.sketch.exchange.step import to_step  # imported here: start-up time
+        # imported here: start-up time
+        from arael.sketch.exchange.step import to_step
 
         return to_step(document)
-    from arael.sketch.exchange.sheet import to_sheet  # imported here: start-up time
+    # imported here: start-up time
+    from arael.sketch.exchange.sheet import to_sheet
 
     return to_sheet(document, cast("Literal['png', 'pdf']", suffix[1:]), theme)
 
@@ -96,10 +100,12 @@ def read(path: StrPath, *, tolerance: float | None = None) -> Document | Importe
     if suffix == ".json":
         return from_json(data, origin)
     if suffix == ".svg":
-        from arael.sketch.exchange.svg.reader import from_svg  # imported here: start-up time
+        # imported here: start-up time
+        from arael.sketch.exchange.svg.reader import from_svg
 
         return from_svg(data, origin, tolerance)
-    from arael.sketch.exchange.dxf.reader import from_dxf  # imported here: start-up time
+    # imported here: start-up time
+    from arael.sketch.exchange.dxf.reader import from_dxf
 
     return from_dxf(data, origin, tolerance)
 

@@ -35,7 +35,8 @@ def to_step(document: Document) -> bytes:
         E1305: build123d is not installed; E1307: there is no outline.
     """
     try:
-        import build123d  # imported here: start-up time
+        # imported here: start-up time
+        import build123d
     except ImportError:
         raise not_installed("a STEP file", "build123d", "step") from None
     scale = Affine.scaling(MILLIMETRES[document.unit])

@@ -78,7 +78,8 @@ _SCALARS = MappingProxyType(
 #: Functions whose argument is an angle.
 TRIGONOMETRY = frozenset({"sin", "cos", "tan"})
 
-CONSTANTS = MappingProxyType({"pi": math.pi, "e": math.e})
+#: Others of the language of models (`e`) are names like any other in sketches.
+CONSTANTS = MappingProxyType({"pi": math.pi})
 
 
 def scalar_functions() -> Mapping[str, Scalar]:

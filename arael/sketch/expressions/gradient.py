@@ -6,6 +6,7 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from arael.check.builtins import CONSTANTS as LANGUAGE_CONSTANTS
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
@@ -72,7 +73,8 @@ def _program(text: str) -> Program:
     from arael.sym.evaluation import Lowered
 
     try:
-        value = sym.parse(text)
+        # constants of the language are names of parameters here
+        value = sym.parse(text, names={name: sym.symbol(name) for name in LANGUAGE_CONSTANTS})
     except AraelError:
         # its parts have been read: only their sum is too deep or too long
         raise _too_large() from None

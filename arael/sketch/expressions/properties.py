@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.records import Entity
+from arael.sketch.expressions.shapes import curve_of
 
 Numbers = Sequence[float]
 TURN = 2.0 * math.pi
@@ -38,6 +39,9 @@ def _parameter(v: Numbers, at: int) -> float:
 def _length(v: Numbers) -> float:
     return math.hypot(v[2] - v[0], v[3] - v[1])
 
+
+#: Kinds whose length has no closed form of their numbers.
+_BY_CURVE = frozenset({"ellipse", "earc", "bezier", "bspline"})
 
 #: Properties that are not numbers of the entity itself; angles in degrees.
 PROPERTIES: dict[str, dict[str, Callable[[Numbers], float]]] = {
@@ -84,7 +88,8 @@ def property_names(entity: Entity) -> list[str]:
     points = [name for name in point_offsets(entity) if name != "pos"]
     parts = [f"{name}.{axis}" for name in points for axis in "xy"]
     own = ["x", "y"] if entity.kind == "point" else []
-    return [*own, *PROPERTIES[entity.kind], *parts]
+    long = ["length"] if entity.kind in _BY_CURVE else []
+    return [*own, *PROPERTIES[entity.kind], *long, *parts]
 
 
 def property_of(document: Document, entity: Entity, name: str) -> float | None:
@@ -97,6 +102,8 @@ def property_of(document: Document, entity: Entity, name: str) -> float | None:
         return None if at is None else float(document.values[at + (axis == "y")])
     if entity.clockwise:
         name = {"start_angle": "end_angle", "end_angle": "start_angle"}.get(name, name)
+    if name == "length" and entity.kind in _BY_CURVE:
+        return curve_of(document, entity).length()
     found = PROPERTIES[entity.kind].get(name)
     if found is None:
         return None

@@ -114,7 +114,8 @@ class Conic(Curve, frozen=True):
         start, sweep = self.span
         if rx == ry:
             return rx * abs(sweep)
-        from scipy.special import ellipeinc  # imported here: start-up time
+        # imported here: start-up time
+        from scipy.special import ellipeinc
 
         # ds = a sqrt(1 - m cos^2) and b sqrt(1 - m sin^2): the longer radius in front
         big, small = max(rx, ry), min(rx, ry)

@@ -8,7 +8,8 @@ from functools import cache
 
 @cache
 def _rule() -> tuple[tuple[float, float], ...]:
-    import numpy as np  # imported here: start-up time
+    # imported here: start-up time
+    import numpy as np
 
     nodes, weights = np.polynomial.legendre.leggauss(12)
     return tuple(zip(nodes.tolist(), weights.tolist(), strict=True))

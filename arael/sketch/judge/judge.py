@@ -9,8 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.sketch.document.records import Constraint, Dimension
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
+from arael.sketch.layout.candidates import Candidates
 from arael.sketch.layout.layout import Layout, Linearisation
 from arael.sketch.solve.solver import Solver
 
@@ -78,6 +80,16 @@ class Judge:
         self.layout = layout
         self.document = layout.document
         self.solver = solver
+        self.candidates = Candidates(layout)
+        self._kept: tuple[int, Floats, Linearisation, Rank] | None = None
+
+    def _rank(self, system: Linearisation, last: Ints | None = None) -> Rank:
+        """The factor of a system, with directions of ellipses scaled to lengths."""
+        layout = self.layout
+        scale = np.ones(len(system.x))
+        turned = np.isin(layout.unknowns[: len(scale)], layout.angles)
+        scale[turned] = 1.0 / layout.size
+        return Rank(system, last, scale)
 
     # --- verdicts ---------------------------------------------------------------------------
 
@@ -89,7 +101,7 @@ class Judge:
         """Verdicts on several, each given everything that is not after it in `names`."""
         system = self.layout.linearisation()
         rows = [self.layout.rows_of(name) for name in names]
-        rank = Rank(system, last=np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
+        rank = self._rank(system, np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
         return [
             self._one(name, own, system, rank) if len(own) else self._without_rows(name)
             for name, own in zip(names, rows, strict=True)
@@ -102,6 +114,33 @@ class Judge:
         if name in self.layout.spare:
             return Verdict(name, "redundant", self.layout.tie_members(name))
         return Verdict(name, "helps")
+
+    def would_help(self, record: Constraint | Dimension) -> Verdict | None:
+        """What a record that is not in the document would do, from the factor there is.
+
+        None if it takes more than one equation between unknowns: then only trying tells.
+        """
+        candidate = self.candidates.of(record)
+        if candidate is None:
+            return None
+        system, rank = self._present()
+        rows, weights, left = rank.combination(candidate.columns, candidate.entries)
+        if left > rank.tolerance:
+            return Verdict(record.name, "helps", freedoms=1)
+        gap = candidate.residual - float(weights @ system.residuals[rows])
+        kind: Kind = "impossible" if abs(gap) > _OPEN * self.layout.size else "redundant"
+        members = self._named(self._weighty(system, rows, weights))
+        return Verdict(record.name, kind, tuple(members))
+
+    def _present(self) -> tuple[Linearisation, Rank]:
+        """The factor of the whole sketch as it is, kept while nothing changes."""
+        layout = self.layout
+        here = layout.gather()
+        kept = self._kept
+        if kept is None or kept[0] != layout.version or not np.array_equal(kept[1], here):
+            system = layout.linearisation()
+            kept = self._kept = (layout.version, here.copy(), system, self._rank(system))
+        return kept[2], kept[3]
 
     def tie_verdict(self, name: str, a: int, b: int) -> Verdict:
         """What making two points one would do, before it is done.
@@ -123,7 +162,7 @@ class Judge:
             free = [(column, weight) for column, weight in ends if column >= 0]
             gap = float(values[a + k] - values[b + k])
             if free:
-                rank = rank or Rank(system)
+                rank = rank or self._rank(system)
                 columns = np.array([column for column, _ in free], dtype=np.int64)
                 weights = np.array([weight for _, weight in free])
                 rows, factors, left = rank.combination(columns, weights)
@@ -182,7 +221,7 @@ class Judge:
         solved again.
         """
         start = self.layout.linearisation(without=name)
-        basis = Rank(start).null_basis()
+        basis = self._rank(start).null_basis()
         if basis.shape[1] == 0:
             return False
         random = np.random.default_rng(len(start.x))
@@ -194,7 +233,7 @@ class Judge:
                 continue
             system = self.layout.linearisation(moved)
             rows = self.layout.rows_of(name)
-            rank = Rank(system, last=rows)
+            rank = self._rank(system, last=rows)
             if sum(rank.is_dependent(int(row)) for row in rows) < dependent:
                 return True
         return False
@@ -251,7 +290,7 @@ class Judge:
     def freedoms(self) -> Freedoms:
         """Degrees of freedom of the sketch and of its entities."""
         system = self.layout.linearisation()
-        rank = Rank(system)
+        rank = self._rank(system)
         names = list(self.document.entities)
         counts = rank.freedoms_of(self._columns(system))
         redundant = dict.fromkeys(sorted(self.layout.spare))
@@ -267,7 +306,7 @@ class Judge:
     def free(self) -> list[Motion]:
         """What still moves, in words; as many motions as there are degrees of freedom."""
         system = self.layout.linearisation()
-        rank = Rank(system)
+        rank = self._rank(system)
         found: list[Motion] = []
         for columns, basis in rank.parts(self._columns(system)):
             inside = np.full(len(system.x) + 1, -1, dtype=np.int64)
@@ -311,7 +350,7 @@ class Judge:
         """
         system = self.layout.linearisation()
         rows = self.layout.rows_of(dimension)
-        rank = Rank(system, last=rows)
+        rank = self._rank(system, last=rows)
         right = np.zeros(len(system.owners))
         right[rows] = -self.layout.unit_of(dimension)
         step = rank.least_norm(right)

@@ -24,16 +24,19 @@ class Rank:
     ----------
     system : rows and columns
     last : rows that are called dependent rather than others
+    scale : (n,) of the unknowns: 1 for lengths, 1 / size for angles; None: all lengths
     """
 
-    def __init__(self, system: Linearisation, last: Ints | None = None) -> None:
+    def __init__(
+        self, system: Linearisation, last: Ints | None = None, scale: Floats | None = None
+    ) -> None:
         self.system = system
         m, n = len(system.owners), len(system.x)
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
             priority[last] = 1 + np.arange(len(last), dtype=np.int32)
         self.factor = RankQR(m, n, system.indptr, system.indices, priority)
-        self.factor.factor(system.entries)
+        self.factor.factor(system.entries, np.ones(n) if scale is None else scale)
         self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)
         self._basis: Floats | None = None

@@ -7,15 +7,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from arael.sketch.layout.operands import Operand, cross, place, sweep_of, towards
+from arael.sketch.layout.operands import Operand, cross, place, sweep_of, towards, turn
 from arael.sketch.layout.plan import Constant, Row, Values
 from arael.sketch.layout.splines import basis_of, pieces, poles_of
 
 Part = tuple[Row, float]
 
-#: Kinds whose length, and whose area, is a sum of rows of the model.
+_ORIGIN = Constant((0.0, 0.0))
+
+#: Kinds whose length is a sum of rows of the model.
 WITH_LENGTH = ("line", "circle", "arc")
-WITH_AREA = ("line", "circle", "arc", "bezier", "bspline")
 
 
 def length_of(curve: Operand) -> list[Part]:
@@ -61,6 +62,8 @@ def size_of(curves: list[Operand], values: Values) -> float:
     for curve in curves:
         if curve.entity.kind == "circle":
             found = max(found, abs(float(values[curve.circle.r])))
+        elif curve.entity.kind == "ellipse":
+            found = max(found, abs(float(values[curve.ellipse.rx])))
         for end in curve.ends:
             found = max(found, math.hypot(*towards(values, curves[0].entity.at, end)) / 2)
     return found or 1.0
@@ -96,10 +99,18 @@ def _forward_area(curve: Operand) -> list[Part]:
     if kind == "circle":
         # A whole turn: both ends are in one place.
         rim = Constant((1.0, 0.0))
-        return [(Row("ArcArea", (Constant((0.0, 0.0)), rim, rim, curve.circle.r)), 1.0)]
+        return [(Row("ArcArea", (_ORIGIN, rim, rim, curve.circle.r)), 1.0)]
     if kind == "arc":
         start, end = curve.ends
         bulge = Row("ArcArea", (curve.center, start, end, curve.circle.r))
+        return [(Row("LineArea", (start, end)), 1.0), (bulge, 1.0)]
+    if kind == "ellipse":
+        # Twice the half between opposite points: a whole turn cannot be told from none by rounding.
+        ends = (Constant((1.0, 0.0)), Constant((-1.0, 0.0)))
+        return [(Row("EllipseArcArea", (_ORIGIN, *ends, *curve.ellipse[1:])), 2.0)]
+    if kind == "earc":
+        start, end = curve.ends
+        bulge = Row("EllipseArcArea", (curve.center, start, end, *curve.ellipse[1:]))
         return [(Row("LineArea", (start, end)), 1.0), (bulge, 1.0)]
     parts: list[Part] = []
     if curve.is_spline:
@@ -139,7 +150,24 @@ def _signed_area(curves: list[Operand], turned: list[bool], values: Values) -> f
                 a, b = (place(values, use) for use in row.uses if isinstance(use, int))
                 found += factor * 0.5 * cross(a, b)
             else:
-                sweep, r = sweep_of(values, curve), float(values[curve.circle.r])
-                found += factor * 0.5 * r * r * (sweep - math.sin(sweep))
+                sweep, square = _turn_and_square(curve, values)
+                found += factor * 0.5 * square * (sweep - math.sin(sweep))
         total += found if forwards else -found
     return total
+
+
+def _turn_and_square(curve: Operand, values: Values) -> tuple[float, float]:
+    """Sweep of a round curve by its parameter, and the product of its radii."""
+    if curve.is_circular:
+        return sweep_of(values, curve), float(values[curve.circle.r]) ** 2
+    _, rx, ry, rot = curve.ellipse
+    a, b = float(values[rx]), float(values[ry])
+    if not curve.ends:
+        return math.pi, a * b
+    c, s = math.cos(values[rot]), math.sin(values[rot])
+    rounded = []
+    for end in curve.ends:
+        u = towards(values, curve.center, end)
+        rounded.append((b * (c * u[0] + s * u[1]), a * (c * u[1] - s * u[0])))
+    found = turn(*rounded)
+    return (found if found > 0 else found + 2 * math.pi), a * b

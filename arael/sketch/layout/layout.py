@@ -16,12 +16,15 @@ from arael.sketch.document.handles import point_offsets, split_handle
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Record
-from arael.sketch.layout import model, quantities, relations
+from arael.sketch.expressions.dependencies import amounts_of
+from arael.sketch.expressions.gradient import Program
+from arael.sketch.layout import following, model, quantities, relations
 from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
 from arael.sketch.layout.places import Places
 from arael.sketch.layout.plan import Constant, Plan, Row, Sum, Use
 from arael.sketch.layout.sides import side_of
+from arael.sketch.layout.splines import pieces
 
 #: Places of locks that differ by less than this share of the numbers are one.
 LOCK_TOLERANCE = 1e-10
@@ -161,8 +164,15 @@ class Layout:
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
+        # Dimensions that follow geometry, by the parameters and dimensions they read.
+        self._readers: dict[str, dict[str, None]] = {}
+        self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
+        # Pieces on which points are, of splines with several; where those are that are at an end.
+        self._pieces: dict[str, int] = {}
+        self._at_knots: dict[str, int] = {}
+        self._turning: tuple[int, NDArray[np.int64]] | None = None
         self._angles: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
@@ -231,6 +241,19 @@ class Layout:
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)
+
+    def use_of(self, offset: int) -> int:
+        """What rows use for a number of the document: an index in `x`, negative if it is fixed."""
+        return int(self._use[offset])
+
+    def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
+        """Columns of unknowns by their indices in `x`."""
+        return self._table().column[indices]
+
+    @staticmethod
+    def fields(row: Row) -> dict[str, float]:
+        """Data of a row as fields of its struct."""
+        return _fields(row.data)
 
     def root_of(self, offset: int) -> int:
         """Index in `x` of a number of the document."""
@@ -504,6 +527,9 @@ class Layout:
     def _changed(self, change: RecordChange, backwards: bool) -> None:
         if change.table in _LAID:
             self._pending[(change.table, change.key)] = None
+        for reader in self._readers.get(change.key, ()):
+            self._pending[("dimensions", reader)] = None
+            self._stale.add(reader)
 
     @property
     def is_stale(self) -> bool:
@@ -522,7 +548,9 @@ class Layout:
             record = tables[table].get(name)
             laid = self._laid.get(name)
             old = laid.record if laid else None
-            if record is old or (table == "entities" and _same_numbers(old, record)):
+            if name in self._stale and laid is not None and record is not None:
+                structural.append((table, name))
+            elif record is old or (table == "entities" and _same_numbers(old, record)):
                 if laid is not None and record is not None:
                     laid.record = record
             elif laid is not None and self._set_value(laid, record):
@@ -532,6 +560,7 @@ class Layout:
         if structural:
             with self.rows.edit(), self.guards.edit():
                 anew |= self._restructure(structural, tables)
+        self._stale.clear()
         return anew
 
     def _restructure(
@@ -592,8 +621,12 @@ class Layout:
             dict.fromkeys(parts.name for arg in record.args if (parts := split_handle(arg)))
         )
         self._laid[record.name] = Laid(record, names)
+        if record.name not in self._stale:
+            self._pieces.pop(record.name, None)
         for name in names:
             self._users.setdefault(name, {})[record.name] = None
+        if isinstance(record, Dimension) and following.is_live(record):
+            self._read(record)
         if not record.active:
             return
         dirty[record.name] = None
@@ -612,14 +645,34 @@ class Layout:
             self._on.setdefault(args[1].entity.name, {})[record.name] = args[0].at
             self._touch_tangents(args, dirty)
 
+    def _read(self, record: Dimension) -> None:
+        """Note what an expression reads; the geometry that it follows is involved as well."""
+        document = self.document
+        for name in following.read_by(document, record):
+            self._readers.setdefault(name, {})[record.name] = None
+        laid = self._laid[record.name]
+        entities = []
+        for _, amount in amounts_of(record):
+            program = following.program_of(document, record, amount.text)
+            if program is not None:
+                entities += [path.partition(".")[0] for path in program.geometry]
+        laid.names = tuple(dict.fromkeys([*laid.names, *entities]))
+        for name in laid.names:
+            self._users.setdefault(name, {})[record.name] = None
+
     def _forget(self, laid: Laid, name: str, dirty: dict[str, None]) -> None:
         """Take a record out, with its rows, ties and holds."""
         self._remove_rows(laid)
         del self._laid[name]
+        if name not in self._stale:
+            self._pieces.pop(name, None)
         dirty.pop(name, None)
         self._impossible.pop((name, -1), None)
         for one in laid.names:
             self._users[one].pop(name, None)
+        if isinstance(laid.record, Dimension) and following.is_live(laid.record):
+            for readers in self._readers.values():
+                readers.pop(name, None)
         record = laid.record
         if not isinstance(record, Constraint) or not record.active:
             return
@@ -821,9 +874,17 @@ class Layout:
             return _own_rows(record, values)
         if isinstance(record, Constraint):
             args = operands(self.document, record.args)
-            return relations.plan_of(record, args, values, self)
+            plan = relations.plan_of(record, args, values, self)
+            if plan.piece >= 0:
+                self._pieces[record.name] = plan.piece
+            return plan
         assert isinstance(record, Dimension)
-        return quantities.plan_of(record, operands(self.document, record.args), values)
+        document = self.document
+
+        def program(text: str) -> Program | None:
+            return following.program_of(document, record, text)
+
+        return quantities.plan_of(record, operands(document, record.args), values, program)
 
     def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
         name = laid.record.name
@@ -850,8 +911,10 @@ class Layout:
 
     def _approach(self, laid: Laid, dimension: Dimension, values: NDArray[np.float64]) -> None:
         """A new value is approached from what the quantity is now."""
-        args = operands(self.document, dimension.args)
         plan = cast("Plan", laid.plan)
+        if not plan.settings:
+            return
+        args = operands(self.document, dimension.args)
         now = quantities.measure(dimension.kind, args, values, dimension.side, dimension.mode)
         amount = cast("Amount", dimension.value)
         number = quantities.inner(dimension.kind, amount.number)
@@ -905,14 +968,22 @@ class Layout:
         (first, factor), *others = one.parts
         data = {**first.data, "weight": factor, "value": one.offset / factor}
         at = self._add(self.rows, self.owner, name, Row(first.struct, first.uses, data), laid)
-        if others:
+        read = [row for row, _ in others]
+        numbers = [-factor for _, factor in others]
+        tape = model.linear(len(others)) if others else None
+        if one.program is not None:
+            document = self.document
+            geometry = [following.property_row(document, path) for path in one.program.geometry]
+            read += [row for row in geometry if row is not None]
+            numbers += [one.scale]
+            numbers += [following.number_of(document, name) for name in one.program.numbers]
+            tape = following.with_program(len(others), one.program.tape, len(geometry))
+        if tape is not None:
             inputs = [
-                self._add(self.rows, self.owner, name, row, laid, quantity=True)
-                for row, _ in others
+                self._add(self.rows, self.owner, name, row, laid, quantity=True) for row in read
             ]
             laid.inputs += inputs
-            numbers = [-factor for _, factor in others]
-            self.rows.add_expression(at, model.linear(len(others)), inputs, (), numbers)
+            self.rows.add_expression(at, tape, inputs, (), numbers)
         for use, coefficient in one.terms:
             column = self._uses((use,), laid)[0]
             self.rows.add_term(at, column, coefficient)
@@ -1011,9 +1082,21 @@ class Layout:
             laid = self._laid[name]
             if names.isdisjoint(laid.names):
                 continue
+            if name in self._pieces:
+                self._renew_piece(name, values)
+                continue
             assert laid.plan is not None
             for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
                 self.x[at : at + len(hidden.names)] = hidden.start(values)
+
+    def _renew_piece(self, name: str, values: NDArray[np.float64]) -> None:
+        """A point on a spline that was moved is on the piece that is nearest now."""
+        del self._pieces[name]
+        laid = self._laid[name]
+        self.version += 1
+        with self.rows.edit(), self.guards.edit():
+            self._remove_rows(laid)
+            self._lay(laid, values)
 
     def differs(self, x: NDArray[np.float64]) -> bool:
         """Whether any number of the document is not that of the unknowns `x`, (n,)."""
@@ -1035,6 +1118,8 @@ class Layout:
         """
         self.x[:] = x
         moved = self._moved(x)
+        if not len(moved):
+            return ()
         at = self._live[moved]
         new = x[self._root[at]]
         self.document.set_values(at, new)
@@ -1062,6 +1147,80 @@ class Layout:
         """Changes that were not taken in after all count for the next solve."""
         for key, (old, new) in changes.items():
             self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def note_parameters(self, x: NDArray[np.float64], within: float) -> None:
+        """Which points on splines are as near to an end of their piece at `x`, (n,)."""
+        self._at_knots = {}
+        for name, piece in self._pieces.items():
+            t = float(x[self._laid[name].hidden[0]])
+            if t <= within or t >= 1.0 - within:
+                self._at_knots[name] = piece + (1 if t > 0.5 else -1)
+
+    def hidden_at(self, name: str) -> int:
+        """Where in `x` the hidden unknowns of a record begin."""
+        return self._laid[name].hidden[0]
+
+    def cross_knots(self) -> dict[str, float]:
+        """Lay points out on the neighbouring pieces that `note_parameters` found.
+
+        Returns
+        -------
+        By record the parameter, 0 or 1, with which its point begins on the new piece.
+        """
+        found, self._at_knots = self._at_knots, {}
+        crossed = {}
+        for name, piece in found.items():
+            record = self.document.constraints.get(name)
+            if record is None:
+                continue
+            if 0 <= piece < pieces(operands(self.document, record.args)[1]):
+                crossed[name] = 0.0 if piece > self._pieces[name] else 1.0
+                self._pieces[name] = piece
+                self._pending["constraints", name] = None
+                self._stale.add(name)
+        return crossed
+
+    def piece_of(self, name: str) -> int | None:
+        """On which piece of a spline a `point_on` is to be; None: on the nearest."""
+        return self._pieces.get(name)
+
+    def approach_turned(self, x: NDArray[np.float64]) -> None:
+        """Values whose geometry is more than 90 degrees off at `x` are approached from there.
+
+        There the equation of an angle has another solution, half a turn away, which is nearer.
+        """
+        if self._turning is None or self._turning[0] != self.version:
+            found = [
+                laid.guards[setting.at]
+                for laid in self._laid.values()
+                if laid.plan is not None
+                for setting in laid.plan.settings
+                if setting.which == "guards"
+            ]
+            self._turning = (self.version, np.array(found, dtype=np.int64))
+        rows = self._turning[1]
+        if not len(rows):
+            return
+        signs = self.guards.evaluate(x)
+        wrong = rows[signs[rows] <= 0]
+        if not len(wrong):
+            return
+        values = self.document.values.copy()
+        values[self._live] = x[self._root[self._live]]
+        for row in wrong.tolist():
+            laid = self._laid[self.guard_owner[row]]
+            if ("guards", row) not in self._changes:
+                self._approach(laid, cast("Dimension", laid.record), values)
+
+    def renew_sides(self) -> None:
+        """Guards of arcs from how they are now: of less or of more than half a turn."""
+        values = self.document.values
+        for laid in self._laid.values():
+            record = laid.record
+            if isinstance(record, Entity) and record.kind in ("arc", "earc") and laid.guards:
+                curve = Operand(record, "", record.at)
+                side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
+                self.guards.set_data(laid.guards[-1], "side", side)
 
     def set_share(self, changes: dict[tuple[str, int], tuple[float, float]], share: float) -> None:
         """Set changed values to a share of the way from old to new."""

@@ -46,12 +46,14 @@ class Places:
     Attributes
     ----------
     touched : points whose class changed since it was last emptied by the caller
+    spare : names of all ties that close nothing new
     """
 
     def __init__(self) -> None:
         self._of: dict[int, Place] = {}
         self._at: dict[str, int] = {}
         self.touched: set[int] = set()
+        self.spare: set[str] = set()
 
     def of(self, point: int) -> Place | None:
         """The class of a point, None while it is alone."""
@@ -66,11 +68,6 @@ class Places:
         """Whether a tie closes nothing new."""
         at = self._at.get(name)
         return at is not None and name in self._of[at].spare
-
-    @property
-    def spare(self) -> set[str]:
-        """Names of all ties that close nothing new."""
-        return {name for place in self._classes() for name in place.spare}
 
     def joining(self, name: str) -> tuple[str, ...]:
         """Ties by which the two points of a tie are one place without it; the fewest."""
@@ -102,15 +99,6 @@ class Places:
             found.append(one)
         return tuple(reversed(found))
 
-    def _classes(self) -> Iterable[Place]:
-        found: list[Place] = []
-        seen: set[int] = set()
-        for point, place in self._of.items():
-            if point not in seen:
-                seen |= place.members
-                found.append(place)
-        return found
-
     def tie(self, name: str, a: int, b: int, weights: tuple[int, int] = (0, 0)) -> None:
         """Two points become one place.
 
@@ -128,6 +116,7 @@ class Places:
             self._of[a] = first
             first.ties[name] = (a, b)
             first.spare.add(name)
+            self.spare.add(name)
             first.last = max(first.last, key)
             if not ordered:
                 self._rebuild(first)
@@ -156,6 +145,7 @@ class Places:
         spare = name in place.spare
         del place.ties[name]
         place.spare.discard(name)
+        self.spare.discard(name)
         place.last = max(map(key_of, place.ties), default=(-2, ""))
         if not spare or not place.ties:
             self._rebuild(place)
@@ -177,6 +167,8 @@ class Places:
                 spare.add(name)
             else:
                 above[max(a, b)] = min(a, b)
+        self.spare.difference_update(place.ties)
+        self.spare |= spare
         parts: dict[int, Place] = {}
         for point in sorted(place.members):
             parts.setdefault(top(point), Place(set())).members.add(point)

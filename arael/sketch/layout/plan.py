@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.sketch.expressions.gradient import Program
+
 Values = NDArray[np.float64]
 Data = Mapping[str, float | Sequence[float]]
 
@@ -46,16 +48,22 @@ class Row:
 class Sum:
     """One equation: the sum of ``factor * residual`` of rows and of numbers, minus an offset.
 
+    Where the offset follows geometry, it is a multiple of a program in place of a number.
+
     Attributes
     ----------
     parts : rows of one residual and a field `value` each, with their factors
     offset : what the sum is to be
     terms : numbers, with their factors
+    program : what is subtracted, or None
+    scale : by what it is multiplied
     """
 
     parts: tuple[tuple[Row, float], ...]
     offset: float = 0.0
     terms: tuple[tuple[int, float], ...] = ()
+    program: Program | None = None
+    scale: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +119,7 @@ class Plan:
     settings : what to change when only the value of a dimension does
     ties : points that are one place
     impossible : why the record can never hold, else empty
+    piece : of a point on a spline of several pieces, else -1
     """
 
     rows: list[Row] = field(default_factory=list)
@@ -119,6 +128,7 @@ class Plan:
     hidden: list[Hidden] = field(default_factory=list)
     settings: list[Setting] = field(default_factory=list)
     impossible: str = ""
+    piece: int = -1
 
     def hide(self, hidden: Hidden) -> int:
         """A hidden unknown; returns what rows use it by."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Dimension
+from arael.sketch.expressions.gradient import Program
 from arael.sketch.layout import chains
 from arael.sketch.layout.operands import Operand, cross, sign, sweep_of, towards, turn
 from arael.sketch.layout.plan import Data, Hidden, Plan, Row, Setting, Sum, Use, Values
@@ -26,7 +27,8 @@ class Quantity:
         the parts
     scale, shift : the row's `value` is ``scale * value + shift``
     guards : struct, refs and data; a field `None` takes the row's value
-    size : length by which the sum is divided if it is no length (areas), or multiplied (angles)
+    size : by what the sum is multiplied to be a length: a length for angles, its inverse for areas
+    problem : why it cannot be an equation, else empty
     """
 
     parts: list[tuple[Row, float]]
@@ -35,18 +37,38 @@ class Quantity:
     shift: float = 0.0
     guards: list[tuple[str, tuple[Use, ...], Data]] = field(default_factory=list)
     size: float = 1.0
+    problem: str = ""
 
 
 Maker = Callable[[list[Operand], Values, int, str], Quantity]
 
 
-def plan_of(dimension: Dimension, args: list[Operand], values: Values) -> Plan:
-    """What a dimension contributes: nothing if it is derived or off."""
+def plan_of(
+    dimension: Dimension,
+    args: list[Operand],
+    values: Values,
+    program_of: Callable[[str], Program | None] = lambda text: None,
+) -> Plan:
+    """What a dimension contributes: nothing if it is derived.
+
+    Parameters
+    ----------
+    program_of : a text of an amount as a program, where it follows geometry
+    """
     plan = Plan()
     if dimension.derived:
         return plan
     quantity = quantity_of(dimension, args, values)
+    if quantity.problem:
+        plan.impossible = quantity.problem
+        return plan
+    turn = inner(dimension.kind, 1.0)
     if dimension.value is not None:
+        program = program_of(dimension.value.text)
+        if program is not None:
+            whole, factor = _measured(quantity)
+            plan.sums.append(Sum(tuple(whole), program=program, scale=factor * turn))
+            return plan
         _equation(plan, quantity, inner(dimension.kind, dimension.value.number))
         return plan
     total, factor = _measured(quantity)
@@ -64,6 +86,11 @@ def plan_of(dimension: Dimension, args: list[Operand], values: Values) -> Plan:
         slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
         # quantity - bound - slack = 0, or bound - quantity - slack = 0.
         parts = tuple((row, direction * part) for row, part in total)
+        program = program_of(amount.text)
+        if program is not None:
+            scale = direction * factor * turn
+            plan.sums.append(Sum(parts, 0.0, ((slack, -1.0),), program, scale))
+            continue
         plan.sums.append(Sum(parts, direction * factor * bound, ((slack, -1.0),)))
         plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
     return plan
@@ -146,7 +173,7 @@ def _radius_b(args: list[Operand], values: Values, side: int, mode: str) -> Quan
 def _sweep(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
     arc = args[0]
     if arc.entity.kind == "circle":
-        return Quantity([], size=float(values[arc.circle.r]))
+        return Quantity([], problem="a circle always turns by 360 degrees")
     uses = (arc.center, *arc.ends)
     spokes = (arc.center, arc.ends[0], arc.center, arc.ends[1])
     return Quantity(
@@ -211,6 +238,10 @@ def _turn_near(u: tuple[float, float]) -> float:
 
 
 def _total_length(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
+    for curve in args:
+        if curve.entity.kind not in chains.WITH_LENGTH:
+            what = curve.entity.name
+            return Quantity([], problem=f"the length of `{what}` can be measured, not set")
     return Quantity([part for curve in args for part in chains.length_of(curve)])
 
 

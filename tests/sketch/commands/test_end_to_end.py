@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.sketch import Sketch
+from arael.sketch.commands import table
 from arael.sketch.commands.session import Session
 from arael.sketch.document.saved import to_json
 from arael.sketch.expressions.properties import property_of
@@ -227,3 +229,65 @@ def test_a_hexagon_by_angles(session: Session) -> None:
     assert said(session, "dof") == "0 degrees of freedom"
     assert [value(session, f"{name}.length") for name in "abcdef"] == pytest.approx([5] * 6)
     assert value(session, "d.p1.x") == pytest.approx(-5)
+
+
+def test_random_lines_are_refused_or_done(session: Session) -> None:
+    choose = random.Random(11).choice
+    left_out = {"save", "load", "export", "import", "total_length", "area"}
+    commands = [name for name in table.commands() if name not in left_out]
+    names = [
+        "L0",
+        "L1",
+        "L2",
+        "A0",
+        "A1",
+        "EA0",
+        "P0",
+        "P1",
+        "L0.p1",
+        "L1.p2",
+        "A0.center",
+        "A1.start",
+        "d0",
+        "C0",
+        "w",
+    ]
+    values = [
+        "0,0",
+        "5,3",
+        "@1,2",
+        "cursor",
+        "5",
+        "30",
+        "deg",
+        "12",
+        "mm",
+        "w*2",
+        "L0.length",
+        "=w",
+        ">=",
+        "to",
+    ]
+    words = [
+        "force",
+        "driven",
+        "derived",
+        "noconnect",
+        "hv",
+        "closest",
+        "all",
+        "selection",
+        "chain",
+    ]
+    session.run("add_line 0,0 5,0 5,5; add_circle 2,2 1; add_arc 8,0 8,2 9,1; param w 3")
+    session.run("add_ellipse 15,0 3 1 20; add_point 9,9; add_point 1,7; length L0 5")
+    for _ in range(400):
+        count = choose(range(5))
+        line = " ".join(
+            [choose(commands), *(choose(choose([names, values, words])) for _ in range(count))]
+        )
+        before = to_json(session.document)
+        try:
+            session.run(line)
+        except AraelError:
+            assert to_json(session.document) == before, line

@@ -268,3 +268,11 @@ def test_numbers_that_are_not_finite_are_left_out() -> None:
 
     data = foreign(draw).replace(b"123.5", b"1e999")
     assert imported(data).notes == ["1 curve without finite numbers left out"]
+
+
+def test_dimension_lines_are_outside_of_the_drawing(written: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "plate.dxf"
+    path.write_bytes(written)
+    space = require("ezdxf").readfile(path).modelspace()
+    width = next(d for d in space.query("DIMENSION") if round(d.get_measurement() or 0) == 60)
+    assert width.dxf.defpoint.y < 0

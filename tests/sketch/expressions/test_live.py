@@ -191,7 +191,9 @@ def test_programs_have_the_value_and_its_derivatives(document: Document, text: s
         for sign in (1, -1):
             moved = [np.array(x + sign * step * (j == i)) for j, x in enumerate(inputs)]
             found.append(float(np.asarray(evaluate(made.tape, moved)[0])))
-        assert outputs[1 + i] == pytest.approx((found[0] - found[1]) / (2 * step), rel=1e-7, abs=1e-6)
+        assert outputs[1 + i] == pytest.approx(
+            (found[0] - found[1]) / (2 * step), rel=1e-7, abs=1e-6
+        )
 
 
 def test_parameters_that_do_not_follow_are_numbers(document: Document) -> None:
@@ -199,6 +201,14 @@ def test_parameters_that_do_not_follow_are_numbers(document: Document) -> None:
     made = program(document, "v + u")
     assert made.geometry == ("L0.length",)
     assert made.numbers == ("k", "u")
+
+
+def test_constants_of_models_are_names_here(document: Document) -> None:
+    param(document, e="3", epsilon="L0.length*e")
+    made = program(document, "epsilon + e")
+    assert (made.geometry, made.numbers) == (("L0.length",), ("e",))
+    found = evaluate(made.tape, [np.array(5.0), np.array(3.0)])
+    assert float(np.asarray(found[0])) == 18
 
 
 def test_functions_that_cannot_be_followed(document: Document) -> None:

@@ -31,6 +31,7 @@ def document() -> Document:
         made.add_entity("point", (8, 9))
         made.add_entity("bezier", (0, 0, 1, 1, 2, 1, 3, 0))
         made.add_entity("arc", (0, 0, 2, 0, 0, 2, 2), clockwise=True)
+        made.add_entity("ellipse", (1, 2, 5, 5, 0))
         made.put("parameters", Parameter("w", Amount("10", 10.0)))
         made.put("parameters", Parameter("a", Amount("30 deg", 30.0)))
         made.put("dimensions", Dimension("d0", "length", ("L0",), Amount("5", 5.0)))
@@ -84,6 +85,8 @@ VALUES = {
     "EA1.end_angle": 90,
     "P0.x + P0.y": 17,
     "S0.pole2.y + S0.p2.x": 4,
+    "EA2.length": 10 * math.pi,
+    "S0.length > 3 ": 1,
     "dist(P0, L0.p1)": math.hypot(8, 9),
     "dist(P0, L0)": abs(3 * 9 - 4 * 8) / 5,
     "midpoint(L0).x": 1.5,

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from arael.sketch.document.records import Amount, Dimension, Parameter
+from arael.sketch.expressions.evaluation import number
+from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.layout.layout import Layout
+from arael.sketch.layout.operands import operands
+from arael.sketch.layout.quantities import measure
 from tests.sketch.solving import Drawing
 
 
@@ -249,4 +256,62 @@ def test_random_edits_leave_the_layout_of_the_document() -> None:
                     d.document.undo()
         if step % 3 == 0:
             d.layout.check()
+    d.layout.check()
+
+
+def test_expressions_over_geometry_are_rows_that_follow_it() -> None:
+    d = chain(3)
+    document = d.document
+    with document.transaction("param"):
+        document.put("parameters", Parameter("extra", Amount("0.5", 0.5)))
+        document.put(
+            "dimensions",
+            Dimension("d9", "length", ("L2",), Amount("L0.length * 2 + extra", 1.0)),
+        )
+    length = d.dimension("length", "L0", value=1.5)
+    assert d.solver.solve().solved
+    for value, extra in ((1.5, 0.5), (2.5, 0.5), (2.5, 1.25)):
+        d.set(length, value)
+        with document.transaction("param"):
+            document.put("parameters", Parameter("extra", Amount(str(extra), extra)))
+        assert d.solver.solve().solved
+        lengths = [float(np.linalg.norm(np.diff(d.line(f"L{k}"), axis=0))) for k in (0, 2)]
+        assert lengths == pytest.approx([value, 2 * value + extra], abs=1e-9)
+    # It holds both ways: with the longer line given, the other follows.
+    d.change("dimensions", length, active=False)
+    d.dimension("length", "L2", value=9.25)
+    assert d.solver.solve().solved
+    assert np.linalg.norm(np.diff(d.line("L0"), axis=0)) == pytest.approx(4.0, abs=1e-9)
+    d.layout.check()
+
+
+@pytest.mark.parametrize(
+    ("kind", "args", "text"),
+    [
+        ("angle", ("L0", "L1"), "L2.angle / 2 + 20"),
+        ("sweep", ("A0",), "L0.p2.x * 30"),
+        ("total_length", ("L0", "L1"), "A0.length + 1"),
+        ("radius", ("A0",), "max(A0.sweep / 50, L0.length)"),
+        ("distance", ("L0.p1", "L1.p2"), "A0.center.y / 2 + dist(L0.p1, L0.p2)"),
+    ],
+)
+def test_every_sort_of_expression_over_geometry(
+    kind: str, args: tuple[str, ...], text: str
+) -> None:
+    d = Drawing()
+    d.add("line", 0.0, 0.0, 4.0, 1.0)
+    d.add("line", 4.0, 1.0, 5.0, 5.0)
+    d.add("line", 9.0, 0.0, 12.0, 2.0)
+    d.arc(0.0, 9.0, 2.0, 10.0, 130.0)
+    d.constrain("coincident", "L0.p2", "L1.p1")
+    with d.document.transaction("dimension"):
+        side = d.layout.side_of(kind, args)
+        d.document.put("dimensions", Dimension("d0", kind, args, Amount(text, 1.0), side=side))
+    outcome = d.solver.solve()
+    assert outcome.solved, outcome
+    wanted = number(text, DocumentScope(d.document))
+    found = measure(kind, operands(d.document, args), d.document.values, side)
+    assert (math.degrees(found) if kind in ("angle", "sweep") else found) == pytest.approx(
+        wanted, abs=1e-7
+    )
     d.layout.check()

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
+from scipy.optimize import minimize_scalar
 
 from arael.sketch.document.handles import takes
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS, Form
@@ -109,8 +111,6 @@ def tangent_at(d: Drawing, handle: str) -> np.ndarray:
 
 def curvature(d: Drawing, name: str, last: bool) -> float:
     """Signed curvature at an end of a spline, by SciPy's derivatives."""
-    from scipy.interpolate import BSpline
-
     poles = d.numbers(name).reshape(-1, 2)
     spans = len(poles) - 3
     knots = np.r_[[0.0] * 3, np.arange(spans + 1), [spans] * 3].astype(float)
@@ -129,9 +129,6 @@ def ellipse_curvature(d: Drawing, name: str, handle: str) -> float:
 
 def on_spline(d: Drawing, point: np.ndarray, name: str) -> float:
     """Distance of a point from a spline."""
-    from scipy.interpolate import BSpline
-    from scipy.optimize import minimize_scalar
-
     poles = d.numbers(name).reshape(-1, 2)
     spans = len(poles) - 3
     knots = np.r_[[0.0] * 3, np.arange(spans + 1), [spans] * 3].astype(float)
@@ -175,6 +172,16 @@ def chord_area(d: Drawing, names: tuple[str, ...]) -> float:
             u = d.point(f"{name}.start") - center
             t = math.atan2(u[1], u[0]) + np.linspace(0, sweep(d, name), 20001)
             part = center + r * np.column_stack([np.cos(t), np.sin(t)])
+        elif kind == "earc":
+            center, rx, ry, rot = d.ellipse(name)
+            ends = []
+            for point in ("start", "end"):
+                u = rotated(d.point(f"{name}.{point}") - center, np.zeros(2), -math.degrees(rot))
+                ends.append(math.atan2(u[1] / ry, u[0] / rx))
+            t = ends[0] + np.linspace(0, (ends[1] - ends[0]) % (2 * math.pi), 20001)
+            u, v = rx * np.cos(t), ry * np.sin(t)
+            c, s = math.cos(rot), math.sin(rot)
+            part = center + np.column_stack([c * u - s * v, s * u + c * v])
         else:
             part = spline_points(d, name, 20001)
         if points and np.linalg.norm(part[-1] - points[-1][-1]) < np.linalg.norm(
@@ -506,6 +513,19 @@ DIMENSION_CASES = [
         {"value": 4.0},
         (("S1.p1", "L1.p1"), ("L1.p2", "S1.p2")),
     ),
+    Case(
+        "area",
+        ("EA0",),
+        lambda d: math.pi * np.prod(d.ellipse("EA0")[1:3]) - 7,
+        {"value": 7.0},
+    ),
+    Case(
+        "area",
+        ("EA1", "L1"),
+        lambda d: (chord_area(d, ("EA1", "L1")) - 3) * 1e-3,
+        {"value": 3.0},
+        (("EA1.start", "L1.p1"), ("L1.p2", "EA1.end")),
+    ),
     Case("area", ("A0",), lambda d: math.pi * d.circle("A0")[1] ** 2 - 9, {"value": 9.0}),
 ]
 
@@ -587,6 +607,16 @@ def freedoms(d: Drawing) -> int:
     row_of = np.repeat(np.arange(len(system.owners)), np.diff(system.indptr))
     matrix[row_of, system.indices] = system.entries
     return len(system.x) - int(np.linalg.matrix_rank(matrix, tol=1e-7))
+
+
+@pytest.mark.parametrize("name", ["EA0", "EA1", "S0"])
+def test_a_length_that_no_rows_give_is_refused(name: str) -> None:
+    d = drawing_of_all()
+    dimension = d.dimension("total_length", name, "L0", value=9.0)
+    outcome = d.solver.solve()
+    assert not outcome.solved
+    assert outcome.open == (dimension,)
+    assert name in d.layout.impossible[dimension]
 
 
 def test_all_forms_are_covered() -> None:

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 
+from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount
+from arael.sketch.layout.operands import operands
+from arael.sketch.layout.quantities import measure
+from arael.sketch.solve.solver import Drag
 from tests.sketch.solving import Drawing
 
 
@@ -188,6 +195,50 @@ def test_angles_keep_their_sector(steps: tuple[float, ...]) -> None:
         assert math.degrees(math.atan2(u[1], u[0])) == pytest.approx(value)
 
 
+@pytest.mark.parametrize("turned", [100.0, 170.0, -120.0])
+def test_a_line_put_far_off_its_angle_comes_back_to_it(turned: float) -> None:
+    d = Drawing()
+    d.add("line", 0.0, 0.0, 5.0, 0.0)
+    d.add("line", 0.0, 0.0, 3.0, 0.0)
+    d.constrain("fix", "L0")
+    d.constrain("coincident", "L1.p1", "L0.p1")
+    d.dimension("length", "L1", value=3.0)
+    d.dimension("angle", "L0", "L1", value=60.0, side=1)
+    assert d.solver.solve().solved
+    angle = math.radians(60.0 + turned)
+    at = d.document.point_at("L1.p2")
+    with d.document.transaction("place"):
+        d.document.set_values([at, at + 1], [3 * math.cos(angle), 3 * math.sin(angle)])
+    assert d.solver.solve().solved
+    u = d.direction("L1")
+    assert math.degrees(math.atan2(u[1], u[0])) == pytest.approx(60.0)
+
+
+def test_an_arc_may_grow_past_half_a_turn_bit_by_bit() -> None:
+    d = Drawing()
+    d.arc(0.0, 0.0, 2.0, 0.0, 100.0)
+    d.constrain("lock", "A0.center", numbers=(0.0, 0.0))
+    d.constrain("lock", "A0.start", numbers=(2.0, 0.0))
+    at = d.document.point_at("A0.end")
+    drag = Drag(d.solver, [at])
+    for degrees in [*range(110, 351, 10), *range(340, 9, -10)]:
+        t = math.radians(degrees)
+        assert drag.move([(2 * math.cos(t), 2 * math.sin(t))]).solved
+        if degrees % 60 == 0:
+            drag = Drag(d.solver, [at])
+        assert np.allclose(d.point("A0.end"), [2 * math.cos(t), 2 * math.sin(t)], atol=1e-6)
+
+
+def test_ends_joined_from_far_away_are_joined() -> None:
+    d = Drawing()
+    d.arc(6.0, 6.0, 2.0, 20.0, 130.0)
+    d.earc(8.0, 12.0, 2.0, 1.1, -0.2, 10.0, 150.0)
+    d.constrain("coincident", "A0.end", "EA0.start")
+    outcome = d.solver.solve()
+    assert outcome.solved, outcome
+    assert d.point("A0.end").tobytes() == d.point("EA0.start").tobytes()
+
+
 def test_sweeps_stay_between_nothing_and_a_whole_turn() -> None:
     d = Drawing()
     d.arc(0.0, 0.0, 2.0, 10.0, 100.0)
@@ -257,10 +308,6 @@ def test_ranges_of_every_quantity(kind: str) -> None:
     d.dimension(kind, *args, low=low, high=high)
     outcome = d.solver.solve()
     assert outcome.solved, outcome
-    from arael.sketch.document.kinds import DIMENSIONS
-    from arael.sketch.layout.operands import operands
-    from arael.sketch.layout.quantities import measure
-
     found = measure(kind, operands(d.document, args), d.document.values)
     if DIMENSIONS[kind].quantity == "angle":
         found = math.degrees(found)
@@ -292,8 +339,6 @@ def test_a_point_follows_the_cursor_as_far_as_it_can() -> None:
 
 
 def test_a_line_is_moved_by_its_body() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     d.add("line", 0.0, 0.0, 3.0, 1.0)
     at = [d.document.point_at("L0.p1"), d.document.point_at("L0.p2")]
@@ -304,8 +349,6 @@ def test_a_line_is_moved_by_its_body() -> None:
 
 
 def test_an_arc_keeps_its_shape_when_moved_by_its_body() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     d.arc(0.0, 0.0, 2.0, 10.0, 100.0)
     before = d.numbers("A0")
@@ -315,8 +358,6 @@ def test_an_arc_keeps_its_shape_when_moved_by_its_body() -> None:
 
 
 def test_a_chain_dragged_out_and_back_is_where_it_was() -> None:
-    from arael.sketch.solve.solver import Drag
-
     d = Drawing()
     for k in range(12):
         d.add("line", float(k), 0.3 * (k % 2), k + 1.0, 0.3 * ((k + 1) % 2))
@@ -335,6 +376,36 @@ def test_a_chain_dragged_out_and_back_is_where_it_was() -> None:
         outcome = drag.move([home + t * np.array([-3.0, 2.5])])
         assert outcome.solved, outcome
     assert np.abs(d.document.values - before).max() < 1e-9
+
+
+def test_a_point_is_dragged_along_a_spline_of_several_pieces() -> None:
+    d = Drawing()
+    d.add("bspline", 0, 0, 1, 1, 3, 1, 5, 0, 7, 1, 9, 1, 10, 0)
+    d.constrain("fix", "S0")
+    d.add("point", 0.5, 0.5)
+    d.constrain("point_on", "P0", "S0")
+    assert d.solver.solve().solved
+    curve = BSpline(np.r_[[0.0] * 3, np.arange(5), [4.0] * 3], d.numbers("S0").reshape(-1, 2), 3)
+    drag = Drag(d.solver, [d.document.point_at("P0")])
+    for u in [*np.linspace(0.3, 3.9, 60), *np.linspace(3.9, 0.2, 60)]:
+        for _ in range(2):
+            assert drag.move([curve(u)]).solved
+        assert np.allclose(d.point("P0"), curve(u), atol=1e-6)
+
+
+def test_a_value_takes_a_point_across_the_knots_of_a_spline() -> None:
+    d = Drawing()
+    d.add("bspline", 0, 0, 1, 1, 3, 1, 5, 0, 7, 1, 9, 1, 10, 0)
+    d.constrain("fix", "S0")
+    d.add("point", 0.5, 0.5)
+    d.constrain("point_on", "P0", "S0")
+    name = d.dimension("hdistance", "S0.p1", "P0", value=0.5)
+    for value in (1.0, 9.0, 0.2, 5.0):
+        d.set(name, value)
+        outcome = d.solver.solve()
+        assert outcome.solved, outcome
+        assert d.point("P0")[0] == pytest.approx(value)
+    d.layout.check()
 
 
 def test_a_locked_point_is_not_dragged() -> None:
@@ -387,10 +458,8 @@ def test_a_far_chain_of_ten_thousand_constraints_solves() -> None:
     assert calls < 2 * _python_calls(lambda: (few.set("d0", 1.5), few.solver.solve())) + 200
 
 
-def _python_calls(function: object) -> int:
+def _python_calls(function: Callable[[], object]) -> int:
     """Python functions entered by a call: a measure that no other process disturbs."""
-    import sys
-
     count = 0
 
     def profile(frame: object, event: str, _: object) -> None:
@@ -399,7 +468,7 @@ def _python_calls(function: object) -> int:
 
     sys.setprofile(profile)
     try:
-        function()  # type: ignore[operator]
+        function()
     finally:
         sys.setprofile(None)
     return count

@@ -22,13 +22,19 @@ from arael.sketch.geometry import (
 
 
 def add_dimension(
-    space: Any, document: Document, curves: Mapping[str, Curve], d: Dimension, size: float
+    space: Any,
+    document: Document,
+    curves: Mapping[str, Curve],
+    d: Dimension,
+    size: float,
+    center: Point,
 ) -> None:
     """Draw one dimension; total lengths and areas are texts.
 
-    The measured value is DXF's own; a derived or a range dimension has its text overridden.
+    Its line is on the side away from `center`, the middle of a drawing of a certain size. The
+    measured value is DXF's own; a derived or a range dimension has its text overridden.
     """
-    height = size / 40.0
+    height = size / 55.0
     override = {"dimtxt": height, "dimasz": height, "dimexe": 0.4 * height, "dimexo": 0.4 * height,
                 "dimgap": 0.4 * height, "dimtad": 1, "dimlfac": 1.0, "dimscale": 1.0,
                 "dimdec": 4, "dimzin": 8}  # fmt: skip
@@ -43,14 +49,23 @@ def add_dimension(
     if d.kind in ("length", "distance", "hdistance", "vdistance", "radius_b"):
         ends = _ends(document, curves, d)
         if ends is not None:
-            _linear(space, d, *ends, away, common)
+            _linear(space, d, *ends, away, center, common)
     elif d.kind in ("radius", "diameter"):
         _radial(space, d, curves[d.args[0]], common)
     elif d.kind in ("angle", "sweep", "arc_length", "xangle"):
         _angular(space, d, curves, away, common)
     else:
-        x, y = curves[d.args[0]].point_at(0.5)
-        space.add_text(text, height=height, dxfattribs={"layer": DIMENSIONS}).set_placement((x, y))
+        if d.kind == "area":
+            boxes = [curves[name].bounds() for name in d.args]
+            inner = boxes[0]
+            for other in boxes[1:]:
+                inner = inner.union(other)
+            x, y = 0.5 * (inner.x_min + inner.x_max), 0.5 * (inner.y_min + inner.y_max)
+        else:
+            x, y = curves[d.args[0]].point_at(0.5)
+        space.add_text(text, height=height, dxfattribs={"layer": DIMENSIONS}).set_placement(
+            (x, y + 0.5 * height)
+        )
 
 
 def _point(document: Document, handle: str) -> Point:
@@ -79,12 +94,25 @@ def _ends(
 
 
 def _linear(
-    space: Any, d: Dimension, a: Point, b: Point, away: float, common: dict[str, Any]
+    space: Any,
+    d: Dimension,
+    a: Point,
+    b: Point,
+    away: float,
+    center: Point,
+    common: dict[str, Any],
 ) -> None:
     angle = {"hdistance": 0.0, "vdistance": 0.5 * pi}.get(d.kind, atan2(b[1] - a[1], b[0] - a[0]))
     if abs((b[0] - a[0]) * cos(angle) + (b[1] - a[1]) * sin(angle)) < 1e-12:
         return  # nothing to show
-    base = 0.5 * (a[0] + b[0]) - away * sin(angle), 0.5 * (a[1] + b[1]) + away * cos(angle)
+    nx, ny = -sin(angle), cos(angle)
+    middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
+    if d.offset is None:
+        # on the side away from the drawing's centre, beyond the outer of the two points
+        out = (middle[0] - center[0]) * nx + (middle[1] - center[1]) * ny
+        spread = 0.5 * abs((b[0] - a[0]) * nx + (b[1] - a[1]) * ny)
+        away = -away - spread if out < 0 else away + spread
+    base = middle[0] + away * nx, middle[1] + away * ny
     space.add_linear_dim(base=base, p1=a, p2=b, angle=degrees(angle), **common).render()
 
 
@@ -92,7 +120,7 @@ def _radial(space: Any, d: Dimension, curve: Curve, common: dict[str, Any]) -> N
     assert isinstance(curve, Conic)
     if curve.radii[0] != curve.radii[1]:  # DXF has radii of circles only
         a, b = curve.middle, curve.at_angle(0.0)
-        _linear(space, d, a, b, 0.0, common)
+        _linear(space, d, a, b, 0.0, a, common)
         return
     start, sweep = curve.span
     angle = 0.25 * pi if curve.closed else start + 0.5 * sweep

@@ -60,7 +60,8 @@ def from_dxf(
         ezdxf is not installed.
     """
     try:
-        import ezdxf  # imported here: start-up time
+        # imported here: start-up time
+        import ezdxf
     except ImportError:
         raise not_installed("a DXF file", "ezdxf", "sketch") from None
     del ezdxf
@@ -81,7 +82,8 @@ def _said(error: Exception) -> str:
 
 
 def _parsed(data: bytes, origin: str) -> Any:
-    from ezdxf import recover  # imported here: start-up time
+    # imported here: start-up time
+    from ezdxf import recover
 
     if not data.strip():
         raise unreadable("DXF", "the file is empty", origin)

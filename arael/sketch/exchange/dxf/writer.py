@@ -50,7 +50,8 @@ def to_dxf(document: Document) -> bytes:
         E1305: ezdxf is not installed.
     """
     try:
-        import ezdxf  # imported here: start-up time
+        # imported here: start-up time
+        import ezdxf
     except ImportError:
         raise not_installed("a DXF file", "ezdxf", "sketch") from None
     file = ezdxf.new("R2010", setup=True)  # type: ignore[attr-defined]
@@ -62,6 +63,7 @@ def to_dxf(document: Document) -> bytes:
     file.layers.add(DIMENSIONS, color=3)
     box = bounds_of_document(document)
     size = box.size if box is not None and box.size > 0 else 1.0
+    center = (0.5 * (box.x_min + box.x_max), 0.5 * (box.y_min + box.y_max)) if box else (0.0, 0.0)
     file.header["$LTSCALE"] = size / 100.0
     space = file.modelspace()
     curves = curves_of(document)
@@ -73,7 +75,7 @@ def to_dxf(document: Document) -> bytes:
             drawn = add_curve(space, curves[name], attributes)
         drawn.set_xdata(APPLICATION, [(1000, name)])
     for dimension in document.dimensions.values():
-        add_dimension(space, document, curves, dimension, size)
+        add_dimension(space, document, curves, dimension, size, center)
     record = file.rootdict.add_xrecord(RECORD)
     text = json.dumps(json.loads(to_json(document)), separators=(",", ":"))
     record.reset([(1, text[i : i + _CHUNK]) for i in range(0, len(text), _CHUNK)])

@@ -1,6 +1,6 @@
-"""What people complain of in other sketchers, rebuilt: none of it happens here.
+"""Situations that users of other sketchers reported as faults, rebuilt: none of them happens here.
 
-Every test is a situation that was reported somewhere, in our own words.
+Every test is one of them, in our own words.
 """
 
 from __future__ import annotations
