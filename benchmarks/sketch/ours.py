@@ -121,14 +121,19 @@ def freedom(drawing: Sketch, budget: float) -> dict[str, Any]:
 
 
 def would_help(drawing: Sketch, budget: float) -> dict[str, Any]:
-    """``what_if`` with the first candidate."""
+    """`Editor.would_help` with the first candidate; `what_if` says the same in words."""
+    from arael.sketch.document.records import Amount
+
     editor = Editor(drawing)
     editor.draw()
-    asked = command(drawing, next(iter(drawing.candidates.values())))
+    kind, *words = command(drawing, next(iter(drawing.candidates.values()))).split()
+    asked = [word for word in words if word[0].isalpha()]
+    values = [Amount(word, float(word)) for word in words if not word[0].isalpha()]
+    value = values[0] if values else None
     said: list[str] = []
 
     def turn(number: int) -> None:
-        said[:] = [editor.run(f"what_if {asked}")[0]]
+        said[:] = [str(editor.session.editor.would_help(kind, asked, value=value))]
 
     return editor.found(repeated(budget, turn), said[0])
 

@@ -25,7 +25,7 @@ NAMES = ("chain-20", "chain-25", "polygon-8", "plate", "links-5")
 
 
 def solved(sketch: sketches.Sketch, rules: tuple[sketches.Rule, ...] | None = None) -> check.State:
-    """A dense Gauss-Newton by differences: slow, and independent of all solvers that are measured."""
+    """A dense Gauss-Newton by differences: slow, independent of all that is measured."""
     numbers = np.concatenate([sketch.points.ravel(), sketch.radii])
     size = sketch.points.size
 
@@ -219,98 +219,28 @@ def test_a_script_that_our_editor_refuses_is_reported(monkeypatch: pytest.Monkey
         ours.TASKS["script"](sketches.make("plate"), 0.001)
 
 
-class Document:
-    def __init__(self) -> None:
-        self.entities: dict[str, types.SimpleNamespace] = {}
-        self.dimensions: dict[str, str] = {}
-
-    @property
-    def values(self) -> np.ndarray:
-        return np.array([n for e in self.entities.values() for n in e.numbers])
-
-    def numbers_of(self, name: str) -> np.ndarray:
-        return np.array(self.entities[name].numbers)
-
-
-class Whole:
-    """An editor with every method that the tasks call, which solves nothing."""
-
-    def __init__(self) -> None:
-        self.document, self.lengths, self.made = Document(), [], 0
-
-    def run(self, words: str) -> str:
-        for command in words.splitlines():
-            word, *rest = command.replace(",", " ").split()
-            numbers = [float(n) for n in rest if n[0] in "-0123456789"]
-            if word in ("add_line", "add_circle"):
-                kind, name = word[4:], f"{word}{len(self.document.entities)}"
-                self.document.entities[name] = types.SimpleNamespace(kind=kind, numbers=numbers)
-            elif word in ("length", "radius"):
-                if words == "length L2 4.0":
-                    raise AraelError(Diagnostic("E0101", "no gain"))
-                self.document.dimensions[f"d{self.made}"] = command
-                self.made += 1
-            elif word == "delete" and rest[0][0] == "d":
-                del self.document.dimensions[rest[0]]
-        return words.splitlines()[-1]
-
-    def length(self, name: str, value: float) -> str:
-        self.lengths.append((name, value))
-        return f"{name} is {value}"
-
-    def dof(self) -> str:
-        return "3 free"
-
-    def undo(self) -> None:
-        pass
-
-
-@pytest.fixture
-def whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    editor, saved = types.ModuleType("arael.sketch"), types.ModuleType("saved")
-    editor.Sketch = Whole  # type: ignore[attr-defined]
-    saved.to_json = lambda document: b""  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "arael.sketch", editor)
-    monkeypatch.setitem(sys.modules, "arael.sketch.document", types.ModuleType("document"))
-    monkeypatch.setitem(sys.modules, "arael.sketch.document.saved", saved)
-
-
 @pytest.mark.parametrize(
     ("task", "name", "said"),
     [
-        ("resolve", "chain-20", "L0 is 5.0"),
-        ("freedom", "chain-20", "3 free"),
-        ("would_help", "chain-20", "what_if length L2 4.0"),
-        ("edit", "chain-20", "length L0 4.0"),
-        ("redundant", "chain-20", "error[E0101]: no gain"),
-        ("script", "links-5", "11 commands; 3 free"),
-        ("drag", "links-5", "a command a frame"),
+        ("resolve", "chain-20", "d0"),
+        ("freedom", "chain-20", "'freedoms': 0"),
+        ("would_help", "chain-20", "kind='redundant'"),
+        ("edit", "chain-20", "length L0"),
+        ("redundant", "chain-20", "error[E1230]"),
+        ("contradicting", "chain-20", "error[E1231]"),
+        ("script", "links-5", "11 commands"),
+        ("drag", "links-5", "one gesture"),
+        ("undo", "chain-20", "0 not undone, 0 exceptions"),
     ],
 )
-def test_tasks_of_our_editor(whole: None, task: str, name: str, said: str) -> None:
+def test_tasks_of_our_editor(task: str, name: str, said: str) -> None:
     sketch = sketches.make(name)
     found = ours.TASKS[task](sketch, 0.001)
-    assert found["said"].strip() == said
+    assert said in found["said"]
     assert len(found["times"]) == {"script": 1, "drag": 40}.get(task, len(found["times"]))
     assert found["times"]
-    # Nothing moved it: the answer is the drawing.
-    assert outcome(sketch, task, found).moved < 1e-12
-
-
-def test_an_edit_ends_with_the_dimension_in_place(whole: None) -> None:
-    sketch = sketches.make("chain-20")
-    editor = ours.Editor(sketch)
-    editor.draw()
-    assert len(editor.dimensions()) == 6
-    assert editor.session.document.dimensions["d0"] == "length L0 4.0"
-
-
-def test_random_commands_that_are_not_undone_are_counted(whole: None) -> None:
-    found = ours.TASKS["undo"](sketches.make("chain-20"), 0.005)
-    counts = [int(n) for n in found["said"].replace(",", "").split() if n.isdigit()]
-    assert counts[0] == len(found["times"])
-    assert counts[2] > 0  # lines were added, and this editor's undo does nothing
-    assert "not as before" in found["said"]
+    if task != "undo":
+        assert outcome(sketch, task, found).residual < 1e-9
 
 
 def test_an_answer_is_not_believed() -> None:

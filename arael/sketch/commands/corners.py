@@ -18,7 +18,9 @@ from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint
-from arael.sketch.geometry import Corner, Line, chamfer as chamfer_of, corner, fillet as fillet_of
+from arael.sketch.geometry import Corner, Line, corner
+from arael.sketch.geometry import chamfer as chamfer_of
+from arael.sketch.geometry import fillet as fillet_of
 from arael.sketch.transfer.corner import End, needs_anchor, to_anchor
 from arael.sketch.transfer.report import Transfer
 
@@ -250,9 +252,7 @@ def _constrain(session: Session, kind: str, args: tuple[str, ...], done: Transfe
         done.implied.append(f"{kind} {' '.join(args)}")
 
 
-def _round(
-    session: Session, words: Words, found: _Corner, amount: Amount, done: Transfer
-) -> _Made:
+def _round(session: Session, words: Words, found: _Corner, amount: Amount, done: Transfer) -> _Made:
     document = session.document
     shape = fillet_of(found.at, amount.number)
     assert shape is not None
@@ -287,9 +287,7 @@ def _put_anchor(document: Document, found: _Corner, anchor: str, done: Transfer)
         done.added.append(name)
 
 
-def _bevel(
-    session: Session, words: Words, found: _Corner, amount: Amount, done: Transfer
-) -> _Made:
+def _bevel(session: Session, words: Words, found: _Corner, amount: Amount, done: Transfer) -> _Made:
     document = session.document
     _require_length(document, found, amount.number, "the chamfer")
     shape = chamfer_of(found.at, amount.number)

@@ -188,9 +188,7 @@ def _distinct(cuts: Sequence[_Cut]) -> list[_Cut]:
     return kept
 
 
-def _bracket(
-    curve: Curve, cuts: Sequence[_Cut], t: float
-) -> tuple[_Cut | None, _Cut | None]:
+def _bracket(curve: Curve, cuts: Sequence[_Cut], t: float) -> tuple[_Cut | None, _Cut | None]:
     """The crossings before and behind a parameter; of a closed curve around its seam."""
     before = [one for one in cuts if one.t <= t]
     behind = [one for one in cuts if one.t > t]
@@ -295,9 +293,7 @@ def _inside(curve: Curve, span: tuple[_Cut | None, _Cut | None], t: float) -> bo
     return low < t < high or (curve.closed and (low < t + 1.0 < high or low < t - 1.0 < high))
 
 
-def _pin(
-    session: Session, division: Division, cuts: Sequence[_Cut], done: Transfer
-) -> list[str]:
+def _pin(session: Session, division: Division, cuts: Sequence[_Cut], done: Transfer) -> list[str]:
     """Hold cut ends on their cutters: of connected ends one; what does not go, in words."""
     said: list[str] = []
     for cut in cuts:

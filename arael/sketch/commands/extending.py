@@ -101,7 +101,9 @@ def _reach(session: Session, words: Words, target: Operand, curve: Curve) -> _Re
         place = words.point("a coordinate, or `to` and a curve")
         token = place.token
         if not chosen:
-            gaps = {p: _gap(e, (place.x, place.y)) for p, e in ((low, curve.start), (high, curve.end))}
+            gaps = {
+                p: _gap(e, (place.x, place.y)) for p, e in ((low, curve.start), (high, curve.end))
+            }
             ends = (min(gaps, key=lambda one: gaps[one]),)
     elif not chosen:
         words.missing("`to` and a curve, a coordinate, `forward` or `backward`")

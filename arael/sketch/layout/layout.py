@@ -24,6 +24,7 @@ from arael.sketch.layout.operands import Operand, operands, sweep_of
 from arael.sketch.layout.places import Places
 from arael.sketch.layout.plan import Constant, Plan, Row, Sum, Use
 from arael.sketch.layout.sides import side_of
+from arael.sketch.layout.splines import pieces
 
 #: Places of locks that differ by less than this share of the numbers are one.
 LOCK_TOLERANCE = 1e-10
@@ -168,6 +169,9 @@ class Layout:
         self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
+        # Pieces on which points are, of splines with several; where those are that are at an end.
+        self._pieces: dict[str, int] = {}
+        self._at_knots: dict[str, int] = {}
         self._turning: tuple[int, NDArray[np.int64]] | None = None
         self._angles: tuple[int, NDArray[np.int64]] | None = None
         for table in _LAID:
@@ -237,6 +241,19 @@ class Layout:
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)
+
+    def use_of(self, offset: int) -> int:
+        """What rows use for a number of the document: an index in `x`, negative if it is fixed."""
+        return int(self._use[offset])
+
+    def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
+        """Columns of unknowns by their indices in `x`."""
+        return self._table().column[indices]
+
+    @staticmethod
+    def fields(row: Row) -> dict[str, float]:
+        """Data of a row as fields of its struct."""
+        return _fields(row.data)
 
     def root_of(self, offset: int) -> int:
         """Index in `x` of a number of the document."""
@@ -540,10 +557,10 @@ class Layout:
                 anew.add(name)
             else:
                 structural.append((table, name))
-        self._stale.clear()
         if structural:
             with self.rows.edit(), self.guards.edit():
                 anew |= self._restructure(structural, tables)
+        self._stale.clear()
         return anew
 
     def _restructure(
@@ -604,6 +621,8 @@ class Layout:
             dict.fromkeys(parts.name for arg in record.args if (parts := split_handle(arg)))
         )
         self._laid[record.name] = Laid(record, names)
+        if record.name not in self._stale:
+            self._pieces.pop(record.name, None)
         for name in names:
             self._users.setdefault(name, {})[record.name] = None
         if isinstance(record, Dimension) and following.is_live(record):
@@ -645,6 +664,8 @@ class Layout:
         """Take a record out, with its rows, ties and holds."""
         self._remove_rows(laid)
         del self._laid[name]
+        if name not in self._stale:
+            self._pieces.pop(name, None)
         dirty.pop(name, None)
         self._impossible.pop((name, -1), None)
         for one in laid.names:
@@ -853,7 +874,10 @@ class Layout:
             return _own_rows(record, values)
         if isinstance(record, Constraint):
             args = operands(self.document, record.args)
-            return relations.plan_of(record, args, values, self)
+            plan = relations.plan_of(record, args, values, self)
+            if plan.piece >= 0:
+                self._pieces[record.name] = plan.piece
+            return plan
         assert isinstance(record, Dimension)
         document = self.document
 
@@ -1058,9 +1082,21 @@ class Layout:
             laid = self._laid[name]
             if names.isdisjoint(laid.names):
                 continue
+            if name in self._pieces:
+                self._renew_piece(name, values)
+                continue
             assert laid.plan is not None
             for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
                 self.x[at : at + len(hidden.names)] = hidden.start(values)
+
+    def _renew_piece(self, name: str, values: NDArray[np.float64]) -> None:
+        """A point on a spline that was moved is on the piece that is nearest now."""
+        del self._pieces[name]
+        laid = self._laid[name]
+        self.version += 1
+        with self.rows.edit(), self.guards.edit():
+            self._remove_rows(laid)
+            self._lay(laid, values)
 
     def differs(self, x: NDArray[np.float64]) -> bool:
         """Whether any number of the document is not that of the unknowns `x`, (n,)."""
@@ -1082,6 +1118,8 @@ class Layout:
         """
         self.x[:] = x
         moved = self._moved(x)
+        if not len(moved):
+            return ()
         at = self._live[moved]
         new = x[self._root[at]]
         self.document.set_values(at, new)
@@ -1109,6 +1147,42 @@ class Layout:
         """Changes that were not taken in after all count for the next solve."""
         for key, (old, new) in changes.items():
             self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def note_parameters(self, x: NDArray[np.float64], within: float) -> None:
+        """Which points on splines are as near to an end of their piece at `x`, (n,)."""
+        self._at_knots = {}
+        for name, piece in self._pieces.items():
+            t = float(x[self._laid[name].hidden[0]])
+            if t <= within or t >= 1.0 - within:
+                self._at_knots[name] = piece + (1 if t > 0.5 else -1)
+
+    def hidden_at(self, name: str) -> int:
+        """Where in `x` the hidden unknowns of a record begin."""
+        return self._laid[name].hidden[0]
+
+    def cross_knots(self) -> dict[str, float]:
+        """Lay points out on the neighbouring pieces that `note_parameters` found.
+
+        Returns
+        -------
+        By record the parameter, 0 or 1, with which its point begins on the new piece.
+        """
+        found, self._at_knots = self._at_knots, {}
+        crossed = {}
+        for name, piece in found.items():
+            record = self.document.constraints.get(name)
+            if record is None:
+                continue
+            if 0 <= piece < pieces(operands(self.document, record.args)[1]):
+                crossed[name] = 0.0 if piece > self._pieces[name] else 1.0
+                self._pieces[name] = piece
+                self._pending["constraints", name] = None
+                self._stale.add(name)
+        return crossed
+
+    def piece_of(self, name: str) -> int | None:
+        """On which piece of a spline a `point_on` is to be; None: on the nearest."""
+        return self._pieces.get(name)
 
     def approach_turned(self, x: NDArray[np.float64]) -> None:
         """Values whose geometry is more than 90 degrees off at `x` are approached from there.

@@ -24,17 +24,8 @@ class Alike(Protocol):
     def lies_on(self, point: int, curve: str) -> bool:
         """Whether an equation of its own holds a point on a curve."""
 
-
-class Nothing:
-    """No aliases: for geometry alone."""
-
-    def same(self, a: int, b: int) -> bool:
-        """Whether two points are one number."""
-        return a == b
-
-    def lies_on(self, point: int, curve: str) -> bool:
-        """Nothing is held."""
-        return False
+    def piece_of(self, name: str) -> int | None:
+        """On which piece of a spline a `point_on` is to be; None: on the nearest."""
 
 
 class Circle(NamedTuple):

@@ -119,6 +119,7 @@ class Plan:
     settings : what to change when only the value of a dimension does
     ties : points that are one place
     impossible : why the record can never hold, else empty
+    piece : of a point on a spline of several pieces, else -1
     """
 
     rows: list[Row] = field(default_factory=list)
@@ -127,6 +128,7 @@ class Plan:
     hidden: list[Hidden] = field(default_factory=list)
     settings: list[Setting] = field(default_factory=list)
     impossible: str = ""
+    piece: int = -1
 
     def hide(self, hidden: Hidden) -> int:
         """A hidden unknown; returns what rows use it by."""

@@ -10,7 +10,7 @@ from arael.sketch.document.records import Constraint
 from arael.sketch.layout import tangency
 from arael.sketch.layout.operands import Alike, Operand, cross, dot, sign, towards
 from arael.sketch.layout.plan import Constant, Hidden, Plan, Values
-from arael.sketch.layout.splines import basis_of, nearest, poles_of
+from arael.sketch.layout.splines import basis_of, nearest, pieces, poles_of
 
 Maker = Callable[[Plan, Constraint, list[Operand], Values, Alike], None]
 
@@ -119,7 +119,10 @@ def _point_on(
         plan.add("PointOnEllipse", point.at, *curve.ellipse)
     else:
         at = (float(values[point.at]), float(values[point.at + 1]))
-        piece, _ = nearest(values, curve, at)
+        near, _ = nearest(values, curve, at)
+        wanted = alike.piece_of(what.name)
+        piece = near if wanted is None else wanted
+        plan.piece = piece if pieces(curve) > 1 else -1
 
         def start(values: Values) -> tuple[float]:
             at = (float(values[point.at]), float(values[point.at + 1]))

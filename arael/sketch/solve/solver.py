@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,16 @@ Array = NDArray[np.float64]
 SLACK_SCALE = 64.0
 #: A value that changes by more than this share of itself, or by more radians, is approached.
 FAR, FAR_TURN = 0.3, 1.0
+#: A parameter of a spline's piece this near to 0 or 1 is at the end of the piece; where a solve
+#: fails, this near.
+AT_KNOT, NEAR_KNOT = 1e-9, 0.1
+#: Pieces of splines that points may pass in one solve.
+MOST_KNOTS = 8
 #: The way to a new value is given up where no step this small succeeds.
 SMALLEST_STEP = 1.0 / 256.0
+
+
+_NONE: Mapping[str, float] = MappingProxyType({})
 
 
 class Solver:
@@ -46,6 +55,7 @@ class Solver:
         self._tolerances: Tolerances | None = None
         self._key: tuple[Any, ...] = ()
         self._version = -1
+        self._trial: tuple[tuple[int, bytes], Levels] | None = None
 
     # --- after an edit ----------------------------------------------------------------------
 
@@ -58,14 +68,41 @@ class Solver:
         ----------
         touched : not needed: what holds is recognised by its residuals
         """
+        found, last = self._once()
+        share = found.fraction
+        for _ in range(MOST_KNOTS):
+            # A point on a spline has come to the end of a piece: on the next one it may go on.
+            crossed = {} if found.solved else self.layout.cross_knots()
+            if not crossed:
+                break
+            share = min(share + 2.0 * SMALLEST_STEP, 1.0)
+            found, last = self._once(last, share, crossed)
+            share += (1.0 - share) * found.fraction
+        return found
+
+    def _once(
+        self, last: Array | None = None, share: float = 0.0, crossed: Mapping[str, float] = _NONE
+    ) -> tuple[Outcome, Array]:
+        """Solve with the pieces of splines as they are; and where it ended, (n,).
+
+        Parameters
+        ----------
+        last : where to go on, after a share of the way to changed values
+        crossed : records whose piece of a spline is another one since, and their parameter
+        """
         layout = self.layout
         x = layout.gather().copy()
+        if last is not None and len(last) == len(x):
+            x[:] = last
+            for name, t in crossed.items():
+                x[layout.hidden_at(name)] = t
         if layout.impossible:
             names = tuple(layout.impossible)
-            return Outcome("stalled", row=names[0], open=names, fraction=0.0)
+            return Outcome("stalled", row=names[0], open=names, fraction=0.0), x
         self.prepare(x)
         layout.approach_turned(x)
-        changes = layout.take_changes()
+        taken = layout.take_changes()
+        changes = {key: (old + share * (new - old), new) for key, (old, new) in taken.items()}
         start = x.copy()
         found = self._solved(x, changes)
         if found.status == "side" and found.guard in layout.document.entities:
@@ -79,9 +116,10 @@ class Solver:
             x[:] = start
             found = self._newton(x, guarded=False)
         if not found.solved:
-            layout.return_changes(changes)
-            return found
-        return self.written(x, found)
+            layout.return_changes(taken)
+            layout.note_parameters(x, NEAR_KNOT)
+            return found, x
+        return self.written(x, found), x
 
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
@@ -131,7 +169,11 @@ class Solver:
         # Trials have analyses of their own: that of the sketch is kept.
         levels = self.levels if guarded else Levels(layout.rows)
         if active is not None:
-            levels = Levels(layout.rows, guards=layout.guards, scales=levels.scales)
+            key = (layout.version, active.tobytes())
+            if self._trial is None or self._trial[0] != key:
+                trial = Levels(layout.rows, guards=layout.guards, scales=levels.scales)
+                self._trial = (key, trial)
+            levels = self._trial[1]
         tolerance = self.tolerances.at(x)
         found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
         return self.named(found, x, tolerance)
@@ -162,11 +204,10 @@ class Solver:
     def written(self, x: Array, found: Outcome) -> Outcome:
         """Into the document, in one step."""
         layout, document = self.layout, self.layout.document
-        if not layout.differs(x):
-            return found
+        layout.note_parameters(x, AT_KNOT)
         with document.transaction("solve"):
             moved = layout.scatter(x)
-        return replace(found, moved=moved)
+        return replace(found, moved=moved) if moved else found
 
     # --- what is kept -----------------------------------------------------------------------
 
@@ -313,10 +354,13 @@ class Drag:
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
+        layout.cross_knots()
         x = layout.gather().copy()
         if layout.impossible:
             names = tuple(layout.impossible)
             return Outcome("stalled", row=names[0], open=names, fraction=0.0)
+        if len(x) != len(self.home):
+            self.home = layout.unknowns_at(self.began)
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
         offsets = np.column_stack([self.points, self.points + 1]).ravel()

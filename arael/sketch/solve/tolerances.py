@@ -53,7 +53,8 @@ class Tolerances:
             top = np.maximum(np.abs(high), np.abs(low))
             size[ids] = np.maximum(size[ids], top if axis == 3 else high - low)
             far[ids] = np.maximum(far[ids], top)
-        whole = self._layout.size
+        # A component without extent is as large as the largest.
+        whole = float(size.max(initial=0.0)) or self._layout.size
         size[size <= 1e-9 * whole] = whole
         tolerance = np.maximum(TOLERANCE * size, ROUNDINGS * np.finfo(float).eps * far)
         found: NDArray[np.float64] = tolerance[self._row]

@@ -175,7 +175,10 @@ def _join(editor: Editor, division: Division, done: Transfer) -> None:
     for a, b in joints:
         if division.old.clockwise:
             a, b = b, a
-        left, right = f"{a.entity.name}.{high_end(a.entity)}", f"{b.entity.name}.{low_end(b.entity)}"
+        left, right = (
+            f"{a.entity.name}.{high_end(a.entity)}",
+            f"{b.entity.name}.{low_end(b.entity)}",
+        )
         _tie(editor, "coincident", (left, right), done)
         if division.old.kind in ("bezier", "bspline"):
             _tie(editor, "tangent", (left, right), done)

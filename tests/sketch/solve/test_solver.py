@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount
@@ -375,6 +376,36 @@ def test_a_chain_dragged_out_and_back_is_where_it_was() -> None:
         outcome = drag.move([home + t * np.array([-3.0, 2.5])])
         assert outcome.solved, outcome
     assert np.abs(d.document.values - before).max() < 1e-9
+
+
+def test_a_point_is_dragged_along_a_spline_of_several_pieces() -> None:
+    d = Drawing()
+    d.add("bspline", 0, 0, 1, 1, 3, 1, 5, 0, 7, 1, 9, 1, 10, 0)
+    d.constrain("fix", "S0")
+    d.add("point", 0.5, 0.5)
+    d.constrain("point_on", "P0", "S0")
+    assert d.solver.solve().solved
+    curve = BSpline(np.r_[[0.0] * 3, np.arange(5), [4.0] * 3], d.numbers("S0").reshape(-1, 2), 3)
+    drag = Drag(d.solver, [d.document.point_at("P0")])
+    for u in [*np.linspace(0.3, 3.9, 60), *np.linspace(3.9, 0.2, 60)]:
+        for _ in range(2):
+            assert drag.move([curve(u)]).solved
+        assert np.allclose(d.point("P0"), curve(u), atol=1e-6)
+
+
+def test_a_value_takes_a_point_across_the_knots_of_a_spline() -> None:
+    d = Drawing()
+    d.add("bspline", 0, 0, 1, 1, 3, 1, 5, 0, 7, 1, 9, 1, 10, 0)
+    d.constrain("fix", "S0")
+    d.add("point", 0.5, 0.5)
+    d.constrain("point_on", "P0", "S0")
+    name = d.dimension("hdistance", "S0.p1", "P0", value=0.5)
+    for value in (1.0, 9.0, 0.2, 5.0):
+        d.set(name, value)
+        outcome = d.solver.solve()
+        assert outcome.solved, outcome
+        assert d.point("P0")[0] == pytest.approx(value)
+    d.layout.check()
 
 
 def test_a_locked_point_is_not_dragged() -> None:
