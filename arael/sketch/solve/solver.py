@@ -125,6 +125,8 @@ class Solver:
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
         layout = self.layout
+        if changes and self._holds(x):
+            return self._newton(x)  # the geometry was changed along with the values
         start = x.copy()
         parts = layout.parts_of(changes, FAR, FAR_TURN)
         if not parts:
@@ -161,6 +163,11 @@ class Solver:
         layout.set_share(changes, 1.0)
         share = (part + found.fraction) / parts
         return self.named(found, x, self.tolerances.at(x), share)
+
+    def _holds(self, x: Array) -> bool:
+        """Whether all equations hold at `x`."""
+        residuals = np.abs(self.layout.rows.evaluate(x))
+        return bool(np.all(residuals <= self.tolerances.at(x)))
 
     def _newton(
         self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True
