@@ -30,3 +30,17 @@ vertical b.center c.center
 vdistance c.center right.p2 margin
 horizontal c.center d.center
 vertical d.center a.center
+
+# A slot beside the bore, on its height; the lines meet the arcs, which become tangent by themselves.
+upper = add_line 60,27.5 66,27.5
+lower = add_line 66,22.5 60,22.5
+outer = add_arc upper.p2 lower.p1 68.5,25
+inner = add_arc lower.p2 upper.p1 57.5,25
+horizontal upper
+length upper width/10
+radius inner 2.5 mm; equal inner outer
+horizontal bore.center inner.center
+hdistance bore.center inner.center bore.radius+5
+
+# The corners of the plate.
+fillet bottom right right top top left left bottom 6 mm

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import types
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -24,14 +23,6 @@ class Added:
     entity: Entity
     connected: tuple[Constraint, ...] = ()
     tangents: tuple[Constraint, ...] = ()
-
-
-try:
-    from arael.sketch.editing import editor as _editor  # noqa: F401
-except ImportError:  # until solver and judge are in the tree
-    _stub = types.ModuleType("arael.sketch.editing.editor")
-    _stub.Added = Added  # type: ignore[attr-defined]
-    sys.modules["arael.sketch.editing.editor"] = _stub
 
 
 class StandIn:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
+from arael.sketch.editing.measures import size_of
 from arael.sketch.editing.operands import same_relation
 
 #: Lines and radii shorter than this part of the sketch's size have no direction.
 SMALLEST = 1e-9
+#: A line of this part of the sketch's size has collapsed in a solve.
+COLLAPSED = 1e-8
 
 
 def check_extent(kind: str, numbers: list[float], size: float) -> None:
@@ -43,6 +47,40 @@ def _least(kind: str, what: str, found: float, least: float) -> None:
                 help=("give it points that are apart",),
             )
         )
+
+
+def check_left(document: Document, names: Iterable[str], cause: str = "") -> None:
+    """Refuse a solution in which the ends of a line have come together.
+
+    Parameters
+    ----------
+    names : of entities that have moved
+    cause : what was asked for, in words
+
+    Raises
+    ------
+    AraelError
+        E1220
+    """
+    size = 0.0
+    for name in names:
+        if document.entities[name].kind != "line":
+            continue
+        x1, y1, x2, y2 = document.numbers_of(name).tolist()
+        length = math.hypot(x2 - x1, y2 - y1)
+        if length > 1e-5 * max(abs(x1), abs(y1), abs(x2), abs(y2)):
+            continue
+        size = size or size_of(document)
+        if length <= COLLAPSED * size:
+            subject = f"`{cause}`" if cause else "this"
+            raise AraelError(
+                Diagnostic(
+                    "E1220",
+                    f"{subject} would leave nothing of `{name}`: its ends come together",
+                    notes=("the sketch is left as it was",),
+                    help=(f"`info {name}` lists what holds it",),
+                )
+            )
 
 
 def check_new_constraint(document: Document, kind: str, args: tuple[str, ...]) -> None:

@@ -27,6 +27,7 @@ from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
     check_extent,
+    check_left,
     check_new_constraint,
     same_dimension,
 )
@@ -34,6 +35,7 @@ from arael.sketch.editing.directions import direction_at, nearly_parallel
 from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
+from arael.sketch.editing.turning import turned
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
@@ -171,6 +173,7 @@ class Editor:
     def _solved(self, cause: str) -> Outcome:
         outcome = self.solver.solve()
         if outcome.solved:
+            check_left(self.document, outcome.moved, self._label(cause) if cause else "")
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
@@ -312,6 +315,9 @@ class Editor:
         check_new_constraint(self.document, kind, spelt)
         check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
+            start = turned(self.document, kind, spelt)
+            for at, place in start.items():
+                self.document.set_values([at, at + 1], place)
             record = Constraint(
                 self._constraint_name(kind, spelt),
                 kind,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import tests.sketch.stand_in  # noqa: F401
 from arael.sketch.commands import manual, python, table
 
 ROOT = Path(__file__).parents[3]
