@@ -728,9 +728,7 @@ class Commands:
         return self._command("unlock", (*points,), {})
 
     def constr(self, *entities: Argument) -> Any:
-        """The command ``constr``.
-
-        Make entities construction geometry, or ordinary again; without `on` or `off` toggle.
+        """Make entities construction geometry or ordinary again; toggle without `on`, `off`.
 
         As a command::
 
@@ -744,7 +742,7 @@ class Commands:
     def quiet(self, *entities: Argument) -> Any:
         """The command ``quiet``.
 
-        Hide an entity's own dimensions and centre, or show them; without `on` or `off` toggle.
+        Hide the dimensions and centre of entities, or show them; toggle without `on`, `off`.
 
         As a command::
 
