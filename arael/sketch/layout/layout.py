@@ -248,7 +248,8 @@ class Layout:
 
     def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
         """Columns of unknowns by their indices in `x`."""
-        return self._table().column[indices]
+        found: NDArray[np.int64] = self._table().column[indices]
+        return found
 
     @staticmethod
     def fields(row: Row) -> dict[str, float]:
