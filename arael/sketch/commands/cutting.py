@@ -222,9 +222,11 @@ def _span_by(
         message = f"{cutters[0].handle} crosses {target.handle} {_times(len(crossings[0]))}"
         hint = "append `forward` or `backward`, or name a second cutter"
         fail("E1281", message, cutters[0].token.span, "", hint)
-    pairs = [(abs(a.t - b.t), *sorted((a, b))) for a in crossings[0] for b in crossings[1]]
-    length, low, high = min(pairs)
-    if not length > 1e-9:
+    low, high = min(
+        (sorted((a, b)) for a in crossings[0] for b in crossings[1]),
+        key=lambda pair: pair[1].t - pair[0].t,
+    )
+    if not high.t - low.t > 1e-9:
         message = f"{cutters[0].handle} and {cutters[1].handle} cross {target.handle} at one place"
         fail("E1281", message, cutters[1].token.span, "", "append `forward` or `backward`")
     return low, high
@@ -264,7 +266,8 @@ def _cut(
     document = session.document
     with document.transaction(words.statement.text), placed_at(words):
         parts = []
-        for piece in curve.split(*(cut.t for cut in cuts)):
+        pieces = curve.split(*(cut.t for cut in cuts))
+        for piece in reversed(pieces) if target.clockwise else pieces:
             if span is not None and _inside(curve, span, 0.5 * (piece.start + piece.end)):
                 continue
             kind, numbers = numbers_of(piece.curve)
@@ -277,8 +280,6 @@ def _cut(
                 clockwise=target.clockwise,
             )
             parts.append(Part(entity, piece.start, piece.end))
-        if target.clockwise:
-            parts.reverse()
         division = Division(document, target, curve, tuple(parts), span is None)
         done = carry(session.editor, division)
         unpinned = [] if "nopin" in words.flags else _pin(session, division, cuts, done)

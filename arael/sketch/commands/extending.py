@@ -44,8 +44,8 @@ class _Reach(NamedTuple):
     details="""
 `to` names the curve; with a coordinate the end next to it goes on to the first curve that it meets.
 `forward` lengthens at the end (p2), `backward` at the start (p1); without them `to` takes the end
-that is nearer to the curve. The new end is held on the curve unless `nopin`. A literal length, sweep
-or arc length gets its new value; one with an expression only measures from then on.
+that is nearer to the curve. The new end is held on the curve unless `nopin`. A literal length,
+sweep or arc length gets its new value; one with an expression only measures from then on.
 
 ```
 extend L0 to L1

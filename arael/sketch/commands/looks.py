@@ -47,7 +47,7 @@ command(
     "constr",
     group="modify",
     usage=("constr L0 [L1 ...]", "constr L0 on", "constr L0 off", "constr selection"),
-    summary="Make entities construction geometry, or ordinary again; without `on` or `off` toggle.",
+    summary="Make entities construction geometry or ordinary again; toggle without `on`, `off`.",
     arguments=("*entities",),
 )(_switch("construction", ("construction", "no construction")))
 
@@ -55,7 +55,7 @@ command(
     "quiet",
     group="modify",
     usage=("quiet L0 [L1 ...]", "quiet L0 on", "quiet L0 off", "quiet selection"),
-    summary="Hide an entity's own dimensions and centre, or show them; without `on` or `off` toggle.",
+    summary="Hide the dimensions and centre of entities, or show them; toggle without `on`, `off`.",
     arguments=("*entities",),
 )(_switch("quiet", ("quiet", "not quiet")))
 

@@ -27,7 +27,7 @@ def _feet(x: float, y: float, a: float, b: float) -> list[tuple[float, float]]:
     u, v, r2 = abs(x) / b, abs(y) / b, ratio * ratio
     sx, sy = copysign(1.0, x), copysign(1.0, y)
     found = []
-    if v > 0.0:
+    if v - 1.0 > -1.0:  # not on the long axis, up to rounding
         s = _newton(u * ratio, v, r2, max(v - 1.0, u * ratio - r2))
         found.append((sx * ratio * u / (s + r2), sy * v / (s + 1.0)))
     else:

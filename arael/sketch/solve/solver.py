@@ -55,6 +55,7 @@ class Solver:
         self._tolerances: Tolerances | None = None
         self._key: tuple[Any, ...] = ()
         self._version = -1
+        self._size = np.inf  # of the drawing, for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
 
     # --- after an edit ----------------------------------------------------------------------
@@ -124,6 +125,8 @@ class Solver:
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
         layout = self.layout
+        if changes and self._holds(x):
+            return self._newton(x)  # the geometry was changed along with the values
         start = x.copy()
         parts = layout.parts_of(changes, FAR, FAR_TURN)
         if not parts:
@@ -161,13 +164,20 @@ class Solver:
         share = (part + found.fraction) / parts
         return self.named(found, x, self.tolerances.at(x), share)
 
+    def _holds(self, x: Array) -> bool:
+        """Whether all equations hold at `x`."""
+        residuals = np.abs(self.layout.rows.evaluate(x))
+        return bool(np.all(residuals <= self.tolerances.at(x)))
+
     def _newton(
         self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True
     ) -> Outcome:
         """Solve in place from `x`, by levels."""
         layout = self.layout
         # Trials have analyses of their own: that of the sketch is kept.
-        levels = self.levels if guarded else Levels(layout.rows)
+        levels = self.levels
+        if not guarded:
+            levels = Levels(layout.rows, scales=self.levels.scales)
         if active is not None:
             key = (layout.version, active.tobytes())
             if self._trial is None or self._trial[0] != key:
@@ -215,7 +225,9 @@ class Solver:
         """Levels and tolerances of the layout's present structure."""
         layout = self.layout
         angles, slacks = layout.angles, layout.slacks
-        size = 2.0 ** round(np.log2(layout.size)) if len(angles) else 1.0
+        if len(angles) and not 0.5 < layout.size / self._size < 2.0:
+            self._size = layout.size
+        size = self._size
         key = (layout.rows.n, size, angles.tobytes(), slacks.tobytes())
         if self._levels is None or self._key != key:
             scales = None

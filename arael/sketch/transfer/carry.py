@@ -7,12 +7,13 @@ from itertools import product
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Constraint, Dimension
+from arael.sketch.document.handles import ends
+from arael.sketch.document.records import Constraint, Dimension, Parameter
 from arael.sketch.editing.editor import Editor
 from arael.sketch.expressions.renaming import rename_everywhere
 from arael.sketch.transfer.contacts import contact_of
 from arael.sketch.transfer.expressions import replacements
-from arael.sketch.transfer.pieces import Division, high_end, low_end
+from arael.sketch.transfer.pieces import Division
 from arael.sketch.transfer.report import Transfer
 from arael.sketch.transfer.roles import role_of
 
@@ -52,7 +53,8 @@ def carry(editor: Editor, division: Division) -> Transfer:
 
 def users(document: Document, name: str) -> list[Constraint | Dimension]:
     """Constraints and dimensions that refer to an entity."""
-    records = [*document.constraints.values(), *document.dimensions.values()]
+    records: list[Constraint | Dimension] = [*document.constraints.values()]
+    records += document.dimensions.values()
     return [one for one in records if any(arg.partition(".")[0] == name for arg in one.args)]
 
 
@@ -65,7 +67,8 @@ def dissolve(document: Document, name: str, done: Transfer) -> None:
 
 
 def _broken(document: Document) -> list[str]:
-    records = [*document.parameters.values(), *document.dimensions.values()]
+    records: list[Parameter | Dimension] = [*document.parameters.values()]
+    records += document.dimensions.values()
     return [one.name for one in records if one.broken]
 
 
@@ -155,10 +158,10 @@ def _extent(division: Division, dimension: Dimension) -> Dimension | None:
     """A length between ends that are still there as a distance; a chain with all pieces."""
     old = division.old
     if dimension.kind == "length":
-        ends = division.successor("p1"), division.successor("p2")
-        if None in ends:
+        p1, p2 = division.successor("p1"), division.successor("p2")
+        if p1 is None or p2 is None:
             raise _Lost("an end of it was cut away")
-        return replace(dimension, kind="distance", args=tuple(filter(None, ends)), side=1)
+        return replace(dimension, kind="distance", args=(p1, p2), side=1)
     if dimension.kind in ("total_length", "area") and division.whole:
         at = dimension.args.index(old.name)
         names = tuple(part.entity.name for part in division.parts)
@@ -173,12 +176,17 @@ def _join(editor: Editor, division: Division, done: Transfer) -> None:
     """Ends that meet are one point; neighbouring arcs have one centre; splines go on smoothly."""
     joints = division.joints()
     for a, b in joints:
+<<<<<<< HEAD
+        left = f"{a.entity.name}.{ends(a.entity)[1]}"
+        right = f"{b.entity.name}.{ends(b.entity)[0]}"
+=======
         if division.old.clockwise:
             a, b = b, a
         left, right = (
             f"{a.entity.name}.{high_end(a.entity)}",
             f"{b.entity.name}.{low_end(b.entity)}",
         )
+>>>>>>> int
         _tie(editor, "coincident", (left, right), done)
         if division.old.kind in ("bezier", "bspline"):
             _tie(editor, "tangent", (left, right), done)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Constraint, Dimension
+from arael.sketch.document.records import Constraint, Dimension, Parameter
 from arael.sketch.expressions.dependencies import amounts_of, paths_of
 from arael.sketch.expressions.renaming import rename_everywhere
 from arael.sketch.transfer.carry import users
@@ -46,7 +46,8 @@ def needs_anchor(document: Document, ends: tuple[End, End], tie: str) -> bool:
             ):
                 return True
     paths = {path for end in ends for path in (end.handle, f"{end.line}.length")}
-    records = [*document.parameters.values(), *document.dimensions.values()]
+    records: list[Parameter | Dimension] = [*document.parameters.values()]
+    records += document.dimensions.values()
     return any(
         path == one or path.startswith(f"{one}.")
         for record in records

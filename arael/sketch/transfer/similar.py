@@ -93,10 +93,7 @@ def mapped(editor: Editor, names: Sequence[str], by: Similarity) -> Followed:
         for at in tied - _own_points(document, inside):
             document.set_values([at, at + 1], by(*document.values[at : at + 2].tolist()))
         _locks(document, tied, by)
-        if by.turn:
-            relations = _axes(document, inside, tied, by, followed)
-        else:
-            relations = []
+        relations = _axes(document, inside, tied, by, followed) if by.turn else []
         for dimension in list(document.dimensions.values()):
             _dimension(document, dimension, inside, tied, by, followed)
         editor.solve()

@@ -234,3 +234,9 @@ def test_tangents_of_repeated_poles_are_their_limits() -> None:
 def test_a_line_of_any_size_has_its_foot() -> None:
     for size in (1e-200, 1e-6, 1e6, 1e150):
         assert Line((0, 0), (size, 0)).nearest((size / 4, size)).t == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("y", [1e-12, 1e-17, 4.7e-212, 5e-324, 0.0])
+def test_the_foot_of_a_point_next_to_the_long_axis_of_an_ellipse(y: float) -> None:
+    found = Ellipse((0.0, 0.0), 9.0, 4.0, 0.0).nearest((0.0, y))
+    assert found.distance == pytest.approx(4.0)

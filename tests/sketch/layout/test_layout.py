@@ -13,7 +13,7 @@ from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.operands import operands
 from arael.sketch.layout.quantities import measure
-from tests.sketch.solving import Drawing
+from tests.sketch.solving import Drawing, python_calls
 
 
 def chain(count: int) -> Drawing:
@@ -190,6 +190,24 @@ def test_an_edit_lays_out_only_what_it_touches(kind: str) -> None:
     d.remove("constraints", name)
     assert len(d.layout.refresh()) <= 6
     d.layout.check()
+
+
+@pytest.mark.parametrize("kind", ["coincident", "parallel", "lock", "length"])
+def test_an_edit_costs_the_same_in_a_large_sketch(kind: str) -> None:
+    calls = []
+    for count in (50, 500):
+        d = chain(count)
+        d.layout.gather()
+        if kind == "length":
+            d.dimension(kind, "L10", value=1.0)
+        elif kind == "lock":
+            d.constrain(kind, "L10.p2", numbers=(11.0, 1.1))
+        elif kind == "parallel":
+            d.constrain(kind, "L10", "L20")
+        else:
+            d.constrain(kind, "L10.p2", "L20.p2")
+        calls.append(python_calls(d.layout.gather))
+    assert calls[1] <= 1.1 * calls[0]
 
 
 def test_layout_after_undo_and_redo_is_that_of_the_document() -> None:

@@ -554,6 +554,34 @@ def laid_out(case: Case) -> tuple[Drawing, str]:
     return d, d.constrain(case.kind, *case.args, **case.options)
 
 
+HOMOGENEOUS = [c for c in CONSTRAINT_CASES if c.kind not in ("smooth", "image", "lock", "fix")]
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+@pytest.mark.parametrize("case", HOMOGENEOUS, ids=identity)
+def test_it_holds_at_every_scale(case: Case, scale: float) -> None:
+    d = drawing_of_all()
+    d.layout.refresh()
+    lengths = np.ones(len(d.document.values), dtype=bool)
+    for entity in d.document.entities.values():
+        if entity.kind in ("ellipse", "earc"):
+            lengths[entity.at + entity.size - 1] = False
+    with d.document.transaction("scale"):
+        values = d.document.values
+        factors = np.where(lengths, scale, 1.0)
+        d.document.set_values(np.arange(len(values)), values * factors)
+    d.layout.gather()
+    for pair in case.ties:
+        d.constrain("coincident", *pair)
+    assert d.solver.solve().solved
+    d.constrain(case.kind, *case.args, **case.options)
+    outcome = d.solver.solve()
+    assert outcome.solved, outcome
+    with d.document.transaction("back"):
+        d.document.set_values(np.arange(len(factors)), d.document.values / factors)
+    assert np.abs(case.check(d)).max() < 1e-7
+
+
 def form_of(case: Case, d: Drawing) -> Form:
     """The form of `kinds` that a case is of."""
     forms = (CONSTRAINTS.get(case.kind) or DIMENSIONS[case.kind]).forms

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from arael.sketch.document.records import Amount
 from arael.sketch.layout.operands import operands
 from arael.sketch.layout.quantities import measure
 from arael.sketch.solve.solver import Drag
-from tests.sketch.solving import Drawing
+from tests.sketch.solving import Drawing, python_calls
 
 
 def rectangle(scale: float = 1.0, dx: float = 0.0, dy: float = 0.0) -> Drawing:
@@ -450,25 +448,9 @@ def test_a_far_chain_of_ten_thousand_constraints_solves() -> None:
     outcome = d.solver.solve()
     assert outcome.solved, outcome
     assert d.line("L1249")[1].tolist() == pytest.approx([1250.0, 0.0])
-    calls = _python_calls(lambda: (d.set("d3", 1.5), d.solver.solve()))
+    calls = python_calls(lambda: (d.set("d3", 1.5), d.solver.solve()))
     few = Drawing()
     few.add("line", 0.0, 0.0, 1.0, 0.0)
     few.dimension("length", "L0", value=1.0)
     few.solver.solve()
-    assert calls < 2 * _python_calls(lambda: (few.set("d0", 1.5), few.solver.solve())) + 200
-
-
-def _python_calls(function: Callable[[], object]) -> int:
-    """Python functions entered by a call: a measure that no other process disturbs."""
-    count = 0
-
-    def profile(frame: object, event: str, _: object) -> None:
-        nonlocal count
-        count += event == "call"
-
-    sys.setprofile(profile)
-    try:
-        function()
-    finally:
-        sys.setprofile(None)
-    return count
+    assert calls < 2 * python_calls(lambda: (few.set("d0", 1.5), few.solver.solve())) + 200
