@@ -176,17 +176,12 @@ def _join(editor: Editor, division: Division, done: Transfer) -> None:
     """Ends that meet are one point; neighbouring arcs have one centre; splines go on smoothly."""
     joints = division.joints()
     for a, b in joints:
-<<<<<<< HEAD
-        left = f"{a.entity.name}.{ends(a.entity)[1]}"
-        right = f"{b.entity.name}.{ends(b.entity)[0]}"
-=======
         if division.old.clockwise:
             a, b = b, a
         left, right = (
             f"{a.entity.name}.{high_end(a.entity)}",
             f"{b.entity.name}.{low_end(b.entity)}",
         )
->>>>>>> int
         _tie(editor, "coincident", (left, right), done)
         if division.old.kind in ("bezier", "bspline"):
             _tie(editor, "tangent", (left, right), done)
