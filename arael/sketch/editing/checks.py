@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+import numpy as np
+
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
@@ -62,17 +64,22 @@ def check_left(document: Document, names: Iterable[str], cause: str = "") -> Non
     AraelError
         E1220
     """
-    size = 0.0
-    for name in names:
-        if document.entities[name].kind != "line":
-            continue
-        x1, y1, x2, y2 = document.numbers_of(name).tolist()
-        length = math.hypot(x2 - x1, y2 - y1)
-        if length > 1e-5 * max(abs(x1), abs(y1), abs(x2), abs(y2)):
-            continue
-        size = size or size_of(document)
-        if length <= COLLAPSED * size:
+    entities = document.entities
+    lines = [one for one in map(entities.__getitem__, names) if one.kind == "line"]
+    if not lines:
+        return
+    at = np.fromiter((one.at for one in lines), np.int64, len(lines))
+    numbers = document.values[at[:, None] + np.arange(4)]
+    length = np.hypot(numbers[:, 2] - numbers[:, 0], numbers[:, 3] - numbers[:, 1])
+    short = np.flatnonzero(length <= 1e-5 * np.abs(numbers).max(axis=1))
+    if not len(short):
+        return
+    # the sketch's size takes a while
+    least = COLLAPSED * size_of(document)
+    for k in short:
+        if length[k] <= least:
             subject = f"`{cause}`" if cause else "this"
+            name = lines[k].name
             raise AraelError(
                 Diagnostic(
                     "E1220",

@@ -160,15 +160,24 @@ class Editor:
             return self._settle()
 
     def _settle(self, cause: str = "") -> Outcome:
-        refresh(self.document)
+        self._refresh()
         outcome = self._solved(cause)
         # values that read geometry move with it until neither changes
         for _ in range(_ROUNDS):
-            moving = refresh(self.document)
+            moving = self._refresh()
             if not moving:
                 return outcome
             outcome = self._solved(cause)
         raise refusals.unsettled(moving)
+
+    def _refresh(self) -> list[str]:
+        """Work out live values; E1220 if one is what its dimension cannot be."""
+        changed = refresh(self.document)
+        for name in changed:
+            one = self.document.dimensions.get(name)
+            if one is not None and not one.broken and not one.derived:
+                check_amounts(one.kind, (one.value, one.low, one.high))
+        return changed
 
     def _solved(self, cause: str) -> Outcome:
         outcome = self.solver.solve()
