@@ -28,6 +28,7 @@ from arael.sketch.editing.checks import (
     check_collapse,
     check_extent,
     check_new_constraint,
+    check_remains,
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
@@ -157,8 +158,10 @@ class Editor:
 
     def _settle(self, cause: str = "") -> Outcome:
         refresh(self.document)
+        before = self.document.values.copy()
         outcome = self.solver.solve()
         if outcome.solved:
+            check_remains(self.document, outcome.moved, before, self.layout.size)
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
@@ -536,9 +539,11 @@ class Editor:
         spelt = {canonical(self.document, handle)[2]: place for handle, place in moves.items()}
         with self.document.transaction(f"drag {' '.join(spelt)}"):
             at = [self.document.point_at(handle) for handle in spelt]
+            before = self.document.values.copy()
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
+            check_remains(self.document, outcome.moved, before, self.layout.size)
         return outcome
 
 
