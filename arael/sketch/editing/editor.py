@@ -27,8 +27,8 @@ from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
     check_extent,
-    check_left,
     check_new_constraint,
+    check_remains,
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
@@ -180,9 +180,11 @@ class Editor:
         return changed
 
     def _solved(self, cause: str) -> Outcome:
+        before = self.document.values.copy()
         outcome = self.solver.solve()
         if outcome.solved:
-            check_left(self.document, outcome.moved, self._label(cause) if cause else "")
+            label = self._label(cause) if cause else ""
+            check_remains(self.document, outcome.moved, before, self.layout.size, label)
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
