@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 CLASSES = {
     "line": "a line",
     "arc": "a circle or arc",
+    "open_arc": "an arc",
     "ellipse": "an ellipse or elliptic arc",
     "round": "a circle, arc or ellipse",
     "spline": "a spline",

@@ -73,6 +73,8 @@ OPERANDS = MappingProxyType(
     {
         "line": ("line",),
         "arc": ("circle", "arc"),
+        # With a start and an end.
+        "open_arc": ("arc",),
         "ellipse": ("ellipse", "earc"),
         "round": ("circle", "arc", "ellipse", "earc"),
         "spline": ("bezier", "bspline"),
@@ -172,7 +174,7 @@ CONSTRAINTS = MappingProxyType(
         "concentric": ConstraintKind((Form(("round", "round"), 2),), "one centre"),
         "point_on": ConstraintKind((Form(("point", "curve"), 1),), "a point on a curve"),
         "midpoint": ConstraintKind(
-            (Form(("point", "line"), 2), Form(("point", "arc"), 2)),
+            (Form(("point", "line"), 2), Form(("point", "open_arc"), 2)),
             "a point in the middle of a line or an arc",
         ),
         "symmetry": ConstraintKind(
@@ -253,8 +255,10 @@ DIMENSIONS = MappingProxyType(
         "radius_b": DimensionKind(
             (Form(("ellipse",), 1),), "length", "second radius of an ellipse"
         ),
-        "sweep": DimensionKind((Form(("arc",), 1),), "angle", "angle from start to end of an arc"),
-        "arc_length": DimensionKind((Form(("arc",), 1),), "length", "length along an arc"),
+        "sweep": DimensionKind(
+            (Form(("open_arc",), 1),), "angle", "angle from start to end of an arc"
+        ),
+        "arc_length": DimensionKind((Form(("open_arc",), 1),), "length", "length along an arc"),
         "angle": DimensionKind(
             (Form(("line", "line"), 1),),
             "angle",

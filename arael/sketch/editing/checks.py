@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
-from arael.sketch.editing.measures import size_of
 from arael.sketch.editing.operands import same_relation
+
+Floats = NDArray[np.float64]
 
 #: Lines and radii shorter than this part of the sketch's size have no direction.
 SMALLEST = 1e-9
-#: A line of this part of the sketch's size has collapsed in a solve.
+#: What has shrunk to this part of the sketch's size in a solve has collapsed.
 COLLAPSED = 1e-8
 
 
@@ -26,35 +30,27 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
         E1220
     """
     least = SMALLEST * size
-    if kind == "line":
-        _least(kind, "length", math.dist(numbers[:2], numbers[2:]), least)
-    elif kind in ("circle", "arc"):
-        _least(kind, "radius", numbers[-1], least)
-    elif kind in ("ellipse", "earc"):
-        _least(kind, "radius", numbers[-3], least)
-        _least(kind, "second radius", numbers[-2], least)
-    elif kind in ("bezier", "bspline"):
-        spread = max(math.dist(numbers[:2], numbers[i : i + 2]) for i in range(2, len(numbers), 2))
-        _least(kind, "extent", spread, least)
-
-
-def _least(kind: str, what: str, found: float, least: float) -> None:
-    if not found > least:
-        raise AraelError(
-            Diagnostic(
-                "E1220",
-                f"a {kind} needs a {what} above zero, found {found:g}",
-                help=("give it points that are apart",),
+    for what, found in _extents(kind, numbers):
+        if not found > least:
+            raise AraelError(
+                Diagnostic(
+                    "E1220",
+                    f"a {kind} needs a {what} above zero, found {found:g}",
+                    help=("give it points that are apart",),
+                )
             )
-        )
 
 
-def check_left(document: Document, names: Iterable[str], cause: str = "") -> None:
-    """Refuse a solution in which the ends of a line have come together.
+def check_remains(
+    document: Document, names: Sequence[str], old: Floats, size: float, cause: str = ""
+) -> None:
+    """Refuse what makes a line, circle or ellipse collapse.
 
     Parameters
     ----------
-    names : of entities that have moved
+    names : entities whose numbers changed
+    old : all numbers of the document before
+    size : of the drawing
     cause : what was asked for, in words
 
     Raises
@@ -62,25 +58,36 @@ def check_left(document: Document, names: Iterable[str], cause: str = "") -> Non
     AraelError
         E1220
     """
-    size = 0.0
+    least = COLLAPSED * size
     for name in names:
-        if document.entities[name].kind != "line":
-            continue
-        x1, y1, x2, y2 = document.numbers_of(name).tolist()
-        length = math.hypot(x2 - x1, y2 - y1)
-        if length > 1e-5 * max(abs(x1), abs(y1), abs(x2), abs(y2)):
-            continue
-        size = size or size_of(document)
-        if length <= COLLAPSED * size:
-            subject = f"`{cause}`" if cause else "this"
-            raise AraelError(
-                Diagnostic(
-                    "E1220",
-                    f"{subject} would leave nothing of `{name}`: its ends come together",
-                    notes=("the sketch is left as it was",),
-                    help=(f"`info {name}` lists what holds it",),
+        entity = document.entities[name]
+        before = old[entity.at : entity.at + entity.size].tolist()
+        now = _extents(entity.kind, document.numbers_of(name).tolist())
+        for (what, found), (_, was) in zip(now, _extents(entity.kind, before), strict=True):
+            if not found > least and was > least:
+                raise AraelError(
+                    Diagnostic(
+                        "E1220",
+                        f"{f'`{cause}`' if cause else 'this'} would leave nothing of `{name}`: "
+                        f"its {what} would be 0",
+                        notes=("the sketch is left as it was",),
+                        help=(f"`info {name}` lists what holds it",),
+                    )
                 )
-            )
+
+
+def _extents(kind: str, numbers: list[float]) -> list[tuple[str, float]]:
+    """What has to be above zero, with its name."""
+    if kind == "line":
+        return [("length", math.dist(numbers[:2], numbers[2:]))]
+    if kind in ("circle", "arc"):
+        return [("radius", numbers[-1])]
+    if kind in ("ellipse", "earc"):
+        return [("radius", numbers[-3]), ("second radius", numbers[-2])]
+    if kind in ("bezier", "bspline"):
+        places = range(2, len(numbers), 2)
+        return [("extent", max(math.dist(numbers[:2], numbers[i : i + 2]) for i in places))]
+    return []
 
 
 def check_new_constraint(document: Document, kind: str, args: tuple[str, ...]) -> None:

@@ -27,8 +27,8 @@ from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
     check_extent,
-    check_left,
     check_new_constraint,
+    check_remains,
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
@@ -160,20 +160,31 @@ class Editor:
             return self._settle()
 
     def _settle(self, cause: str = "") -> Outcome:
-        refresh(self.document)
+        self._refresh()
         outcome = self._solved(cause)
         # values that read geometry move with it until neither changes
         for _ in range(_ROUNDS):
-            moving = refresh(self.document)
+            moving = self._refresh()
             if not moving:
                 return outcome
             outcome = self._solved(cause)
         raise refusals.unsettled(moving)
 
+    def _refresh(self) -> list[str]:
+        """Work out live values; E1220 if one is what its dimension cannot be."""
+        changed = refresh(self.document)
+        for name in changed:
+            one = self.document.dimensions.get(name)
+            if one is not None and not one.broken and not one.derived:
+                check_amounts(one.kind, (one.value, one.low, one.high))
+        return changed
+
     def _solved(self, cause: str) -> Outcome:
+        before = self.document.values.copy()
         outcome = self.solver.solve()
         if outcome.solved:
-            check_left(self.document, outcome.moved, self._label(cause) if cause else "")
+            label = self._label(cause) if cause else ""
+            check_remains(self.document, outcome.moved, before, self.layout.size, label)
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)

@@ -248,7 +248,8 @@ class Layout:
 
     def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
         """Columns of unknowns by their indices in `x`."""
-        return self._table().column[indices]
+        found: NDArray[np.int64] = self._table().column[indices]
+        return found
 
     @staticmethod
     def fields(row: Row) -> dict[str, float]:
@@ -389,12 +390,14 @@ class Layout:
 
     @property
     def size(self) -> float:
-        """Extent of the drawing: its larger side; of a single place 1."""
+        """Extent of the drawing: its larger side, or the largest diameter; of a single place 1."""
         values = self.document.values
         points = self._live_points()
         if not len(points):
             return 1.0
-        return float(max(np.ptp(values[points]), np.ptp(values[points + 1]))) or 1.0
+        sides = np.ptp(values[points]), np.ptp(values[points + 1])
+        diameter = 2.0 * np.abs(values[np.flatnonzero(self._axis == 3)]).max(initial=0.0)
+        return float(max(*sides, diameter)) or 1.0
 
     def _live_points(self) -> NDArray[np.int64]:
         """Offsets of the x of all points."""

@@ -87,3 +87,12 @@ def test_a_line_that_collapses_by_a_point_is_refused() -> None:
         session.run("lock P0 0,0")
     assert caught.value.diagnostics[0].code in ("E1220", "E1231", "E1232", "E1233", "E1234")
     assert to_json(session.document) == before
+
+
+def test_a_value_that_goes_to_nothing_is_refused() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; param w 5; length L0 w")
+    before = to_json(session.document)
+    with pytest.raises(AraelError):
+        session.run("param w 0")
+    assert to_json(session.document) == before

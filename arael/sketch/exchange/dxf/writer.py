@@ -54,7 +54,7 @@ def to_dxf(document: Document) -> bytes:
         import ezdxf
     except ImportError:
         raise not_installed("a DXF file", "ezdxf", "sketch") from None
-    file = ezdxf.new("R2010", setup=True)  # type: ignore[attr-defined]
+    file = ezdxf.new("R2010", setup=True)  # type: ignore[attr-defined, unused-ignore]
     file.header["$INSUNITS"] = UNITS[document.unit]
     file.header["$MEASUREMENT"] = 0 if document.unit == "in" else 1
     file.appids.new(APPLICATION)

@@ -1,0 +1,1 @@
+"""Properties that hold for every sketch: random ones, exact ones, published linkages."""

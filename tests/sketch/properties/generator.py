@@ -1,0 +1,209 @@
+"""Random command lines for a sketch, of all kinds, most of them possible."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+
+from arael.sketch.commands.session import Session
+from arael.sketch.document.document import Document
+from arael.sketch.document.handles import point_offsets
+from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS, OPERANDS
+from arael.sketch.document.records import Entity
+
+#: Commands whose words are not the operands of a table.
+_BY_HAND = frozenset({"image", "fix", "lock", "smooth", "area", "total_length"})
+
+
+def snapshot(document: Document) -> tuple[object, ...]:
+    """All that a document holds: records in their order, and the bits of its numbers."""
+    tables = ("entities", "constraints", "dimensions", "parameters", "groups", "settings")
+    return (
+        *(tuple(getattr(document, table).items()) for table in tables),
+        document.values.tobytes(),
+    )
+
+
+def perform(session: Session, line: str) -> None:
+    """Run a line; ``drag POINT X Y`` by the editor."""
+    if line.startswith("drag "):
+        _, handle, x, y = line.split()
+        session.editor.drag({handle: (float(x), float(y))})
+    else:
+        session.run(line)
+
+
+class Generator:
+    """Makes command lines that fit what is in a sketch now.
+
+    Parameters
+    ----------
+    session : the sketch
+    seed : of the random numbers
+    most : entities at most; beyond that some are deleted
+    """
+
+    def __init__(self, session: Session, seed: int, most: int = 14) -> None:
+        self.session = session
+        self.random = random.Random(seed)
+        self.most = most
+        self.parameters = 0
+
+    @property
+    def document(self) -> Document:
+        return self.session.document
+
+    # --- lines ------------------------------------------------------------------------------
+
+    def line(self) -> str:
+        """The next command line."""
+        count = len(self.document.entities)
+        if count < 3:
+            return self.entity()
+        ways = [
+            (3.0 if count < self.most else 0.0, self.entity),
+            (6.0, self.constraint),
+            (4.0, self.dimension),
+            (2.0, self.value),
+            (1.5, self.drag),
+            (1.0, self.parameter),
+            (1.0 if count < self.most else 4.0, self.delete),
+            (0.5, self.lock),
+            (0.5, self.flag),
+            (0.7, self.several),
+        ]
+        weights, makers = zip(*ways, strict=True)
+        return str(self.random.choices(makers, weights)[0]())
+
+    def several(self) -> str:
+        """Two commands that are one step."""
+        return f"{self.entity()}; {self.constraint()}"
+
+    def entity(self) -> str:
+        pick, n = self.random, self.number
+        a, b, c, d = (self.place() for _ in range(4))
+        kinds = {
+            "line": f"add_line {a} {b}",
+            "polyline": f"add_line {a} {b} {c}",
+            "chain": f"add_line {a}",
+            "rect": f"add_rect {a} {b}{pick.choice(['', ' hv', ' driven'])}",
+            "point": f"add_point {a}",
+            "circle": f"add_circle {a} {n(0.5, 4)}",
+            "circle2": f"add_circle2 {a} {b}",
+            "arc": f"add_arc {a} {b} {c}",
+            "ellipse": f"add_ellipse {a} {n(2, 4)} {n(0.5, 2)} {n(0, 170)}",
+            "earc": f"add_earc_center {a} {n(2, 4)} {n(1, 2)} {n(0, 90)} {n(0, 80)} {n(120, 300)}",
+            "bezier": f"add_spline {a} {b} {c} {d} bezier",
+            "bspline": f"add_spline {a} {b} {c} {d} {self.place()}",
+        }
+        weights = [5, 2, 2, 1, 2, 3, 1, 3, 1, 1, 1, 1]
+        return pick.choices(list(kinds.values()), weights)[0]
+
+    def constraint(self) -> str:
+        kinds = [kind for kind in CONSTRAINTS if kind not in _BY_HAND]
+        kind = self.random.choice([*kinds, "coincident", "horizontal", "parallel", "tangent"])
+        form = self.random.choice(CONSTRAINTS[kind].forms)
+        operands = self.operands(form.operands)
+        if operands is None:
+            return self.entity()
+        force = " force" if self.random.random() < 0.1 else ""
+        return f"{kind} {operands}{force}"
+
+    def dimension(self) -> str:
+        kinds = [kind for kind in DIMENSIONS if kind not in _BY_HAND]
+        kind = self.random.choice([*kinds, "length", "radius", "distance"])
+        form = self.random.choice(DIMENSIONS[kind].forms)
+        operands = self.operands(form.operands)
+        if operands is None:
+            return self.entity()
+        angle = DIMENSIONS[kind].quantity == "angle"
+        how = self.random.random()
+        if how < 0.35:
+            value = "driven"
+        elif how < 0.45:
+            value = "derived"
+        elif how < 0.55 and kind != "xangle":  # see test_ranges_of_directions
+            value = f">= {self.number(0.1, 3)}"
+        elif how < 0.7 and self.document.parameters:
+            value = self.random.choice(list(self.document.parameters)) + "*1.5"
+        else:
+            value = self.number(5, 170) if angle else self.number(0.5, 8)
+        return f"{kind} {operands} {value}"
+
+    def value(self) -> str:
+        """Another value of something that has one."""
+        names = [d.name for d in self.document.dimensions.values() if d.value is not None]
+        if not names:
+            return self.dimension()
+        record = self.document.dimensions[self.random.choice(names)]
+        assert record.value is not None
+        now = record.value.number * self.random.uniform(0.5, 1.6)
+        return f"set_driven {record.name} {now!r}"
+
+    def drag(self) -> str:
+        return f"drag {self.random.choice(self.points())} {self.number(-9, 9)} {self.number(-9, 9)}"
+
+    def parameter(self) -> str:
+        names = list(self.document.parameters)
+        if names and self.random.random() < 0.6:
+            name = self.random.choice(names)
+            other = self.random.choice([*names, "2"])
+            return f"param {name} {self.random.choice([self.number(0.5, 4), f'{other} + 0.5'])}"
+        self.parameters += 1
+        return f"param w{self.parameters} {self.number(0.5, 4)}"
+
+    def delete(self) -> str:
+        tables = [self.document.entities, self.document.constraints, self.document.dimensions]
+        found = [name for table in tables for name in table]
+        count = self.random.choice([1, 1, 2])
+        return "delete " + " ".join(self.random.sample(found, min(count, len(found))))
+
+    def lock(self) -> str:
+        point = self.random.choice(self.points())
+        return f"{self.random.choice(['lock', 'lock', 'unlock'])} {point}"
+
+    def flag(self) -> str:
+        name = self.random.choice(list(self.document.entities))
+        dimensions = list(self.document.dimensions)
+        ways = [f"constr {name}", f"quiet {name}", f"fix {name}"]
+        if dimensions:
+            ways.append(f"set_derived {self.random.choice(dimensions)}")
+            ways.append(f"dim_pos {self.random.choice(dimensions)} offset 1.5")
+        return self.random.choice(ways)
+
+    # --- words ------------------------------------------------------------------------------
+
+    def number(self, low: float, high: float) -> str:
+        return f"{self.random.uniform(low, high):.3f}"
+
+    def place(self) -> str:
+        """A place, sometimes that of a point that is there."""
+        if self.document.entities and self.random.random() < 0.3:
+            return self.random.choice(self.points())
+        return f"{self.number(-10, 10)},{self.number(-10, 10)}"
+
+    def points(self) -> list[str]:
+        return [
+            entity.name if point == "pos" else f"{entity.name}.{point}"
+            for entity in self.document.entities.values()
+            for point in point_offsets(entity)
+        ]
+
+    def operands(self, classes: Iterable[str]) -> str | None:
+        """Words for operands of some classes; None if there are too few."""
+        words: list[str] = []
+        for one in classes:
+            found = [word for word in self._fitting(one.rstrip("*")) if word not in words]
+            if not found:
+                return None
+            words.append(self.random.choice(found))
+        return " ".join(words)
+
+    def _fitting(self, operand: str) -> list[str]:
+        entities: list[Entity] = list(self.document.entities.values())
+        if operand == "point":
+            return self.points()
+        if operand == "end":
+            ends = (".p1", ".p2", ".start", ".end")
+            return [point for point in self.points() if point.endswith(ends)]
+        return [one.name for one in entities if one.kind in OPERANDS[operand]]
