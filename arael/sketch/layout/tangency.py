@@ -141,21 +141,57 @@ def _rounds(plan: Plan, first: Operand, second: Operand, values: Values, alike: 
 
 
 def contact(values: Values, first: Operand, second: Operand) -> tuple[float, float]:
-    """Point where two round curves are nearest to touching: between the nearest of samples."""
+    """Point where two round curves touch, or nearly do.
+
+    Between the nearest of samples, then where both have a common normal, so that what touches
+    already needs no motion.
+    """
     found = (math.inf, 0.0, 0.0)
     angles = [2 * math.pi * k / 90 for k in range(90)]
     others = [_at(values, second, angle) for angle in angles]
-    for angle in angles:
-        p = _at(values, first, angle)
-        for q in others:
+    for a in angles:
+        p = _at(values, first, a)
+        for b, q in zip(angles, others, strict=True):
             gap = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2
             if gap < found[0]:
-                found = (gap, (p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
-    return found[1], found[2]
+                found = (gap, a, b)
+    _, a, b = found
+    normal = _common_normal(values, first, second, a, b)
+    if normal is not None:
+        a, b = normal
+    p, q = _at(values, first, a), _at(values, second, b)
+    return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
 
 
-def _at(values: Values, curve: Operand, angle: float) -> tuple[float, float]:
-    x, y = place(values, curve.center)
+def _common_normal(
+    values: Values, first: Operand, second: Operand, a: float, b: float
+) -> tuple[float, float] | None:
+    """Angles near `a` and `b` at which a line is normal to both curves, by Newton's method."""
+    start = (a, b)
+    for _ in range(20):
+        p, q = _at(values, first, a), _at(values, second, b)
+        u, v = (_at(values, curve, angle, 1) for curve, angle in ((first, a), (second, b)))
+        du, dv = (_at(values, curve, angle, 2) for curve, angle in ((first, a), (second, b)))
+        gap = (p[0] - q[0], p[1] - q[1])
+        f, g = cross(u, v), dot(gap, u)
+        fa, fb = cross(du, v), cross(u, dv)
+        ga, gb = dot(u, u) + dot(gap, du), -dot(v, u)
+        det = fa * gb - fb * ga
+        if abs(det) <= 1e-12 * (abs(fa * gb) + abs(fb * ga)):
+            return None
+        da, db = (fb * g - f * gb) / det, (f * ga - fa * g) / det
+        a, b = a + da, b + db
+        if max(abs(a - start[0]), abs(b - start[1])) > 0.2:
+            return None  # farther than two samples: of another contact
+        if max(abs(da), abs(db)) < 1e-15:
+            break
+    return a, b
+
+
+def _at(values: Values, curve: Operand, angle: float, order: int = 0) -> tuple[float, float]:
+    """A point of a circle or ellipse, or its derivative by the angle."""
+    x, y = place(values, curve.center) if order == 0 else (0.0, 0.0)
+    angle += order * math.pi / 2  # derivatives of sine and cosine
     if curve.is_circular:
         r = float(values[curve.circle.r])
         return x + r * math.cos(angle), y + r * math.sin(angle)

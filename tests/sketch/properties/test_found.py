@@ -58,3 +58,12 @@ def test_the_size_of_points_in_one_place_is_that_of_what_is_around_them() -> Non
 def test_ranges_of_directions() -> None:
     session = sketch("add_line 0,0 5,-0.001; xangle L0 >= 1.3")
     assert refused(session, "horizontal L0")  # 0 degrees, not 360
+
+
+def test_what_touches_an_ellipse_does_not_creep_when_something_else_is_deleted() -> None:
+    session = sketch("add_earc_center -1.097,-4.118 3.323 1.942 11.517 18.786 227.841")
+    session.run("add_circle -6.739,5.259 0.576; add_circle -8.613,0.030 2.388")
+    session.run("distance A0 A1 driven\ntangent A1 EA0\ndelete C0")
+    before = snapshot(session.document)
+    assert session.editor.solve().moved == ()
+    assert snapshot(session.document) == before
