@@ -23,7 +23,8 @@ def emitted(text: str, name: str = "model.arael", precision: str | None = None) 
 
 
 @pytest.mark.parametrize("precision", ["f64", "f32"])
-@pytest.mark.parametrize("name", sorted(standard_models()))
+# `sketch` is as long as all others together: its kernels are compared with formulas instead.
+@pytest.mark.parametrize("name", sorted({*standard_models()} - {"sketch"}))
 def test_generated_source_is_as_last_reviewed(
     name: str, precision: str, request: pytest.FixtureRequest
 ) -> None:

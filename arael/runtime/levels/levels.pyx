@@ -447,7 +447,7 @@ cdef class Levels(Newton):
             **{name: np.zeros(size) for name, size in {
                 "r2": soft.m, "e2": len(indices), "left": soft.m, "image": soft.m, "w": n,
                 "search": n, "gradient": n, "moved": n, "further": n, "toward": n, "before": n,
-                "sign": guards,
+                "signs": guards,
             }.items()},
         }  # fmt: skip
         keep = self._soft_keep
@@ -465,7 +465,7 @@ cdef class Levels(Newton):
         self.further = <double*>writable(keep["further"], np.float64)
         self.toward = <double*>writable(keep["toward"], np.float64)
         self.before = <double*>writable(keep["before"], np.float64)
-        self.sign = <double*>writable(keep["sign"], np.float64)
+        self.sign = <double*>writable(keep["signs"], np.float64)
         self._soft_key = self._key, soft.m, indices.copy()
 
     cdef void _project(self, double* v) noexcept nogil:

@@ -18,6 +18,7 @@ from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Record
 from arael.sketch.expressions.dependencies import amounts_of
 from arael.sketch.expressions.gradient import Program
+from arael.sketch.expressions.reading import literal
 from arael.sketch.layout import following, model, quantities, relations
 from arael.sketch.layout.columns import Columns
 from arael.sketch.layout.operands import Operand, operands, sweep_of
@@ -1335,6 +1336,7 @@ def _same_numbers(old: Record | None, new: Record | None) -> bool:
 
 def _shape(dimension: Dimension) -> tuple[Any, ...]:
     """What a dimension's rows depend on but for its numbers."""
+    value = dimension.value
     return (
         dimension.kind,
         dimension.args,
@@ -1346,6 +1348,9 @@ def _shape(dimension: Dimension) -> tuple[Any, ...]:
         dimension.side,
         dimension.mode,
         dimension.active,
+        # an expression may follow geometry, or other geometry than before
+        None if value is None or literal(value.text) is not None else value.text,
+        dimension.broken,
     )
 
 
