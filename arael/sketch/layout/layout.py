@@ -1341,6 +1341,8 @@ def _shape(dimension: Dimension) -> tuple[Any, ...]:
         dimension.kind,
         dimension.args,
         dimension.value is None,
+        # an expression is a program of its own; its number alone is not what it reads
+        dimension.value.text if dimension.value and following.is_live(dimension) else "",
         # slacks start from the geometry when a bound changes
         dimension.low,
         dimension.high,

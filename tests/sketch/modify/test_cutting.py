@@ -295,3 +295,11 @@ def test_refusals_name_the_word_and_change_nothing(line: str, code: str, shown: 
         assert found[0] in ("E1252", "E1256", "E1201")
     else:
         assert found[0::2] == (code, shown)
+
+
+def test_an_expression_that_is_rewritten_is_solved_as_it_is_written_now() -> None:
+    session = sketch("add_line 0,0 4,0; add_line 0,5 2,5; length L1 L0.length/2; add_line 0,8 6,8")
+    session.run("length L1 L2.length/2")
+    assert number(session, "L1.length") == pytest.approx(number(session, "L2.length") / 2)
+    session.run("length L2 8")
+    assert number(session, "L1.length") == pytest.approx(4)
