@@ -576,6 +576,50 @@ class Commands:
             },
         )
 
+    def add_polygon(
+        self,
+        count: Argument,
+        center: Argument,
+        corner: Argument,
+        *,
+        corner: bool = False,
+        flat: bool = False,
+        quiet: bool = False,
+        constr: bool = False,
+    ) -> Any:
+        """A regular polygon of N sides about a centre.
+
+        As a command::
+
+            add_polygon N cx,cy px,py [corner] [flat] [quiet] [constr]
+        """
+        return self._command(
+            "add_polygon",
+            (count, center, corner),
+            {"corner": corner, "flat": flat, "quiet": quiet, "constr": constr},
+        )
+
+    def add_slot(
+        self,
+        first: Argument,
+        second: Argument,
+        radius: Argument,
+        *,
+        quiet: bool = False,
+        constr: bool = False,
+    ) -> Any:
+        """A slot: two parallel lines and two half circles about two centres.
+
+        As a command::
+
+            add_slot x1,y1 x2,y2 RADIUS [quiet] [constr]
+        """
+        return self._command(
+            "add_slot",
+            (first, second, radius),
+            {"quiet": quiet, "constr": constr},
+        )
+
     def add_spline(
         self,
         *poles: Argument,
@@ -764,6 +808,28 @@ class Commands:
             style L0
         """
         return self._command("style", (*words,), {})
+
+    def mirror(self, *names: Argument, noconstraint: bool = False, strict: bool = False) -> Any:
+        """Mirrored copies of entities about a line.
+
+        As a command::
+
+            mirror L0 [A0 P0 ...] about L1 [noconstraint] [strict]
+            mirror selection about L1
+        """
+        return self._command("mirror", (*names,), {"noconstraint": noconstraint, "strict": strict})
+
+    def pattern(self, *words: Argument) -> Any:
+        """Rigid copies in a circle or in a grid, which follow their sources.
+
+        As a command::
+
+            pattern circular L0 [A0 ...] about P0 N [full] [partial ANGLE] [symmetric ANGLE]
+            pattern rect L0 [A0 ...] N DISTANCE [symmetric] [by N DISTANCE [symmetric]] [extent]
+                [spacing] [along L5] [noalong] [one]
+            pattern M0 ...
+        """
+        return self._command("pattern", (*words,), {})
 
     def scale(self, *words: Argument) -> Any:
         """Scale entities uniformly about a point.

@@ -1,0 +1,1 @@
+"""Geometry made together: copies by mirror and pattern, offsets, slots and polygons."""

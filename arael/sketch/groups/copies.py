@@ -1,0 +1,154 @@
+"""Rigid copies of entities, held to their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.sketch.document.document import Document
+from arael.sketch.document.records import Constraint, Entity
+from arael.sketch.editing.editor import Editor
+from arael.sketch.geometry.affine import Affine
+from arael.sketch.geometry.blocks import curve_of, numbers_of
+from arael.sketch.groups.ties import classes, points_of
+
+
+def image_numbers(document: Document, name: str, by: Affine) -> tuple[list[float], bool]:
+    """Numbers of the image of an entity, and whether it runs clockwise."""
+    entity = document.entities[name]
+    numbers = document.values[entity.at : entity.at + entity.size].tolist()
+    if entity.kind == "point":
+        return list(by((numbers[0], numbers[1]))), False
+    _, made = numbers_of(curve_of(entity.kind, numbers).transformed(by))
+    turned = entity.kind in ("arc", "earc") and by.determinant < 0.0
+    return made, entity.clockwise != turned
+
+
+def copied(editor: Editor, sources: Sequence[str], by: Affine) -> dict[str, str]:
+    """New entities that are images of others, without constraints; source -> copy."""
+    found: dict[str, str] = {}
+    for name in sources:
+        entity = editor.document.entities[name]
+        numbers, clockwise = image_numbers(editor.document, name, by)
+        found[name] = editor.add(
+            entity.kind,
+            numbers,
+            connect=False,
+            construction=entity.construction,
+            quiet=entity.quiet,
+            style=entity.style,
+            text=entity.text,
+            clockwise=clockwise,
+        ).entity.name
+    return found
+
+
+def moved(editor: Editor, copies: dict[str, str], by: Affine) -> None:
+    """Put copies that exist where the images of their sources are."""
+    for source, copy in copies.items():
+        numbers, _ = image_numbers(editor.document, source, by)
+        at = editor.document.entities[copy].at
+        editor.document.set_values(range(at, at + len(numbers)), numbers)
+
+
+def handle_of_copy(handle: str, copies: dict[str, str]) -> str:
+    """The point of a copy that is the image of a source's point."""
+    name, dot, point = handle.partition(".")
+    return f"{copies[name]}{dot}{point}"
+
+
+def ties(editor: Editor, sources: Sequence[str], copies: dict[str, str]) -> dict[str, list[str]]:
+    """Give copies the coincidences of their sources.
+
+    Returns
+    -------
+    of every source, the names of its points that no coincidence places: the first of each class
+    """
+    open_: dict[str, list[str]] = {name: [] for name in sources}
+    for members in classes(editor.document, sources):
+        first, *others = members
+        name, _, point = first.partition(".")
+        open_[name].append(point or "pos")
+        for other in others:
+            args = (handle_of_copy(first, copies), handle_of_copy(other, copies))
+            editor.constrain("coincident", args)
+    return open_
+
+
+def sizes_of(entity: Entity) -> tuple[str, ...]:
+    """Numbers of a curve that its points leave open."""
+    if entity.kind == "circle":
+        return ("radius",)
+    if entity.kind in ("ellipse", "earc"):
+        return ("radius", "radius_b", "rotation")
+    return ()
+
+
+def held_as_images(
+    editor: Editor,
+    sources: Sequence[str],
+    copies: dict[str, str],
+    about: str,
+    numbers: tuple[float, float, float],
+) -> None:
+    """Hold copies to their sources by images, of the numbers that coincidences leave open.
+
+    Parameters
+    ----------
+    about : handle of the centre or of the line of direction, or empty
+    numbers : angle in degrees, then the shift
+    """
+    for name, points in ties(editor, sources, copies).items():
+        mode = " ".join([*points, *sizes_of(editor.document.entities[name])])
+        if mode:
+            args = (name, copies[name], about) if about else (name, copies[name])
+            editor.constrain("image", args, numbers=numbers, mode=mode)
+
+
+def held_as_mirrored(
+    editor: Editor, sources: Sequence[str], copies: dict[str, str], axis: str
+) -> list[str]:
+    """Hold copies to their sources by symmetry about a line; what stays free, in words."""
+    document = editor.document
+    free: list[str] = []
+    for name, points in ties(editor, sources, copies).items():
+        entity = document.entities[name]
+        handles = points_of(entity)
+        kind = entity.kind
+        if kind == "circle" and points:
+            editor.constrain("symmetry", (name, axis, copies[name]))
+            continue
+        for point in points:
+            there = handle_of_copy(handles[point], copies)
+            editor.constrain("symmetry", (handles[point], axis, there))
+        if kind in ("circle", "ellipse", "earc"):
+            editor.constrain("equal", (name, copies[name]))
+        if kind == "ellipse":
+            free.append(f"rotation of {copies[name]}")
+    return free
+
+
+def owned_since(document: Document, before: set[str]) -> tuple[str, ...]:
+    """Constraints and dimensions that are newer than a set of names."""
+    return tuple(
+        name
+        for table in (document.constraints, document.dimensions)
+        for name in table
+        if name not in before
+    )
+
+
+def names_of(document: Document) -> set[str]:
+    """Names of all constraints and dimensions."""
+    return {*document.constraints, *document.dimensions}
+
+
+def is_image_of(constraint: Constraint, copies: set[str]) -> bool:
+    """Whether a constraint holds one of these copies to its source."""
+    return constraint.kind == "image" and constraint.args[1] in copies
+
+
+def center_of(document: Document, handle: str) -> tuple[float, float]:
+    """Where a point is."""
+    at = document.point_at(handle)
+    x, y = document.values[at : at + 2].tolist()
+    return x, y

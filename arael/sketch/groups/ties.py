@@ -1,0 +1,41 @@
+"""Which points of a set of entities are one place, by the coincidences of the document."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arael.sketch.document.document import Document
+from arael.sketch.document.handles import point_offsets
+from arael.sketch.document.records import Entity
+
+
+def points_of(entity: Entity) -> dict[str, str]:
+    """Handle of every point of an entity by the point's name, each place once."""
+    found: dict[str, str] = {}
+    seen: set[int] = set()
+    for point, at in point_offsets(entity).items():
+        if at not in seen:
+            seen.add(at)
+            found[point] = entity.name if entity.kind == "point" else f"{entity.name}.{point}"
+    return found
+
+
+def classes(document: Document, names: Sequence[str]) -> list[list[str]]:
+    """Handles of points of these entities that are one place; every point is in one list."""
+    parent: dict[str, str] = {}
+
+    def root(one: str) -> str:
+        while parent.setdefault(one, one) != one:
+            parent[one] = parent[parent[one]]
+            one = parent[one]
+        return one
+
+    for constraint in document.constraints.values():
+        if constraint.kind == "coincident" and constraint.active:
+            a, b = constraint.args
+            parent[root(a)] = root(b)
+    found: dict[str, list[str]] = {}
+    for name in names:
+        for handle in points_of(document.entities[name]).values():
+            found.setdefault(root(handle), []).append(handle)
+    return list(found.values())
