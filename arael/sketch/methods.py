@@ -580,7 +580,7 @@ class Commands:
         self,
         count: Argument,
         center: Argument,
-        corner: Argument,
+        through: Argument,
         *,
         corner: bool = False,
         flat: bool = False,
@@ -595,7 +595,7 @@ class Commands:
         """
         return self._command(
             "add_polygon",
-            (count, center, corner),
+            (count, center, through),
             {"corner": corner, "flat": flat, "quiet": quiet, "constr": constr},
         )
 
