@@ -64,7 +64,7 @@ hexagon = add_polygon 6 0,0 5,0
 ```
 """,
     keywords=("corner", "flat", "quiet", "constr"),
-    arguments=("count", "center", "corner"),
+    arguments=("count", "center", "at"),
 )
 def add_polygon(session: Session, words: Words) -> Reply:
     """A regular polygon."""
