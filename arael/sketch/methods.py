@@ -580,7 +580,11 @@ class Commands:
         self,
         count: Argument,
         center: Argument,
+<<<<<<< HEAD
         through: Argument,
+=======
+        at: Argument,
+>>>>>>> groups
         *,
         corner: bool = False,
         flat: bool = False,
@@ -595,7 +599,11 @@ class Commands:
         """
         return self._command(
             "add_polygon",
+<<<<<<< HEAD
             (count, center, through),
+=======
+            (count, center, at),
+>>>>>>> groups
             {"corner": corner, "flat": flat, "quiet": quiet, "constr": constr},
         )
 
@@ -818,6 +826,29 @@ class Commands:
             mirror selection about L1
         """
         return self._command("mirror", (*names,), {"noconstraint": noconstraint, "strict": strict})
+
+    def offset_line(
+        self,
+        line: Argument,
+        distance: Argument,
+        *,
+        left: bool = False,
+        right: bool = False,
+        nopin: bool = False,
+        constr: bool = False,
+        quiet: bool = False,
+    ) -> Any:
+        """A parallel line at a distance from a line, which follows it.
+
+        As a command::
+
+            offset_line L0 DISTANCE [right] [nopin] [constr] [quiet]
+        """
+        return self._command(
+            "offset_line",
+            (line, distance),
+            {"left": left, "right": right, "nopin": nopin, "constr": constr, "quiet": quiet},
+        )
 
     def pattern(self, *words: Argument) -> Any:
         """Rigid copies in a circle or in a grid, which follow their sources.
