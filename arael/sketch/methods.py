@@ -580,11 +580,7 @@ class Commands:
         self,
         count: Argument,
         center: Argument,
-<<<<<<< HEAD
-        through: Argument,
-=======
         at: Argument,
->>>>>>> groups
         *,
         corner: bool = False,
         flat: bool = False,
@@ -599,11 +595,7 @@ class Commands:
         """
         return self._command(
             "add_polygon",
-<<<<<<< HEAD
-            (count, center, through),
-=======
             (count, center, at),
->>>>>>> groups
             {"corner": corner, "flat": flat, "quiet": quiet, "constr": constr},
         )
 

@@ -64,11 +64,7 @@ hexagon = add_polygon 6 0,0 5,0
 ```
 """,
     keywords=("corner", "flat", "quiet", "constr"),
-<<<<<<< HEAD
-    arguments=("count", "center", "through"),
-=======
     arguments=("count", "center", "at"),
->>>>>>> groups
 )
 def add_polygon(session: Session, words: Words) -> Reply:
     """A regular polygon."""
