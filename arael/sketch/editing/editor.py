@@ -338,7 +338,7 @@ class Editor:
                 mode or mode_of(self.document, kind, spelt),
                 forced=force,
             )
-            if kind in ("coincident", "concentric") and not self._together:
+            if kind in ("coincident", "concentric", "lock") and not self._together:
                 self._let_tie(record, force)
             else:
                 self.document.put("constraints", record)
@@ -391,11 +391,14 @@ class Editor:
         return self.document.constraints[name]
 
     def _let_tie(self, record: Constraint, force: bool) -> None:
-        """Make two points, or two centres, one; judged before, as it makes unknowns fewer."""
-        a, b = (self._center_or_point(arg) for arg in record.args)
+        """Make two points one, or hold one; judged before, as it makes unknowns fewer."""
+        points = [self._center_or_point(arg) for arg in record.args]
         self.layout.refresh()
-        label = f"{record.kind} {' '.join(record.args)}"
-        self._refuse(self.judge.tie_verdict(record.name, a, b), force, label)
+        if record.kind == "lock":
+            verdict = self.judge.lock_verdict(record.name, points[0], record.numbers)
+        else:
+            verdict = self.judge.tie_verdict(record.name, points[0], points[1])
+        self._refuse(verdict, force, f"{record.kind} {' '.join(record.args)}")
         self.document.put("constraints", record)
         self._settle(record.name)
 

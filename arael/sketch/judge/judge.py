@@ -151,18 +151,30 @@ class Judge:
         a, b : offsets of the x of the points in the document's values
         """
         layout, values = self.layout, self.document.values
-        system = layout.linearisation()
+        layout.refresh()
         if layout.same(a, b):
             return Verdict(name, "redundant", (*layout.places.between(a, b), name))
-        rank: Rank | None = None
+        gaps = (float(values[a] - values[b]), float(values[a + 1] - values[b + 1]))
+        return self._of_points(name, ((a, 1.0), (b, -1.0)), gaps)
+
+    def lock_verdict(self, name: str, at: int, place: Sequence[float]) -> Verdict:
+        """What holding a point at a place would do, before it is done."""
+        values = self.document.values
+        gaps = (float(values[at] - place[0]), float(values[at + 1] - place[1]))
+        return self._of_points(name, ((at, 1.0),), gaps)
+
+    def _of_points(
+        self, name: str, points: Sequence[tuple[int, float]], gaps: Sequence[float]
+    ) -> Verdict:
+        """Of two equations: the weighted sum of points, in x and y, is to change by -gaps."""
+        layout = self.layout
+        system, rank = self._present()
         gained, contradicts = 0, False
         members: dict[str, None] = {}
-        for k in (0, 1):
-            ends = [(int(layout.column_of[at + k]), w) for at, w in ((a, 1.0), (b, -1.0))]
+        for k, gap in enumerate(gaps):
+            ends = [(int(layout.column_of[at + k]), weight) for at, weight in points]
             free = [(column, weight) for column, weight in ends if column >= 0]
-            gap = float(values[a + k] - values[b + k])
             if free:
-                rank = rank or self._rank(system)
                 columns = np.array([column for column, _ in free], dtype=np.int64)
                 weights = np.array([weight for _, weight in free])
                 rows, factors, left = rank.combination(columns, weights)
@@ -171,11 +183,12 @@ class Judge:
                     continue
                 gap -= float(factors @ system.residuals[rows])
                 members |= self._weighty(system, rows, factors)
-            else:
-                members |= dict.fromkeys((*layout.holders_at(a), *layout.holders_at(b)))
-            contradicts |= abs(gap) > _OPEN * self.layout.size
-        if gained == 2:
-            return Verdict(name, "helps", freedoms=2)
+            for (at, _), (column, _) in zip(points, ends, strict=True):
+                if column < 0:
+                    members |= dict.fromkeys(layout.holders_at(at))
+            contradicts |= abs(gap) > _OPEN * layout.size
+        if gained == len(gaps):
+            return Verdict(name, "helps", freedoms=gained)
         named = (*self._named(members), name)
         if contradicts:
             return Verdict(name, "impossible", named, gained)
@@ -206,7 +219,7 @@ class Judge:
         if self._only_here(name, len(dependent)):
             return Verdict(name, "here", named, gained)
         if contradicts:
-            return Verdict(name, "impossible", named, gained)
+            return Verdict(name, "impossible", self._smallest(named, name), gained)
         return Verdict(name, "partly" if gained else "redundant", named, gained)
 
     def _named(self, members: dict[str, None]) -> list[str]:
@@ -258,11 +271,18 @@ class Judge:
         guess = list(self.solver.open_candidates(cause))
         if guess and not self.solver.feasible(guess):
             names = guess
-        kept = [name for name in names if name != cause]
-        order = [*kept]
-        if cause:
-            kept.append(cause)
-        # Halves, then single ones, from the oldest on, so that what was changed last stays.
+        return self._smallest(names, cause)
+
+    def _smallest(self, names: Sequence[str], cause: str) -> tuple[str, ...]:
+        """Of names that cannot hold together as few as still cannot; all if they can.
+
+        Halves are left out, then single ones, from the oldest on, so that what was changed last
+        stays.
+        """
+        if self.solver.feasible(list(names)):
+            return tuple(names)
+        order = [name for name in names if name != cause]
+        kept = [*order, cause] if cause else order
         size = max(1, len(order) // 2)
         while True:
             for first in range(0, len(order), size):

@@ -53,12 +53,7 @@ def test_redundant_ones_are_independent_without_any_member(seed: int) -> None:
 #: A script, and what contradicts it.
 CONTRADICTIONS = [
     ("add_line 0,0 1,0 0.5,1 0,0; length L0 1; length L1 1", "length L2 3", 2),
-    pytest.param(
-        "add_line 0,0 3,0 3,4 0,0; length L0 3; length L1 4; perpendicular L0 L1",
-        "length L2 9",
-        2,
-        marks=pytest.mark.xfail(strict=True, reason="the right angle is not needed for it"),
-    ),
+    ("add_line 0,0 3,0 3,4 0,0; length L0 3; length L1 4; perpendicular L0 L1", "length L2 9", 2),
     ("add_line 0,0 4,0; length L0 4; add_point 1,1; distance P0 L0.p1 1", "distance P0 L0.p2 9", 2),
     (
         "add_line 0,0 2,0 3,2 1,3 0,0; length L0 2; length L1 2; length L2 2",

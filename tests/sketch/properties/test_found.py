@@ -69,7 +69,6 @@ def test_what_touches_an_ellipse_does_not_creep_when_something_else_is_deleted()
     assert snapshot(session.document) == before
 
 
-@pytest.mark.xfail(strict=True, reason="locks are let in without a verdict")
 def test_a_lock_that_adds_nothing_is_redundant() -> None:
     session = sketch("add_line 0,0 5,0\nlock L0.p1\nhorizontal L0\nlength L0 5")
     assert refused(session, "lock L0.p2") == "E1230"
