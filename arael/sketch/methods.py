@@ -1057,6 +1057,16 @@ class Commands:
         """
         return self._command("fix", (*operands,), {"force": force})
 
+    def image(self, source: Argument, copy: Argument, *words: Argument, force: bool = False) -> Any:
+        """Hold an entity as a turned or shifted copy of another one of its kind.
+
+        As a command::
+
+            image L0 L1 rotate ANGLE [about P0] [force]
+            image L0 L1 shift dx,dy [force]
+        """
+        return self._command("image", (source, copy, *words), {"force": force})
+
     def length(
         self,
         entity: Argument,

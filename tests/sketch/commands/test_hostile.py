@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 import pytest
 
@@ -162,7 +163,8 @@ def test_strange_lines_are_refused_and_change_nothing(session: Session, line: st
     assert session.document.history.position == steps
 
 
-def test_random_words_are_refused_or_done_without_other_errors(session: Session) -> None:
+def test_random_words_are_refused_or_done_without_other_errors(tmp_path: Path) -> None:
+    session = Session(folder=tmp_path)
     random_ = random.Random(7)
     text = """
         L0 L1 A0 P0 L0.p1 A0.center d0 C0 M0 w 0,0 5,3 @1,2 cursor @tangent 5 -3 0 1e9 = ; , ( ) +
