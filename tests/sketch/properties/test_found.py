@@ -54,7 +54,6 @@ def test_the_size_of_points_in_one_place_is_that_of_what_is_around_them() -> Non
     assert np.ptp(session.document.values) > 1.0
 
 
-@pytest.mark.xfail(strict=True, reason="a range of a direction is wrapped where the turn begins")
 def test_ranges_of_directions() -> None:
     session = sketch("add_line 0,0 5,-0.001; xangle L0 >= 1.3")
     assert refused(session, "horizontal L0")  # 0 degrees, not 360
