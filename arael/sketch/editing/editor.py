@@ -102,6 +102,7 @@ class Editor:
     layout : its rows for the solver
     solver : moves geometry so that all constraints hold
     judge : says what is free, redundant, impossible
+    notices : what was let in with a reservation, in words; the caller empties it
     """
 
     def __init__(self, document: Document) -> None:
@@ -109,6 +110,7 @@ class Editor:
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
         self.judge = Judge(self.layout, self.solver)
+        self.notices: list[str] = []
         self._points = Points(document)
         self._together = 0
 
@@ -425,6 +427,11 @@ class Editor:
             raise refusals.impossible(label, others, self._cheapest(others))
         if verdict.kind == "redundant" and not force:
             raise refusals.redundant(label, others, self._cheapest(others))
+        if verdict.kind == "here":
+            self.notices.append(
+                f"notice: `{label}` takes no degree of freedom in this position, only when the "
+                "geometry is moved"
+            )
 
     def _let_in(self, name: str, force: bool) -> None:
         """Solve with a new row, or raise why not."""
