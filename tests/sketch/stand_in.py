@@ -31,6 +31,7 @@ class StandIn:
     def __init__(self, document: Document | None = None) -> None:
         self.document = document if document is not None else Document()
         self.calls: list[tuple[Any, ...]] = []
+        self.notices: list[str] = []
 
     def add(
         self,

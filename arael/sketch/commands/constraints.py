@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from arael.diagnostics.records import AraelError
-from arael.sketch.commands.describing import constraint_line
+from arael.sketch.commands.describing import constraint_line, noticed
 from arael.sketch.commands.reading import Operand, Words
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
@@ -135,16 +135,16 @@ def _constrain(kind: str) -> Callable[[Session, Words], Reply]:
             session.editor.constrain(kind, args, mode=mode, force="force" in words.flags)
             for args in _groups(kind, operands)
         ]
-        return _reply(made)
+        return _reply(session, made)
 
     run.__name__ = kind
     run.__doc__ = _KINDS[kind].summary
     return run
 
 
-def _reply(made: Sequence[Constraint]) -> Reply:
+def _reply(session: Session, made: Sequence[Constraint]) -> Reply:
     return Reply(
-        "\n".join(f"Added {constraint_line(one)}" for one in made),
+        noticed(session, "\n".join(f"Added {constraint_line(one)}" for one in made)),
         tuple(one.name for one in made),
         remembered=False,
         data={"constraints": [one.name for one in made]},

@@ -171,3 +171,10 @@ def points_of(entity: Entity) -> list[str]:
     if entity.kind == "point":
         return [entity.name]
     return [f"{entity.name}.{name}" for name in point_offsets(entity)]
+
+
+def noticed(session: Session, text: str) -> str:
+    """A reply with what the editor let in with a reservation."""
+    lines = [text, *session.editor.notices]
+    session.editor.notices.clear()
+    return "\n".join(lines)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from arael.diagnostics.records import AraelError
 from arael.diagnostics.suggest import closest
-from arael.sketch.commands.describing import dimension_line
+from arael.sketch.commands.describing import dimension_line, noticed
 from arael.sketch.commands.numbers import shown
 from arael.sketch.commands.parameters import require_no_cycle
 from arael.sketch.commands.reading import Operand, Words
@@ -179,7 +179,7 @@ def _check(words: Words, given: _Value, first: Token | None) -> None:
 
 def _reply(session: Session, made: Dimension, what: str) -> Reply:
     return Reply(
-        f"{what} {dimension_line(session, made)}",
+        noticed(session, f"{what} {dimension_line(session, made)}"),
         (made.name,),
         remembered=False,
         data={"dimensions": [made.name], "value": _number(session, made)},

@@ -102,6 +102,7 @@ class Editor:
     layout : its rows for the solver
     solver : moves geometry so that all constraints hold
     judge : says what is free, redundant, impossible
+    notices : what was let in with a reservation, in words; the caller empties it
     """
 
     def __init__(self, document: Document) -> None:
@@ -109,6 +110,7 @@ class Editor:
         self.layout = Layout(document)
         self.solver = Solver(self.layout)
         self.judge = Judge(self.layout, self.solver)
+        self.notices: list[str] = []
         self._points = Points(document)
         self._together = 0
 
@@ -180,11 +182,11 @@ class Editor:
         return changed
 
     def _solved(self, cause: str) -> Outcome:
-        before = self.document.values.copy()
+        before, size = self.document.values.copy(), self.layout.size
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
-            check_remains(self.document, outcome.moved, before, self.layout.size, label)
+            check_remains(self.document, outcome.moved, before, size, label)
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
@@ -425,6 +427,11 @@ class Editor:
             raise refusals.impossible(label, others, self._cheapest(others))
         if verdict.kind == "redundant" and not force:
             raise refusals.redundant(label, others, self._cheapest(others))
+        if verdict.kind == "here":
+            self.notices.append(
+                f"notice: `{label}` takes no degree of freedom in this position, only when the "
+                "geometry is moved"
+            )
 
     def _let_in(self, name: str, force: bool) -> None:
         """Solve with a new row, or raise why not."""
@@ -597,11 +604,11 @@ class Editor:
         spelt = {canonical(self.document, handle)[2]: place for handle, place in moves.items()}
         with self.document.transaction(f"drag {' '.join(spelt)}"):
             at = [self.document.point_at(handle) for handle in spelt]
+            before, size = self.document.values.copy(), self.layout.size
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
-            if refresh(self.document):
-                self._settle()
+            check_remains(self.document, outcome.moved, before, size)
         return outcome
 
 
@@ -618,6 +625,7 @@ class Dragging:
         document = editor.document
         self.handles = [canonical(document, handle)[2] for handle in handles]
         self._document = document
+        self._size = editor.layout.size
         self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
 
     def to(self, *places: tuple[float, float]) -> Outcome:
@@ -625,11 +633,24 @@ class Dragging:
 
         A frame without a solution leaves everything where it was.
         """
-        return self._drag.move(np.array(places, dtype=np.float64))
+        return self._frame(lambda: self._drag.move(np.array(places, dtype=np.float64)))
 
     def by(self, dx: float, dy: float) -> Outcome:
         """One frame: every point to where it was at the beginning, moved by a vector."""
-        return self._drag.shift(dx, dy)
+        return self._frame(lambda: self._drag.shift(dx, dy))
+
+    def _frame(self, move: Callable[[], Outcome]) -> Outcome:
+        """A frame in which something would collapse is not made."""
+        document = self._document
+        before = document.values.copy()
+        found: list[Outcome] = []
+        try:
+            with document.transaction("frame"):
+                found.append(move())
+                check_remains(document, found[0].moved, before, self._size)
+                return found[0]
+        except AraelError:
+            return replace(found[0], status="side", moved=())
 
 
 def _positive(kind: str, amount: Amount | None) -> Amount | None:

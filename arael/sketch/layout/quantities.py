@@ -11,7 +11,7 @@ from arael.sketch.document.records import Dimension
 from arael.sketch.expressions.gradient import Program
 from arael.sketch.layout import chains
 from arael.sketch.layout.operands import Operand, cross, sign, sweep_of, towards, turn
-from arael.sketch.layout.plan import Data, Hidden, Plan, Row, Setting, Sum, Use, Values
+from arael.sketch.layout.plan import Constant, Data, Hidden, Plan, Row, Setting, Sum, Use, Values
 
 _RIGHT = math.pi / 2
 
@@ -59,6 +59,10 @@ def plan_of(
     if dimension.derived:
         return plan
     quantity = quantity_of(dimension, args, values)
+    middle: float | None = None
+    if dimension.kind == "xangle" and not args[0].is_elliptic:
+        middle = _middle(dimension)
+        quantity = _direction(args[0], values, middle)
     if quantity.problem:
         plan.impossible = quantity.problem
         return plan
@@ -81,6 +85,8 @@ def plan_of(
             values: Values, bound: float = bound, direction: float = direction
         ) -> tuple[float]:
             now = measure(dimension.kind, args, values, dimension.side, dimension.mode)
+            if middle is not None:
+                now = middle + math.remainder(now - middle, math.tau)
             return (max(0.0, factor * direction * (now - bound)),)
 
         slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
@@ -230,6 +236,31 @@ def _xangle(args: list[Operand], values: Values, side: int, mode: str) -> Quanti
         ("XAngle", uses, {}),
         size=math.hypot(*u) or 1.0,
     )
+
+
+def _middle(dimension: Dimension) -> float:
+    """The direction that values of an ``xangle`` are near to, in radians.
+
+    A bound by itself leaves half a turn.
+    """
+    if dimension.value is not None:
+        return math.radians(dimension.value.number)
+    low, high = dimension.low, dimension.high
+    if low is not None and high is not None:
+        return math.radians(0.5 * (low.number + high.number))
+    if low is not None:
+        return math.radians(low.number) + 0.5 * math.pi
+    assert high is not None
+    return math.radians(high.number) - 0.5 * math.pi
+
+
+def _direction(line: Operand, values: Values, middle: float) -> Quantity:
+    """Direction of a line within half a turn of a middle one, where it does not wrap around."""
+    uses = line.line
+    ahead = Constant((math.cos(middle), math.sin(middle)))
+    row = Row("AngleMeasure", (Constant((0.0, 0.0)), ahead, *uses), {"turn": middle})
+    size = math.hypot(*towards(values, *uses)) or 1.0
+    return Quantity([(row, 1.0)], ("XAngle", uses, {}), size=size)
 
 
 def _turn_near(u: tuple[float, float]) -> float:

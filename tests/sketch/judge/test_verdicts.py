@@ -81,3 +81,13 @@ def test_asking_changes_nothing() -> None:
         session.editor.would_help(kind, args)
     assert (session.document.values.tobytes(), dict(session.document.constraints)) == before
     session.editor.layout.check()
+
+
+def test_what_holds_nothing_in_this_position_is_let_in_and_said() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; add_line 5,0 10,0; length L0 5; length L1 5")
+    (reply,) = session.run("hdistance L0.p1 L1.p2 10")
+    assert "notice: `hdistance L0.p1 L1.p2 10` takes no degree of freedom" in reply.text
+    (reply,) = session.run("xangle L0 0")
+    assert "notice" not in reply.text
+    assert session.editor.notices == []

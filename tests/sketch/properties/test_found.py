@@ -54,7 +54,6 @@ def test_the_size_of_points_in_one_place_is_that_of_what_is_around_them() -> Non
     assert np.ptp(session.document.values) > 1.0
 
 
-@pytest.mark.xfail(strict=True, reason="a range of a direction is wrapped where the turn begins")
 def test_ranges_of_directions() -> None:
     session = sketch("add_line 0,0 5,-0.001; xangle L0 >= 1.3")
     assert refused(session, "horizontal L0")  # 0 degrees, not 360
@@ -72,3 +71,16 @@ def test_what_touches_an_ellipse_does_not_creep_when_something_else_is_deleted()
 def test_a_lock_that_adds_nothing_is_redundant() -> None:
     session = sketch("add_line 0,0 5,0\nlock L0.p1\nhorizontal L0\nlength L0 5")
     assert refused(session, "lock L0.p2") == "E1230"
+
+
+def test_a_drag_leaves_something_of_a_line() -> None:
+    session = sketch("add_line 0,0 5,0; lock L0.p2; horizontal L0")
+    with session.editor.dragging(["L0.p1"]) as drag:
+        for x in (2.0, 4.0, 4.9, 5.0, 5.0, 5.0):
+            drag.to((x, 0.0))
+    assert session.document.numbers_of("L0")[0] < 5.0 - 1e-8
+    try:
+        session.editor.drag({"L0.p1": (5.0, 0.0)})
+    except AraelError as error:
+        assert error.diagnostics[0].code == "E1220"
+    assert session.document.numbers_of("L0")[0] < 5.0

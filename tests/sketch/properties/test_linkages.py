@@ -1,8 +1,9 @@
 """Published linkages driven through their range: no step to the other branch.
 
-Proportions from the literature on mechanisms (Artobolevsky, *Mechanisms in Modern Engineering
-Design*; Norton, *Design of Machinery*). Positions are compared with closed forms: the
-intersection of two circles on a side that never changes.
+Mechanisms of the textbooks (Artobolevsky, *Mechanisms in Modern Engineering Design*; Norton,
+*Design of Machinery*), where their proportions matter with those, else with proportions of the same
+class. Positions are compared with closed forms: the intersection of two circles on a side that
+never changes.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from arael.sketch.commands.session import Session
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount
 from arael.sketch.layout.operands import operands
@@ -454,3 +455,23 @@ def test_a_far_chain_of_ten_thousand_constraints_solves() -> None:
     few.dimension("length", "L0", value=1.0)
     few.solver.solve()
     assert calls < 2 * python_calls(lambda: (few.set("d0", 1.5), few.solver.solve())) + 200
+
+
+@pytest.mark.parametrize(
+    ("end", "low", "high", "found"),
+    [
+        ((5.0, -3.0), -60.0, -10.0, math.degrees(math.atan2(-3.0, 5.0))),
+        ((5.0, -3.0), -10.0, 20.0, -10.0),
+        ((5.0, 3.0), -20.0, 10.0, 10.0),
+        ((-5.0, 0.5), 170.0, 190.0, math.degrees(math.atan2(0.5, -5.0))),
+        ((-5.0, -0.5), 170.0, 190.0, math.degrees(math.atan2(-0.5, -5.0))),
+        ((0.1, 5.0), 100.0, 260.0, 100.0),
+    ],
+)
+def test_a_range_of_directions_does_not_wrap_around_inside(
+    end: tuple[float, float], low: float, high: float, found: float
+) -> None:
+    session = Session()
+    session.run(f"add_line 0,0 {end[0]},{end[1]}; lock L0.p1 0,0; xangle L0 {low} to {high}")
+    x, y = session.document.numbers_of("L0")[2:].tolist()
+    assert math.degrees(math.atan2(y, x)) == pytest.approx(found, abs=1e-7)
