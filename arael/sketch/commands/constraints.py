@@ -154,12 +154,13 @@ def _reply(session: Session, made: Sequence[Constraint]) -> Reply:
 for _name, _one in _KINDS.items():
     _freedoms = sorted({form.freedoms for form in CONSTRAINTS[_name].forms})
     _takes = " or ".join(map(str, _freedoms))
+    _unit = "degree" if _takes == "1" else "degrees"
     command(
         _name,
         group="constrain",
         usage=[f"{line} [force]" for line in _one.usage],
         summary=_one.summary,
-        details=f"{_one.details}\n\nTakes {_takes} degrees of freedom.{_FORCE}"
+        details=f"{_one.details}\n\nTakes {_takes} {_unit} of freedom.{_FORCE}"
         if _name != "fix"
         else "Takes every degree of freedom that the entities have.",
         aliases=_one.aliases,

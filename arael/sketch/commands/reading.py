@@ -547,6 +547,10 @@ class Words:
             value = self._value(token)
         except AraelError as error:
             self._perhaps_keyword(token, error)
+            inner = text[1:-1]
+            if text[0] == "(" and text[-1] == ")" and len(_split_top(inner)) == 2:
+                hint = f"write `{inner[:60]}`, without parentheses"
+                fail("E1253", f"expected {what}, found `{text[:60]}`", token.span, "", hint)
             raise
         if not isinstance(value, Vec):
             hint = "write `x,y`, a point (`L0.p1`), `cursor` or a coordinate variable"

@@ -24,7 +24,8 @@ def _steps(session: Session, words: Words, what: str) -> Reply:
     said = "Undid" if what == "undo" else "Redid"
     lines = [f"{said}: {label}" for label in labels]
     if len(labels) < count:
-        lines.append(f"there were {len(labels)} steps to {what}, not {count}")
+        were = "was 1 step" if len(labels) == 1 else f"were {len(labels)} steps"
+        lines.append(f"there {were} to {what}, not {count}")
     data = {"steps": len(labels), "position": document.history.position}
     return Reply("\n".join(lines), remembered=False, data=data)
 
@@ -97,7 +98,8 @@ def goto(session: Session, words: Words) -> Reply:
     words.end()
     if step > most and token is not None:
         hint = "`history` shows the steps"
-        fail("E1266", f"the history has {most} steps, found {step}", token.span, "", hint)
+        steps = "1 step" if most == 1 else f"{most} steps"
+        fail("E1266", f"the history has {steps}, found {step}", token.span, "", hint)
     while document.history.position > step:
         document.undo()
     while document.history.position < step:

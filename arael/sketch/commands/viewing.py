@@ -56,7 +56,9 @@ def zoom(session: Session, words: Words) -> Reply:
         wanted = view.zoom * (_STEP if sign == "+" else 1.0 / _STEP)
         wanted = min(max(wanted, MIN_ZOOM), MAX_ZOOM)
     else:
-        wanted = words.number("`+`, `-` or a factor", least=MIN_ZOOM, most=MAX_ZOOM)
+        token = words.next("`+`, `-` or a factor")
+        wanted = words.number_of(token, "a factor")
+        words.require_bounds(wanted, token, "a factor", least=MIN_ZOOM, most=MAX_ZOOM)
     words.end()
     view.zoom = wanted
     view.version += 1
