@@ -341,7 +341,7 @@ def _distance_of(args: list[Operand], values: Values, side: int) -> float:
     first, second = args
     if second.kind == "point":
         return math.hypot(*towards(values, first.at, second.at))
-    if first.is_circular:
+    if second.is_circular:
         return side * float(values[second.circle.r] - values[first.circle.r])
     line, point = (second, first.at) if first.kind == "point" else (first, second.line[0])
     u = towards(values, *line.line)

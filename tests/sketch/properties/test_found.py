@@ -84,3 +84,11 @@ def test_a_drag_leaves_something_of_a_line() -> None:
     except AraelError as error:
         assert error.diagnostics[0].code == "E1220"
     assert session.document.numbers_of("L0")[0] < 5.0
+
+
+def test_the_distance_of_an_arcs_center_from_a_line_is_not_that_of_two_arcs() -> None:
+    session = sketch("add_arc 5,0 0,5 3.5355339,3.5355339; add_line 10,0 10,7")
+    session.run("distance A0.center L0 4")
+    assert session.editor.measure("distance", ("A0.center", "L0")) == pytest.approx(4.0)
+    session.run("delete d0; distance A0.center L0 >= 6")
+    assert session.editor.measure("distance", ("A0.center", "L0")) == pytest.approx(6.0)
