@@ -13,30 +13,14 @@ from arael.sketch.commands.tokens import fail
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import ends
 from arael.sketch.document.records import Entity
-
-
-def _ties(document: Document) -> dict[str, str]:
-    """For every handle in a coincident, one that stands for all that are at one place with it."""
-    parent: dict[str, str] = {}
-
-    def root(one: str) -> str:
-        while parent.setdefault(one, one) != one:
-            parent[one] = parent[parent[one]]
-            one = parent[one]
-        return one
-
-    for constraint in document.constraints.values():
-        if constraint.kind == "coincident" and constraint.active:
-            a, b = constraint.args
-            parent[root(a)] = root(b)
-    return {one: root(one) for one in parent}
+from arael.sketch.groups.ties import places
 
 
 def chained(document: Document, start: str) -> list[str]:
     """Entities that are connected with one by coincident points, through others too."""
     at: dict[str, set[str]] = {}
     of: dict[str, set[str]] = {}
-    for handle, place in _ties(document).items():
+    for handle, place in places(document).items():
         name = handle.partition(".")[0]
         at.setdefault(place, set()).add(name)
         of.setdefault(name, set()).add(place)
@@ -67,7 +51,7 @@ def _reached(document: Document, start: str, next_to: Callable[[str], Iterable[s
 
 def sequence(document: Document, start: str) -> list[str]:
     """Curves end to end through one, both ways up to an end or a branch, in their order."""
-    ties = _ties(document)
+    ties = places(document)
     ends_at: dict[str, list[str]] = {}
     for entity in document.entities.values():
         for point in ends(entity):

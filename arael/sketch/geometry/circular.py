@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from arael.sketch.geometry.affine import Affine
-from arael.sketch.geometry.conic import Conic, axes_under
+from arael.sketch.geometry.conic import Conic, PartOfConic, axes_under
 from arael.sketch.geometry.elliptic import Ellipse, EllipticArc
 from arael.sketch.geometry.vectors import (
     TURN,
@@ -17,8 +17,8 @@ from arael.sketch.geometry.vectors import (
 )
 
 
-class Circle(Conic, frozen=True):
-    """A whole circle; `t` runs counter-clockwise from the direction of the x axis."""
+class _Circular(Conic, frozen=True):
+    """Centre and radius."""
 
     center: Point
     radius: float
@@ -37,6 +37,10 @@ class Circle(Conic, frozen=True):
         """Point of the circle at a polar angle."""
         x, y = self.center
         return x + self.radius * cos(angle), y + self.radius * sin(angle)
+
+
+class Circle(_Circular, frozen=True):
+    """A whole circle; `t` runs counter-clockwise from the direction of the x axis."""
 
     def part(self, start: float, end: float) -> Arc:
         """Arc between two parameters; at most one turn."""
@@ -55,15 +59,13 @@ class Circle(Conic, frozen=True):
         return Ellipse(by(self.center), rx, ry, rotation)
 
 
-class Arc(Conic, frozen=True):
+class Arc(PartOfConic, _Circular, frozen=True):
     """Arc from the polar angle `angle` through `sweep` (radians, nonzero, at most a full turn).
 
     Documents hold arcs that run counter-clockwise, 0 < sweep <= 2 pi. A negative sweep is the same
     arc travelled clockwise, as in a chain or after `reversed`.
     """
 
-    center: Point
-    radius: float
     angle: float
     sweep: float
 
@@ -79,46 +81,13 @@ class Arc(Conic, frozen=True):
         return cls(center, r, a, sweep_between(a, b))
 
     @property
-    def middle(self) -> Point:
-        """Centre."""
-        return self.center
-
-    @property
-    def radii(self) -> Point:
-        """The radius, twice."""
-        return self.radius, self.radius
-
-    @property
-    def span(self) -> Point:
-        """Angle of the start and signed sweep."""
-        return self.angle, self.sweep
-
-    @property
-    def closed(self) -> bool:
-        """False: also a full turn has a start."""
-        return False
-
-    @property
     def carrier(self) -> Circle:
         """The whole circle."""
         return Circle(self.center, self.radius)
 
-    def at_angle(self, angle: float) -> Point:
-        """Point of the circle at a polar angle."""
-        x, y = self.center
-        return x + self.radius * cos(angle), y + self.radius * sin(angle)
-
-    def forward(self) -> Arc:
-        """The arc counter-clockwise."""
-        return self if self.sweep > 0 else self.reversed()
-
     def part(self, start: float, end: float) -> Arc:
         """Arc between two parameters."""
         return Arc(self.center, self.radius, self.angle_at(start), (end - start) * self.sweep)
-
-    def reversed(self) -> Arc:
-        """The same arc travelled the other way."""
-        return Arc(self.center, self.radius, self.angle + self.sweep, -self.sweep)
 
     def transformed(self, by: Affine) -> Arc | EllipticArc:
         """Arc if the map keeps shapes, otherwise an elliptic arc; mirrors turn the sweep round."""

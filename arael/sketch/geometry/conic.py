@@ -7,6 +7,9 @@ is the polar angle from the rotated x axis on circles, and the eccentric angle o
 from __future__ import annotations
 
 from math import acos, atan2, ceil, cos, hypot, pi, sin
+from typing import TYPE_CHECKING, Self
+
+from msgspec.structs import replace
 
 from arael.sketch.geometry.affine import Affine
 from arael.sketch.geometry.curve import MOST_SAMPLES, Bounds, Curve, Nearest, bounds_of
@@ -170,6 +173,32 @@ class Conic(Curve, frozen=True):
         sweep = self.span[1]
         chord = subtract(self.end, self.start) if not self.closed else (0.0, 0.0)
         return 0.5 * (rx * ry * sweep + cross(subtract(self.middle, origin), chord))
+
+
+class PartOfConic(Conic, frozen=True):
+    """An arc: a conic from an angle through a sweep, which its kinds hold as `angle`, `sweep`."""
+
+    if TYPE_CHECKING:  # fields of two bases cannot be combined
+        angle: float
+        sweep: float
+
+    @property
+    def span(self) -> Point:
+        """Angle of the start and signed sweep."""
+        return self.angle, self.sweep
+
+    @property
+    def closed(self) -> bool:
+        """False: also a full turn has a start."""
+        return False
+
+    def reversed(self) -> Self:
+        """The same arc travelled the other way."""
+        return replace(self, angle=self.angle + self.sweep, sweep=-self.sweep)
+
+    def forward(self) -> Self:
+        """The arc counter-clockwise."""
+        return self if self.sweep > 0 else self.reversed()
 
 
 def axes_under(by: Affine, radii: Point, turned: float) -> tuple[Point, float, float, float]:

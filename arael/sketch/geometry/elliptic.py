@@ -5,17 +5,17 @@ from __future__ import annotations
 from math import atan2
 
 from arael.sketch.geometry.affine import Affine
-from arael.sketch.geometry.conic import Conic, axes_under
+from arael.sketch.geometry.conic import Conic, PartOfConic, axes_under
 from arael.sketch.geometry.vectors import TURN, Point, sweep_between
 
 
-class Ellipse(Conic, frozen=True):
-    """A whole ellipse: radii `rx`, `ry` along axes turned by `rotation` (radians)."""
+class _Elliptic(Conic, frozen=True):
+    """Centre, two radii and a rotation (radians)."""
 
     center: Point
     rx: float
     ry: float
-    rotation: float = 0.0
+    rotation: float
 
     @property
     def middle(self) -> Point:
@@ -34,7 +34,14 @@ class Ellipse(Conic, frozen=True):
 
     def eccentric_angle(self, point: Point) -> float:
         """Eccentric angle of the point of the ellipse in whose affine direction `point` lies."""
-        return _eccentric(self, point)
+        x, y = self.local(point)
+        return atan2(y * self.rx, x * self.ry)
+
+
+class Ellipse(_Elliptic, frozen=True):
+    """A whole ellipse: radii `rx`, `ry` along axes turned by `rotation` (radians)."""
+
+    rotation: float = 0.0
 
     def part(self, start: float, end: float) -> EllipticArc:
         """Arc between two parameters; at most one turn."""
@@ -52,13 +59,9 @@ class Ellipse(Conic, frozen=True):
         return Ellipse(by(self.center), rx, ry, rotation)
 
 
-class EllipticArc(Conic, frozen=True):
+class EllipticArc(PartOfConic, _Elliptic, frozen=True):
     """Arc of an ellipse from the eccentric angle `angle` through `sweep` (radians, nonzero)."""
 
-    center: Point
-    rx: float
-    ry: float
-    rotation: float
     angle: float
     sweep: float
 
@@ -68,65 +71,21 @@ class EllipticArc(Conic, frozen=True):
     ) -> EllipticArc:
         """Counter-clockwise arc between two points; equal points make a full turn."""
         whole = Ellipse(center, rx, ry, rotation)
-        a = _eccentric(whole, start)
-        return cls(center, rx, ry, rotation, a, sweep_between(a, _eccentric(whole, end)))
-
-    @property
-    def middle(self) -> Point:
-        """Centre."""
-        return self.center
-
-    @property
-    def radii(self) -> Point:
-        """Radii along the turned x and y axes."""
-        return self.rx, self.ry
-
-    @property
-    def turned(self) -> float:
-        """Rotation."""
-        return self.rotation
-
-    @property
-    def span(self) -> Point:
-        """Eccentric angle of the start and signed sweep."""
-        return self.angle, self.sweep
-
-    @property
-    def closed(self) -> bool:
-        """False: also a full turn has a start."""
-        return False
+        a = whole.eccentric_angle(start)
+        return cls(center, rx, ry, rotation, a, sweep_between(a, whole.eccentric_angle(end)))
 
     @property
     def carrier(self) -> Ellipse:
         """The whole ellipse."""
         return Ellipse(self.center, self.rx, self.ry, self.rotation)
 
-    def eccentric_angle(self, point: Point) -> float:
-        """Eccentric angle of the point of the ellipse in whose affine direction `point` lies."""
-        return _eccentric(self, point)
-
-    def forward(self) -> EllipticArc:
-        """The arc counter-clockwise."""
-        return self if self.sweep > 0 else self.reversed()
-
     def part(self, start: float, end: float) -> EllipticArc:
         """Arc between two parameters."""
         angle, sweep = self.angle_at(start), (end - start) * self.sweep
         return EllipticArc(self.center, self.rx, self.ry, self.rotation, angle, sweep)
-
-    def reversed(self) -> EllipticArc:
-        """The same arc travelled the other way."""
-        end = self.angle + self.sweep
-        return EllipticArc(self.center, self.rx, self.ry, self.rotation, end, -self.sweep)
 
     def transformed(self, by: Affine) -> EllipticArc:
         """Image under an affine map; mirrors turn the sweep round."""
         (rx, ry), rotation, shift, sign = axes_under(by, self.radii, self.rotation)
         angle = sign * (self.angle + shift)
         return EllipticArc(by(self.center), rx, ry, rotation, angle, sign * self.sweep)
-
-
-def _eccentric(conic: Conic, point: Point) -> float:
-    x, y = conic.local(point)
-    rx, ry = conic.radii
-    return atan2(y * rx, x * ry)

@@ -20,8 +20,8 @@ def points_of(entity: Entity) -> dict[str, str]:
     return found
 
 
-def classes(document: Document, names: Sequence[str]) -> list[list[str]]:
-    """Handles of points of these entities that are one place; every point is in one list."""
+def places(document: Document) -> dict[str, str]:
+    """For every handle in a coincidence, one handle that stands for all that are one place."""
     parent: dict[str, str] = {}
 
     def root(one: str) -> str:
@@ -34,8 +34,14 @@ def classes(document: Document, names: Sequence[str]) -> list[list[str]]:
         if constraint.kind == "coincident" and constraint.active:
             a, b = constraint.args
             parent[root(a)] = root(b)
+    return {one: root(one) for one in parent}
+
+
+def classes(document: Document, names: Sequence[str]) -> list[list[str]]:
+    """Handles of points of these entities that are one place; every point is in one list."""
+    place = places(document)
     found: dict[str, list[str]] = {}
     for name in names:
         for handle in points_of(document.entities[name]).values():
-            found.setdefault(root(handle), []).append(handle)
+            found.setdefault(place.get(handle, handle), []).append(handle)
     return list(found.values())
