@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Protocol
@@ -29,6 +29,8 @@ from arael.session import Session, session_of
 from arael.statuses import ENDING
 
 Trace = Callable[[str], object]
+
+_UNLIMITED: AbstractContextManager[None] = nullcontext()
 
 
 class Solvable(Protocol):
@@ -165,6 +167,8 @@ def frozen_by(
     AraelError
         E1010 what is no path; E1012 a path that names no parameter.
     """
+    if freeze == () and not any(one.freeze or one.free for one in schedule):
+        return frozenset()
     given = [freeze] if isinstance(freeze, str) or not isinstance(freeze, Iterable) else [*freeze]
     if not all(isinstance(path, str) for path in given):
         raise wrong_argument("solve", "freeze", "paths of parameters", freeze)
@@ -238,16 +242,16 @@ def cost(model: Solvable) -> float:
     return problem_of(model).cost()
 
 
-@contextmanager
-def blas_threads(count: int) -> Iterator[None]:
+def blas_threads(count: int) -> AbstractContextManager[Any]:
     """Limit the threads of BLAS, if a solver has loaded it; 0: as many as it likes."""
     # Not imported for this alone: most problems are solved without BLAS, and it loads slowly.
     loaded = blas.is_loaded(), "sksparse.cholmod" in sys.modules
     if count == 0 or not any(loaded):
-        yield
-        return
-    with _threadpools(*loaded).limit(limits=count, user_api="blas"):
-        yield
+        return _UNLIMITED
+    limited: AbstractContextManager[Any] = _threadpools(*loaded).limit(
+        limits=count, user_api="blas"
+    )
+    return limited
 
 
 @lru_cache(maxsize=3)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
 DELAY = 1.0
 """Seconds before anything is shown."""
 INTERVAL = 0.2
+_NOTHING: AbstractContextManager[None] = nullcontext()
 """Seconds between two updates."""
 
 
@@ -85,20 +86,23 @@ class InNotebook:
             self._handle.update(page)
 
 
-@contextmanager
-def shown(wanted: bool | None) -> Iterator[Progress | None]:
-    """Yield an observer that shows progress, or None; what it shows is removed at the end.
+def shown(wanted: bool | None) -> AbstractContextManager[Progress | None]:
+    """Give an observer that shows progress, or None; what it shows is removed at the end.
 
     Parameters
     ----------
     wanted : None: in notebooks and at an interactive prompt on a terminal only
     """
     found = progress_for(wanted)
+    return _NOTHING if found is None else _cleared(found)
+
+
+@contextmanager
+def _cleared(progress: Progress) -> Iterator[Progress]:
     try:
-        yield found
+        yield progress
     finally:
-        if found is not None:
-            found.clear()
+        progress.clear()
 
 
 def progress_for(wanted: bool | None) -> Progress | None:

@@ -1,8 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Settings of a solve as plain C, and the ways in which it may end."""
 
-import numpy as np
-
 from libc.math cimport INFINITY
 
 STATUSES = (
@@ -35,12 +33,14 @@ cdef Settings settings_of(
     config, dtype, bint guarded, bint watched, Py_ssize_t size
 ) except *:
     cdef Settings s
+    cdef bint single = dtype.char == "f"
+    strategy = config.chosen_strategy()
     s.abs_precision = config.abs_precision
-    s.rel_precision = config.relative(size, dtype == np.float32)
+    s.rel_precision = config.relative(size, single)
     s.enough = config.enough
     s.max_iters, s.min_iters, s.patience = config.max_iters, config.min_iters, config.patience
     s.initial_lambda = config.initial_lambda
-    s.lambda_floor = config.floor(dtype == np.float32)
+    s.lambda_floor = config.floor(single)
     s.lambda_ceiling, s.retry_budget = config.lambda_ceiling, config.retry_budget
     s.cost_threshold = config.cost_threshold
     s.gradient_tolerance = config.gradient_tolerance
@@ -48,13 +48,13 @@ cdef Settings settings_of(
     s.predicted_reduction_tolerance = config.predicted_reduction_tolerance
     s.min_diagonal = config.min_diagonal
     s.time_limit = INFINITY if config.time_limit is None else config.time_limit
-    s.dogleg = config.chosen_strategy() != "damped"
-    s.path = {"subspace": SUBSPACE, "gauss_newton": LINE}.get(config.chosen_strategy(), DOGLEG)
+    s.dogleg = strategy != "damped"
+    s.path = {"subspace": SUBSPACE, "gauss_newton": LINE}.get(strategy, DOGLEG)
     s.damping = CUSTOM if callable(config.damping) else {
         "ladder": LADDER, "nielsen": NIELSEN, "gain": GAIN
     }[config.damping]
     s.by_promise = config.ending == "promise"
     s.watched = watched
-    s.epsilon = 2.0**-23 if dtype == np.float32 else 2.0**-52
+    s.epsilon = 2.0**-23 if single else 2.0**-52
     s.guarded = guarded
     return s

@@ -23,10 +23,14 @@ class Buffers:
         self.size = 0
         self._capacity = 0
         self._arrays: dict[str, Array] = {}
+        # Views of the present window by name: a solve looks at each column several times.
+        self._views: dict[str, Array] = {}
+        self._window = (0, 0)
 
     def add(self, name: str, dtype: Any, shape: tuple[int, ...] = ()) -> None:
         """Declare a column; to be called before rows are added."""
         self._arrays[name] = np.empty((self._capacity, *shape), dtype)
+        self._views.pop(name, None)
 
     def __len__(self) -> int:
         """Number of columns."""
@@ -42,7 +46,13 @@ class Buffers:
 
     def view(self, name: str) -> Array:
         """Live view (size, *shape) of a column."""
-        return self._arrays[name][self.start : self.start + self.size]
+        if self._window != (self.start, self.size):
+            self._views.clear()
+            self._window = self.start, self.size
+        found = self._views.get(name)
+        if found is None:
+            found = self._views[name] = self._arrays[name][self.start : self.start + self.size]
+        return found
 
     def grow_back(self, count: int) -> bool:
         """Add `count` rows of undefined content at the back; True if the rows moved."""
@@ -71,6 +81,7 @@ class Buffers:
             self._arrays[name] = fresh
         moved = self.size > 0
         self._capacity, self.start = capacity, start
+        self._views.clear()
         return moved
 
     def drop_front(self, count: int) -> None:

@@ -104,7 +104,7 @@ class Columns:
         For an optional struct: its presence (size,). ``path?`` is the presence of any optional.
         Refs are handles; see `target_rows` for rows.
         """
-        if path in self.data or path.endswith("?"):
+        if path in self.data or path[-1:] == "?":
             return self.buffers.view(path)
         if path in self.optionals:
             return self.buffers.view(f"{path}?")
@@ -230,11 +230,13 @@ class Columns:
     @property
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
-        held = [f"{path}{COMPONENTS}" for path in self.components_new]
+        names = self._flags
         if len(self.buffers) > self._declared:
+            held = [f"{path}{COMPONENTS}" for path in self.components_new]
             held += self._fixed_components
-        names = [*self._flags, *(name for name in held if name in self.buffers)]
-        return tuple(fingerprint(self.buffers.view(name)) for name in names)
+            names = [*names, *(name for name in held if name in self.buffers)]
+        view = self.buffers.view
+        return tuple([fingerprint(view(name)) for name in names])  # faster than a generator
 
     def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""
