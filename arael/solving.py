@@ -167,7 +167,11 @@ def frozen_by(
     AraelError
         E1010 what is no path; E1012 a path that names no parameter.
     """
-    if freeze == () and not any(one.freeze or one.free for one in schedule):
+    if (
+        isinstance(freeze, tuple)
+        and not freeze
+        and not any(one.freeze or one.free for one in schedule)
+    ):
         return frozenset()
     given = [freeze] if isinstance(freeze, str) or not isinstance(freeze, Iterable) else [*freeze]
     if not all(isinstance(path, str) for path in given):
