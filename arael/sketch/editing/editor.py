@@ -29,6 +29,7 @@ from arael.sketch.editing.checks import (
     check_extent,
     check_new_constraint,
     check_remains,
+    closed_chain,
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
@@ -484,6 +485,7 @@ class Editor:
             as `constrain`
         """
         _, spelt = matched(self.document, kind, tuple(args))
+        spelt = closed_chain(self.document, spelt) if kind == "area" else spelt
         mode = self._angle_mode(kind, spelt, mode, value)
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)
@@ -570,7 +572,21 @@ class Editor:
         with self.document.transaction(f"delete {' '.join(names)}"):
             self._remove(found)
             refresh(self.document)
+            self._renew_sides()
         return Deleted(tuple(found.names), found.dissolved)
+
+    def _renew_sides(self) -> None:
+        """Sides of relations that stood for each other's points, from how they are drawn now.
+
+        Curves that touch in a point they share may pass from one side to the other there. Once
+        the point is not shared any more, the side is held again: the one that is drawn.
+        """
+        for name in self.solver.left_open():
+            one = self.document.constraints.get(name)
+            if one is not None and one.kind == "tangent":
+                mode = mode_of(self.document, one.kind, one.args)
+                side = self.layout.side_of(one.kind, one.args, mode)
+                self.document.put("constraints", replace(one, side=side, mode=mode))
 
     def _remove(self, found: Doomed) -> None:
         for table in ("groups", "dimensions", "constraints", "parameters", "entities"):

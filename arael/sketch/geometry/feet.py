@@ -38,7 +38,8 @@ def _feet(x: float, y: float, a: float, b: float) -> list[tuple[float, float]]:
             found.append((sx * c, -sqrt(1.0 - c * c)))
         return found
     # across the long axis, from the pole s = -1 leftwards; inside the evolute only
-    if (u * ratio) ** (2 / 3) + v ** (2 / 3) < (r2 - 1.0) ** (2 / 3):
+    inside = (u * ratio) ** (2 / 3) + v ** (2 / 3) < (r2 - 1.0) ** (2 / 3)
+    if inside and -1.0 - v < -1.0:  # as above
         s = _newton_left(u * ratio, v, r2, -1.0 - v)
         found.append((sx * ratio * u / (s + r2), sy * v / (s + 1.0)))
     return found

@@ -834,8 +834,12 @@ class Layout:
     def _dirty_users(self, entity: str, dirty: dict[str, None]) -> None:
         for user in self._users.get(entity, ()):
             laid = self._laid.get(user)
-            if laid is not None and _acts(laid.record):
-                dirty[user] = None
+            if laid is None or not _acts(laid.record):
+                continue
+            dirty[user] = None
+            if isinstance(laid.record, Constraint) and laid.record.kind == "point_on":
+                # what else is in the point's place now lies on the curve, or no longer does
+                self._tangents_of(laid.record.args[1], dirty)
 
     def _held(
         self,

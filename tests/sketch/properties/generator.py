@@ -10,6 +10,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS, OPERANDS
 from arael.sketch.document.records import Entity
+from arael.sketch.geometry import chains, curve_of
 
 #: Commands whose words are not the operands of a table.
 _BY_HAND = frozenset({"image", "fix", "lock", "smooth", "area", "total_length"})
@@ -325,10 +326,22 @@ class Everything(Generator):
         if line:
             ways += [f"length {line[0]} {line[0]}.length*1.1"]
             ways += [f"select {line[0]} chain"]
-        found = self.several_of("line", count=3)
-        if found is not None:
-            ways.append(f"area {' '.join(found)} {self.number(3, 30)}")
+        loop = self.loop() or self.several_of("line", count=3)
+        if loop:
+            ways.append(f"area {' '.join(loop)} {self.number(3, 60)}")
         return self.random.choice(ways)
+
+    def loop(self) -> list[str]:
+        """Curves that make up a closed chain, in any order; empty if there is none."""
+        document = self.document
+        curves = [e for e in document.entities.values() if e.kind not in ("point", "circle")]
+        blocks = [curve_of(e.kind, document.numbers_of(e.name).tolist()) for e in curves]
+        found = [chain for chain in chains(blocks, 1e-6) if chain.closed]
+        if not found:
+            return []
+        names = [curves[link.number].name for link in self.random.choice(found).links]
+        self.random.shuffle(names)
+        return names
 
     def drag_command(self) -> str:
         word = self.random.choice([*self.points(), *self.document.entities])

@@ -9,6 +9,7 @@ printed with the lines that lead there, and the run goes on with another sketch.
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import sys
 import time
 import traceback
@@ -108,8 +109,8 @@ def examine(session: Session) -> None:
         raise Fault(f"an equation of {worst} is open by {residuals.max():.1e}")
 
 
-def life(seed: int, steps: int, tally: Tally) -> list[str]:
-    """One sketch; the lines that were done, in order. A fault is put into the tally."""
+def life(seed: int, steps: int, tally: Tally, verbose: bool = False) -> list[str]:
+    """One sketch; its lines in order, refused ones, too. A fault is put into the tally."""
     session = Session()
     generator = Everything(session, seed)
     lines: list[str] = []
@@ -117,8 +118,10 @@ def life(seed: int, steps: int, tally: Tally) -> list[str]:
     try:
         for k in range(steps):
             line = generator.line()
-            if step(session, line, tally):
-                lines.append(line)
+            if verbose:
+                print(f"seed {seed} step {k}: {line}", flush=True)
+            step(session, line, tally)
+            lines.append(line)
             if k % 25 == 24:
                 examine(session)
     except (Exception, RecursionError) as error:
@@ -127,7 +130,7 @@ def life(seed: int, steps: int, tally: Tally) -> list[str]:
         tally.faults.append((f"seed {seed}: {what}", [*lines, line]))
         return lines
     # The whole life, back to nothing.
-    session.run(f"undo {session.document.history.position}" if lines else "list")
+    session.run(f"undo {session.document.history.position}")
     if session.document.entities or len(session.document.values):
         tally.faults.append((f"seed {seed}: something is left after the last undo", lines))
     return lines
@@ -139,10 +142,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=10_000, help="commands")
     parser.add_argument("--seed", type=int, default=0, help="of the first sketch")
     parser.add_argument("--stop", type=float, default=float("inf"), help="after so many seconds")
+    parser.add_argument("--verbose", action="store_true", help="print every seed and every line")
     chosen = parser.parse_args(arguments)
+    faulthandler.enable()
     tally, began, seed, told = Tally(), time.monotonic(), chosen.seed, 0
     while tally.done + tally.refused < chosen.count and time.monotonic() - began < chosen.stop:
-        life(seed, LIFE, tally)
+        life(seed, LIFE, tally, chosen.verbose)
         seed += 1
         for what, lines in tally.faults[told:]:
             print(what, *(f"    {line}" for line in lines), sep="\n", flush=True)
