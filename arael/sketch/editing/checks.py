@@ -120,42 +120,6 @@ def same_dimension(document: Document, kind: str, args: tuple[str, ...]) -> Dime
     )
 
 
-def closed_chain(document: Document, args: tuple[str, ...]) -> tuple[str, ...]:
-    """The curves of an area in the order in which they follow each other.
-
-    Raises
-    ------
-    AraelError
-        E1222: they are not one closed chain, nor closed each by itself.
-    """
-    # imported here: start-up time
-    from arael.sketch.geometry import chains, curve_of
-
-    curves = [curve_of(document.entities[a].kind, document.numbers_of(a).tolist()) for a in args]
-    size = max((curve.bounds().size for curve in curves), default=0.0)
-    found = chains(curves, 1e-6 * size)
-    if all(chain.closed and len(chain.links) == 1 for chain in found):
-        return args
-    if len(found) == 1 and found[0].closed:
-        order = [link.number for link in found[0].links]
-        at = order.index(0)
-        order = order[at:] + order[:at]
-        return args if order[1:] == order[:0:-1] else tuple(args[k] for k in order)
-    gaps = [chain for chain in found if not chain.closed]
-    reason = "they are several chains"
-    if gaps:
-        ends = gaps[0].curves(curves)
-        (x, y), (u, v) = ends[0].start, ends[-1].end
-        reason = f"nothing leads from {u:g},{v:g} back to {x:g},{y:g}"
-    raise AraelError(
-        Diagnostic(
-            "E1222",
-            f"`area` needs curves that make up one closed chain: {reason}",
-            help=("connect their ends, or add the curve that is missing",),
-        )
-    )
-
-
 #: Quantities that must be above zero, for lines and circles to have an extent.
 _POSITIVE = frozenset(
     {"length", "radius", "diameter", "radius_b", "sweep", "arc_length", "total_length", "area"}

@@ -82,7 +82,9 @@ def directions(curves: list[Operand], values: Values) -> list[bool]:
     left = dict.fromkeys(range(1, len(curves)))
     while left:
         _, k, backwards = min(
-            (math.dist(here, end), k, bool(which)) for k in left for which, end in enumerate(ends[k])
+            (math.dist(here, end), k, bool(which))
+            for k in left
+            for which, end in enumerate(ends[k])
         )
         found[k] = not backwards
         here = ends[k][0] if backwards else ends[k][1]

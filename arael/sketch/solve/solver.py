@@ -171,6 +171,11 @@ class Solver:
         residuals = np.abs(self.layout.rows.evaluate(x))
         return bool(np.all(residuals <= self.tolerances.at(x)))
 
+    def holds(self, tolerance: float) -> bool:
+        """Whether no residual is larger, where the document is."""
+        residuals = self.layout.rows.evaluate(self.layout.gather().copy())
+        return bool(np.abs(residuals).max(initial=0.0) <= tolerance)
+
     def left_open(self) -> list[str]:
         """Records whose equations do not hold where the document is, by far more than rounding."""
         layout = self.layout

@@ -1,4 +1,4 @@
-"""Any number of random commands, each undone and redone: what breaks, with the script that shows it.
+"""Any number of random commands, each undone and redone; what breaks, with a script that shows it.
 
 Run by ``python -m tests.sketch.properties.many --count 1000000 --seed 0``. A sketch lives for some
 commands of all kinds, those that modify among them. Every one is done, undone and redone, and every
