@@ -308,7 +308,7 @@ def test_watts_linkage_keeps_its_middle_on_a_line_nearly() -> None:
         linkage.turn(float(degrees), expected)
         middle = at(linkage.session, "P4")
         assert middle == pytest.approx((expected["b"] + expected["c"]) / 2, abs=1e-8)
-        assert abs(middle[0] - 5.0) < 0.03
+        assert abs(middle[0] - 5.0) < 0.05
 
 
 def test_harts_inversor_draws_a_straight_line() -> None:
