@@ -55,13 +55,13 @@ cdef _Row gathered(Py_ssize_t begin, Py_ssize_t count, double* sums, int pivot):
     cdef double least = NOTHING * greatest(begin, count, sums)
     cdef Py_ssize_t i, k = 0
     for i in range(begin, count):
-        k += fabs(sums[i]) > least
+        k += i == pivot or fabs(sums[i]) > least
     places, numbers = np.empty(k, np.int32), np.empty(k)
     cdef int* at = <int*>writable(places, np.int32)
     cdef double* value = <double*>writable(numbers, np.float64)
     k = 0
     for i in range(begin, count):
-        if fabs(sums[i]) > least:
+        if i == pivot or fabs(sums[i]) > least:
             at[k] = <int>i
             value[k] = -1.0 if i == pivot else sums[i] * f
             k += 1
@@ -95,6 +95,8 @@ def reduce_by_priority(rows, int count, double least):
     cdef bint before = False
     for places, numbers in rows:
         row = _Row(places, numbers)
+        if not row.count:
+            continue
         subtract(row, 1.0, sums)
         begin = row.at[0]
         largest = greatest(begin, count, sums)
@@ -113,6 +115,8 @@ def reduce_by_priority(rows, int count, double least):
                 subtract(other, 1.0, sums)
                 begin = min(begin, <Py_ssize_t>other.at[0])
                 other = of_column[c]
+                # What is reduced now is another row, of entries of another size.
+                largest = greatest(begin, count, sums)
             subtract(other, sums[c], sums)
             begin = min(begin, <Py_ssize_t>other.at[0])
             sums[c] = 0
@@ -121,6 +125,9 @@ def reduce_by_priority(rows, int count, double least):
             for c in range(begin, count):
                 if of_column[c] is None and (best < 0 or fabs(sums[c]) > fabs(sums[best])):
                     best = c
+            if best < 0:    # it follows from the others, but for rounding
+                memset(sums + begin, 0, (count - begin) * sizeof(double))
+                continue
             before = True
             of_column[best] = gathered(begin, count, sums, <int>best)
     made = [c for c in range(count - 1, -1, -1) if of_column[c] is not None]
@@ -144,4 +151,8 @@ cdef _Row reduced(_Row row, Py_ssize_t pivot, list of_column, double* sums, Py_s
             subtract(other, sums[c], sums)
             begin = min(begin, <Py_ssize_t>other.at[0])
             sums[c] = 0
+    if not fabs(sums[pivot]) > NOTHING * greatest(begin, count, sums):
+        # Nothing but rounding is left at the pivot: dividing by it would leave nothing else.
+        memset(sums + begin, 0, (count - begin) * sizeof(double))
+        return row
     return gathered(begin, count, sums, <int>pivot)

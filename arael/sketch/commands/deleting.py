@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from arael.diagnostics.suggest import closest
 from arael.sketch.commands.constraints import WORDS_OF_KINDS
-from arael.sketch.commands.describing import record_line
+from arael.sketch.commands.describing import noticed, record_line
 from arael.sketch.commands.reading import Operand, Words
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
@@ -145,7 +145,7 @@ def _deleted(session: Session, names: list[str]) -> Reply:
     if now:
         lines.append(f"  broken: {', '.join(now)} (they keep their last value)")
     return Reply(
-        "\n".join(lines),
+        noticed(session, "\n".join(lines)),
         remembered=False,
         data={
             "deleted": list(gone.names),

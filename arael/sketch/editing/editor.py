@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
@@ -35,6 +35,7 @@ from arael.sketch.editing.directions import direction_at, nearly_parallel
 from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
+from arael.sketch.editing.outlines import is_open, outline
 from arael.sketch.editing.turning import turned
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
@@ -49,8 +50,11 @@ CONNECT_WITHIN = 1e-3
 TANGENT_WITHIN = 1.0
 #: How often values that read geometry are worked out and solved for again.
 _ROUNDS = 200
+#: A drawing that grows to so many times its size is looked at twice.
+_GROWS = 100.0
 
 _T = TypeVar("_T")
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +191,7 @@ class Editor:
         if outcome.solved:
             label = self._label(cause) if cause else ""
             check_remains(self.document, outcome.moved, before, size, label)
+            self._check_stays(before, size)
             return outcome
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
@@ -196,6 +201,25 @@ class Editor:
             others = [member for member in members if member != main]
             raise refusals.impossible(self._label(main), others, self._cheapest(others))
         raise refusals.not_converged(outcome.open, outcome.residual)
+
+    def _check_stays(self, before: Floats, size: float) -> None:
+        """Refuse a solution at infinity.
+
+        Where a line cannot have the direction that it has to have, it comes as near to it as
+        wanted by growing: everything is small relative to a drawing that large. A drawing that
+        has grown is a solution if its equations hold by its old measure, or up to rounding; one
+        that is far larger than it was and than every number that is given is none.
+        """
+        far = float(np.abs(self.document.values).max(initial=0.0))
+        old = size + float(np.abs(before).max(initial=0.0))
+        if far <= _GROWS * old:
+            return
+        given = [abs(x) for one in self.document.constraints.values() for x in one.numbers]
+        for one in self.document.dimensions.values():
+            given += [abs(x.number) for x in (one.value, one.low, one.high) if x is not None]
+        runs_away = far > _GROWS**2 * max(old, *given, 0.0)
+        if runs_away or not self.solver.holds(max(1e-9 * size, 1e-13 * far)):
+            raise refusals.runs_away()
 
     # --- entities ---------------------------------------------------------------------------
 
@@ -484,6 +508,8 @@ class Editor:
             as `constrain`
         """
         _, spelt = matched(self.document, kind, tuple(args))
+        if kind == "area":
+            spelt = outline(self.document, spelt, self._is_same)
         mode = self._angle_mode(kind, spelt, mode, value)
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)
@@ -570,7 +596,31 @@ class Editor:
         with self.document.transaction(f"delete {' '.join(names)}"):
             self._remove(found)
             refresh(self.document)
+            self._release_areas()
+            self._renew_sides()
         return Deleted(tuple(found.names), found.dissolved)
+
+    def _release_areas(self) -> None:
+        """Areas whose outline is open now only measure."""
+        for one in list(self.document.dimensions.values()):
+            if one.kind != "area" or one.derived:
+                continue
+            if is_open(self.document, one.args, self._is_same):
+                self.document.put("dimensions", replace(one, derived=True))
+                self.notices.append(f"notice: `{one.name}` only measures now: its outline is open")
+
+    def _renew_sides(self) -> None:
+        """Sides of relations that stood for each other's points, from how they are drawn now.
+
+        Curves that touch in a point they share may pass from one side to the other there. Once
+        the point is not shared any more, the side is held again: the one that is drawn.
+        """
+        for name in self.solver.left_open():
+            one = self.document.constraints.get(name)
+            if one is not None and one.kind == "tangent":
+                mode = mode_of(self.document, one.kind, one.args)
+                side = self.layout.side_of(one.kind, one.args, mode)
+                self.document.put("constraints", replace(one, side=side, mode=mode))
 
     def _remove(self, found: Doomed) -> None:
         for table in ("groups", "dimensions", "constraints", "parameters", "entities"):

@@ -60,6 +60,18 @@ def not_converged(open_rows: Sequence[str], residual: float) -> AraelError:
     )
 
 
+def runs_away() -> AraelError:
+    """E1234: the equations hold the better the larger the drawing becomes, and never."""
+    return AraelError(
+        Diagnostic(
+            "E1234",
+            "no solution found: the geometry would grow without end",
+            notes=("the sketch is left as it was",),
+            help=("go in smaller steps, or look at `list constraints` for what contradicts it",),
+        )
+    )
+
+
 def unsettled(names: Sequence[str]) -> AraelError:
     """E1234: values that read geometry which moves with them."""
     return AraelError(

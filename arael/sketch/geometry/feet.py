@@ -23,51 +23,52 @@ def _feet(x: float, y: float, a: float, b: float) -> list[tuple[float, float]]:
         c = min(max(x / a, -1.0), 1.0) if a > 0.0 else 1.0
         return [(c, sqrt(1.0 - c * c))]
     ratio = a / b
-    # in units of b, first quadrant: E(s) = (r u / (s + r^2))^2 + (v / (s + 1))^2 - 1
-    u, v, r2 = abs(x) / b, abs(y) / b, ratio * ratio
+    # In units of b, first quadrant, with w = s + 1, which near the long axis is small where s is
+    # not: E(w) = (r u / (w + r^2 - 1))^2 + (v / w)^2 - 1.
+    u, v, rest = abs(x) / b, abs(y) / b, (a - b) * (a + b) / (b * b)
     sx, sy = copysign(1.0, x), copysign(1.0, y)
     found = []
-    if v - 1.0 > -1.0:  # not on the long axis, up to rounding
-        s = _newton(u * ratio, v, r2, max(v - 1.0, u * ratio - r2))
-        found.append((sx * ratio * u / (s + r2), sy * v / (s + 1.0)))
+    if v > 0.0:
+        w = _newton(u * ratio, v, rest, max(v, u * ratio - rest))
+        found.append((sx * ratio * u / (w + rest), sy * v / w))
     else:
-        inner = u * ratio / (r2 - 1.0)  # cosine of the foot while inside the evolute
+        inner = u * ratio / rest if rest > 0.0 else 2.0  # cosine of the foot inside the evolute
         c = min(inner, 1.0)
         found.append((sx * c, sqrt(1.0 - c * c)))
         if c < 1.0:
             found.append((sx * c, -sqrt(1.0 - c * c)))
         return found
-    # across the long axis, from the pole s = -1 leftwards; inside the evolute only
-    if (u * ratio) ** (2 / 3) + v ** (2 / 3) < (r2 - 1.0) ** (2 / 3):
-        s = _newton_left(u * ratio, v, r2, -1.0 - v)
-        found.append((sx * ratio * u / (s + r2), sy * v / (s + 1.0)))
+    # across the long axis, from the pole w = 0 leftwards; inside the evolute only
+    if (u * ratio) ** (2 / 3) + v ** (2 / 3) < rest ** (2 / 3):
+        w = _newton_left(u * ratio, v, rest, -v)
+        found.append((sx * ratio * u / (w + rest), sy * v / w))
     return found
 
 
-def _newton(p: float, q: float, r2: float, s: float) -> float:
+def _newton(p: float, q: float, rest: float, w: float) -> float:
     for _ in range(200):
-        f, slope = _value(p, q, r2, s)
+        f, slope = _value(p, q, rest, w)
         if f <= 0.0 or slope == 0.0:
             break
-        new = s - f / slope
-        if not new > s:
+        new = w - f / slope
+        if not new > w:
             break
-        s = new
-    return s
+        w = new
+    return w
 
 
-def _newton_left(p: float, q: float, r2: float, s: float) -> float:
+def _newton_left(p: float, q: float, rest: float, w: float) -> float:
     for _ in range(200):
-        f, slope = _value(p, q, r2, s)
+        f, slope = _value(p, q, rest, w)
         if f <= 0.0 or slope <= 0.0:
             break
-        new = s - f / slope
-        if not new < s or new <= -r2:
+        new = w - f / slope
+        if not new < w or new <= -rest:
             break
-        s = new
-    return s
+        w = new
+    return w
 
 
-def _value(p: float, q: float, r2: float, s: float) -> tuple[float, float]:
-    x, y = p / (s + r2), q / (s + 1.0)
-    return x * x + y * y - 1.0, -2.0 * (x * x / (s + r2) + y * y / (s + 1.0))
+def _value(p: float, q: float, rest: float, w: float) -> tuple[float, float]:
+    x, y = p / (w + rest), q / w
+    return x * x + y * y - 1.0, -2.0 * (x * x / (w + rest) + y * y / w)

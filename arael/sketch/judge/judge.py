@@ -89,7 +89,8 @@ class Judge:
         scale = np.ones(len(system.x))
         turned = np.isin(layout.unknowns[: len(scale)], layout.angles)
         scale[turned] = 1.0 / layout.size
-        return Rank(system, last, scale)
+        far = float(np.abs(self.document.values).max(initial=0.0))
+        return Rank(system, last, scale, far / layout.size)
 
     # --- verdicts ---------------------------------------------------------------------------
 

@@ -15,6 +15,8 @@ Ints = NDArray[np.int64]
 
 #: An entity moves in a direction if its part of a unit free direction is at least this long.
 _MOVES = 1e-7
+#: So many roundings of the largest coordinate, relative to the size, are taken for zero.
+_ROUNDINGS = 64.0
 
 
 class Rank:
@@ -25,17 +27,26 @@ class Rank:
     system : rows and columns
     last : rows that are called dependent rather than others
     scale : (n,) of the unknowns: 1 for lengths, 1 / size for angles; None: all lengths
+    rounded : largest coordinate over the size of the drawing: far from the origin, directions are
+        differences of rounded numbers
     """
 
     def __init__(
-        self, system: Linearisation, last: Ints | None = None, scale: Floats | None = None
+        self,
+        system: Linearisation,
+        last: Ints | None = None,
+        scale: Floats | None = None,
+        rounded: float = 1.0,
     ) -> None:
         self.system = system
         m, n = len(system.owners), len(system.x)
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
             priority[last] = 1 + np.arange(len(last), dtype=np.int32)
-        self.factor = RankQR(m, n, system.indptr, system.indices, priority)
+        tolerance = None
+        if _ROUNDINGS * rounded > 20 * (m + n):  # the tolerance of RankQR by itself
+            tolerance = _ROUNDINGS * rounded * float(np.finfo(float).eps)
+        self.factor = RankQR(m, n, system.indptr, system.indices, priority, tolerance)
         self.factor.factor(system.entries, np.ones(n) if scale is None else scale)
         self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)

@@ -32,7 +32,7 @@ def length_of(curve: Operand) -> list[Part]:
 
 
 def area_of(curves: list[Operand], values: Values) -> list[Part]:
-    """Rows that add up to the area inside a closed chain of curves in order, which is positive."""
+    """Rows that add up to the area inside a closed chain of curves, which is positive."""
     turned = directions(curves, values)
     parts = [
         (row, factor if forwards else -factor)
@@ -70,24 +70,25 @@ def size_of(curves: list[Operand], values: Values) -> float:
 
 
 def directions(curves: list[Operand], values: Values) -> list[bool]:
-    """Whether each curve of a chain in order runs forwards along it: from end to nearest end."""
-    if len(curves) < 2:
-        return [True] * len(curves)
+    """Whether each curve of a chain, in any order, runs forwards along it.
+
+    The chain leaves the first curve by its end, and goes on with the curve whose end is nearest.
+    """
+    found = [True] * len(curves)
     ends = [tuple(place(values, end) for end in curve.ends) for curve in curves]
     if not all(ends):
-        return [True] * len(curves)
-    first, second = ends[0], ends[1]
-    at_end = min(math.dist(first[1], p) for p in second)
-    at_start = min(math.dist(first[0], p) for p in second)
-    found = [at_end <= at_start]
-    if at_end == at_start:
-        # two curves that meet at both ends
-        found = [True]
-    here = first[1] if found[0] else first[0]
-    for points in ends[1:]:
-        forwards = math.dist(here, points[0]) <= math.dist(here, points[1])
-        found.append(forwards)
-        here = points[1] if forwards else points[0]
+        return found
+    here = ends[0][1]
+    left = dict.fromkeys(range(1, len(curves)))
+    while left:
+        _, k, backwards = min(
+            (math.dist(here, end), k, bool(which))
+            for k in left
+            for which, end in enumerate(ends[k])
+        )
+        found[k] = not backwards
+        here = ends[k][0] if backwards else ends[k][1]
+        del left[k]
     return found
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable
 
 from arael.sketch.document.records import Constraint
+from arael.sketch.geometry.feet import ellipse_feet
 from arael.sketch.layout.operands import (
     Alike,
     Operand,
@@ -143,24 +144,52 @@ def _rounds(plan: Plan, first: Operand, second: Operand, values: Values, alike: 
 def contact(values: Values, first: Operand, second: Operand) -> tuple[float, float]:
     """Point where two round curves touch, or nearly do.
 
-    Between the nearest of samples, then where both have a common normal, so that what touches
-    already needs no motion.
+    Of the places of the smaller curve that are nearer to the other one than their neighbours are,
+    moved to where both have a common normal, so that what touches already needs no motion: the one
+    where gap and crossing are least. Curves that touch in one point may cross in others.
     """
-    found = (math.inf, 0.0, 0.0)
+    if _radius(values, second) < _radius(values, first):
+        first, second = second, first
+    found: list[tuple[float, tuple[float, float]]] = []
+    for a, b in _nearest(values, first, second):
+        normal = _common_normal(values, first, second, a, b)
+        a, b = normal or (a, b)
+        p, q = _at(values, first, a), _at(values, second, b)
+        u, v = _at(values, first, a, 1), _at(values, second, b, 1)
+        lengths = math.hypot(*u) * math.hypot(*v)
+        crossing = cross(u, v) ** 2 / lengths if lengths > 0.0 else 0.0
+        middle = ((p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
+        found.append((math.dist(p, q) ** 2 + crossing, middle))
+    return min(found)[1]
+
+
+def _radius(values: Values, curve: Operand) -> float:
+    """The larger radius of a round curve."""
+    radii = curve.circle[1:] if curve.is_circular else curve.ellipse[1:3]
+    return max(abs(float(values[at])) for at in radii)
+
+
+def _nearest(values: Values, first: Operand, second: Operand) -> list[tuple[float, float]]:
+    """Angles of samples of a curve, and of their feet on another, where the gap is small."""
     angles = [2 * math.pi * k / 90 for k in range(90)]
-    others = [_at(values, second, angle) for angle in angles]
-    for a in angles:
-        p = _at(values, first, a)
-        for b, q in zip(angles, others, strict=True):
-            gap = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2
-            if gap < found[0]:
-                found = (gap, a, b)
-    _, a, b = found
-    normal = _common_normal(values, first, second, a, b)
-    if normal is not None:
-        a, b = normal
-    p, q = _at(values, first, a), _at(values, second, b)
-    return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
+    places = [_at(values, first, angle) for angle in angles]
+    feet = [_foot(values, second, p) for p in places]
+    gaps = [math.dist(p, _at(values, second, b)) for p, b in zip(places, feet, strict=True)]
+    low = [k for k in range(90) if gaps[k] <= gaps[k - 1] and gaps[k] <= gaps[(k + 1) % 90]]
+    low.sort(key=gaps.__getitem__)
+    return [(angles[k], feet[k]) for k in low[:6]]
+
+
+def _foot(values: Values, curve: Operand, p: tuple[float, float]) -> float:
+    """Angle of the point of a circle or ellipse that is nearest to a place."""
+    x, y = place(values, curve.center)
+    dx, dy = p[0] - x, p[1] - y
+    if curve.is_circular:
+        return math.atan2(dy, dx)
+    _, rx, ry, rot = curve.ellipse
+    c, s = math.cos(values[rot]), math.sin(values[rot])
+    radii = abs(float(values[rx])), abs(float(values[ry]))
+    return ellipse_feet(c * dx + s * dy, c * dy - s * dx, *radii)[0]
 
 
 def _common_normal(

@@ -27,6 +27,8 @@ FAR, FAR_TURN = 0.3, 1.0
 AT_KNOT, NEAR_KNOT = 1e-9, 0.1
 #: Pieces of splines that points may pass in one solve.
 MOST_KNOTS = 8
+#: An equation that a deletion leaves open is open by more than so many tolerances.
+_BY_FAR = 1e3
 #: The way to a new value is given up where no step this small succeeds.
 SMALLEST_STEP = 1.0 / 256.0
 
@@ -168,6 +170,20 @@ class Solver:
         """Whether all equations hold at `x`."""
         residuals = np.abs(self.layout.rows.evaluate(x))
         return bool(np.all(residuals <= self.tolerances.at(x)))
+
+    def holds(self, tolerance: float) -> bool:
+        """Whether no residual is larger, where the document is."""
+        residuals = self.layout.rows.evaluate(self.layout.gather().copy())
+        return bool(np.abs(residuals).max(initial=0.0) <= tolerance)
+
+    def left_open(self) -> list[str]:
+        """Records whose equations do not hold where the document is, by far more than rounding."""
+        layout = self.layout
+        x = layout.gather().copy()
+        self.prepare(x)
+        excess = np.abs(layout.rows.evaluate(x)) / self.tolerances.at(x)
+        rows = np.flatnonzero(~(excess <= _BY_FAR))
+        return list(dict.fromkeys(layout.owner[row] for row in rows if layout.owner[row]))
 
     def _newton(
         self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True

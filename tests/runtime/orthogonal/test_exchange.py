@@ -49,3 +49,37 @@ def test_a_row_of_which_only_small_entries_remain_keeps_a_pivot() -> None:
         1: pytest.approx(row[0]),
         2: pytest.approx(-row[0]),
     }
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_dependencies_that_agree_but_for_rounding_in_what_is_least_important(seed: int) -> None:
+    """The same numbers by another factor at the first equations, with a small first one.
+
+    What is left of their differences is rounding, enlarged by the small pivot; it is no pivot.
+    """
+    rng = np.random.default_rng(seed)
+    shared = np.append(2e-6, rng.standard_normal(10))
+    table = []
+    for factor in (0.1, 0.3, 1.1, 2.7):
+        rounded = factor * shared * (1 + 1e-13 * rng.standard_normal(11))
+        own = rng.choice(np.arange(11, 35), 8, replace=False)
+        places = np.append(np.arange(11), np.sort(own)).astype(np.int32)
+        table.append((places, np.append(rounded, rng.uniform(0.5, 1.5, 8))))
+    whole = np.zeros((4, 35))
+    for row, (places, numbers) in zip(whole, table, strict=True):
+        row[places] = numbers
+    found = reduce_by_priority(table, 35, 1e-8)
+    assert len(found) == 4
+    for pivot, places, numbers in found:
+        row = np.zeros(35)
+        row[places] = numbers
+        assert row[pivot] == -1.0
+        left = row - np.linalg.lstsq(whole.T, row, rcond=None)[0] @ whole
+        assert np.abs(left).max() <= 1e-9 * np.abs(row).max()
+
+
+def test_dependencies_that_follow_from_others_are_left_out() -> None:
+    places = np.arange(2, dtype=np.int32)
+    table = [(places, np.array([1.0, 1.0])), (places, np.array([1.0, -1.0]))]
+    table.append((places, np.array([0.5, 0.25])))
+    assert len(reduce_by_priority(table, 2, 1e-8)) == 2

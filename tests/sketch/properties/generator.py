@@ -10,6 +10,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS, OPERANDS
 from arael.sketch.document.records import Entity
+from arael.sketch.geometry import chains, curve_of
 
 #: Commands whose words are not the operands of a table.
 _BY_HAND = frozenset({"image", "fix", "lock", "smooth", "area", "total_length"})
@@ -26,7 +27,7 @@ def snapshot(document: Document) -> tuple[object, ...]:
 
 def perform(session: Session, line: str) -> None:
     """Run a line; ``drag POINT X Y`` by the editor."""
-    if line.startswith("drag "):
+    if line.startswith("drag ") and "@" not in line:
         _, handle, x, y = line.split()
         session.editor.drag({handle: (float(x), float(y))})
     else:
@@ -207,3 +208,162 @@ class Generator:
             ends = (".p1", ".p2", ".start", ".end")
             return [point for point in self.points() if point.endswith(ends)]
         return [one.name for one in entities if one.kind in OPERANDS[operand]]
+
+
+class Everything(Generator):
+    """Commands that modify, ask and select as well; groups, image, area and chains."""
+
+    def line(self) -> str:
+        """The next command line."""
+        if len(self.document.entities) < 3 or self.random.random() < 0.6:
+            return super().line()
+        ways = [
+            (3.0, self.cut),
+            (2.0, self.corner),
+            (3.0, self.transform),
+            (2.0, self.group),
+            (2.0, self.by_hand),
+            (1.0, self.drag_command),
+            (1.0, self.ask),
+            (1.0, self.housekeeping),
+            (0.5, self.shape),
+        ]
+        weights, makers = zip(*ways, strict=True)
+        return str(self.random.choices(makers, weights)[0]())
+
+    def some(self, *kinds: str, most: int = 3) -> list[str]:
+        """Names of some entities of some kinds, of all without any; empty if there is none."""
+        found = [e.name for e in self.document.entities.values() if not kinds or e.kind in kinds]
+        return self.random.sample(found, min(len(found), self.random.randint(1, most)))
+
+    def several_of(self, *kinds: str, count: int = 2) -> list[str] | None:
+        found = [e.name for e in self.document.entities.values() if not kinds or e.kind in kinds]
+        return self.random.sample(found, count) if len(found) >= count else None
+
+    def about(self) -> str:
+        return self.random.choice([self.random.choice(self.points()), self.place()])
+
+    def cut(self) -> str:
+        names, pick = self.several_of(), self.random
+        if names is None:
+            return self.entity()
+        a, b = names
+        nopin = pick.choice(["", "", " nopin"])
+        ways = [
+            f"split {a} {self.place()}{nopin}",
+            f"split {a} by {b}{nopin}",
+            f"trim {a} {self.place()}{nopin}",
+            f"trim {a} by {b} {pick.choice(['forward', 'backward'])}{nopin}",
+            f"extend {a} to {b}{pick.choice(['', ' forward', ' backward'])}{nopin}",
+            f"extend {a} {self.place()}{nopin}",
+        ]
+        return pick.choice(ways)
+
+    def corner(self) -> str:
+        lines = self.several_of("line")
+        word = self.random.choice(["fillet", "chamfer"])
+        size = self.number(0.05, 1.5)
+        if lines is None:
+            return self.entity()
+        ends = [point for point in self.points() if point.startswith("L")]
+        if self.random.random() < 0.4:
+            return f"{word} {self.random.choice(ends)} {size}"
+        return f"{word} {lines[0]} {lines[1]} {size}"
+
+    def transform(self) -> str:
+        names = " ".join(self.some())
+        ways = [
+            f"move {names} @{self.number(-4, 4)},{self.number(-4, 4)}",
+            f"rotate {names} about {self.about()} {self.number(-180, 180)}",
+            f"scale {names} about {self.about()} {self.number(0.4, 2.2)}",
+            f"move {names} from {self.about()} to {self.place()}",
+        ]
+        return self.random.choice(ways)
+
+    def group(self) -> str:
+        lines, pick = self.some("line", most=1), self.random
+        if not lines or len(self.document.entities) > 2 * self.most:
+            return self.delete()
+        names = " ".join(self.some(most=2))
+        line = lines[0]
+        ways = [
+            f"mirror {names} about {line}{pick.choice(['', ' noconstraint', ' strict'])}",
+            f"offset_line {line} {self.number(0.1, 2)}{pick.choice(['', ' right', ' nopin'])}",
+            f"pattern circular {names} about {self.about()} {pick.randint(2, 4)}",
+            f"pattern rect {names} {pick.randint(2, 3)} {self.number(1, 4)}",
+        ]
+        if self.document.groups and pick.random() < 0.5:
+            return f"delete {pick.choice(list(self.document.groups))}{pick.choice(['', ' all'])}"
+        return pick.choice(ways)
+
+    def shape(self) -> str:
+        ways = [
+            f"add_slot {self.place()} {self.place()} {self.number(0.3, 1.5)}",
+            f"add_polygon {self.random.randint(3, 6)} {self.place()} {self.place()}",
+            f"add_rect3 {self.place()} {self.place()} {self.place()}",
+            f"add_rectcenter {self.place()} {self.place()}",
+            f"add_circle3 {self.place()} {self.place()} {self.place()}",
+        ]
+        lines = self.several_of("line", count=3)
+        if lines is not None:
+            ways.append(f"add_circle2t {lines[0]} {lines[1]} {self.number(0.3, 2)}")
+            ways.append(f"add_circle3t {' '.join(lines)}")
+        return self.random.choice(ways)
+
+    def by_hand(self) -> str:
+        """The kinds whose words are not the operands of a table."""
+        pair = self.several_of("line")
+        names, line = self.some("line", "arc", most=4), self.some("line", most=1)
+        ways = [f"lock {self.random.choice(self.points())} {self.place()}"]
+        if pair is not None:
+            a, b = pair
+            ways += [
+                f"image {a} {b} rotate {self.number(10, 170)} about {self.about()}",
+                f"image {a} {b} shift {self.number(-3, 3)},{self.number(-3, 3)}",
+            ]
+        if names:
+            ways.append(f"total_length {' '.join(names)} {self.number(3, 30)}")
+        if line:
+            ways += [f"length {line[0]} {line[0]}.length*1.1"]
+            ways += [f"select {line[0]} chain"]
+        loop = self.loop() or self.several_of("line", count=3)
+        if loop:
+            ways.append(f"area {' '.join(loop)} {self.number(3, 60)}")
+        return self.random.choice(ways)
+
+    def loop(self) -> list[str]:
+        """Curves that make up a closed chain, in any order; empty if there is none."""
+        document = self.document
+        curves = [e for e in document.entities.values() if e.kind not in ("point", "circle")]
+        blocks = [curve_of(e.kind, document.numbers_of(e.name).tolist()) for e in curves]
+        found = [chain for chain in chains(blocks, 1e-6) if chain.closed]
+        if not found:
+            return []
+        names = [curves[link.number].name for link in self.random.choice(found).links]
+        self.random.shuffle(names)
+        return names
+
+    def drag_command(self) -> str:
+        word = self.random.choice([*self.points(), *self.document.entities])
+        return f"drag {word} @{self.number(-5, 5)},{self.number(-5, 5)}"
+
+    def ask(self) -> str:
+        names = [*self.document.entities, *self.document.constraints, *self.document.dimensions]
+        name = self.random.choice(names)
+        ways = ["free", "dof", "dof analyze", "cost", "list", f"why {name}", f"info {name}"]
+        ways += [f"what_if {self.constraint()}", f"explain {self.dimension()}"]
+        ways += [f"measure {' '.join(self.some(most=2))}", "list dims", f"find {self.place()}"]
+        dimensions = list(self.document.dimensions)
+        if dimensions:
+            ways.append(f"sensitivity {self.random.choice(dimensions)}")
+        return self.random.choice(ways)
+
+    def housekeeping(self) -> str:
+        names = list(self.document.parameters)
+        ways = ["select all", "deselect", "freeze", f"style {self.some()[0]} dashed"]
+        ways.append(f"select {self.some()[0]} linked")
+        if names:
+            self.parameters += 1
+            ways.append(f"rename_param {self.random.choice(names)} v{self.parameters}")
+            ways.append(f"del_param {self.random.choice(names)}")
+        return self.random.choice(ways)

@@ -7,6 +7,9 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
+from arael.sketch.geometry.feet import ellipse_feet
+from arael.sketch.layout.chains import measured_area
+from arael.sketch.layout.operands import operands
 from tests.sketch.properties.generator import snapshot
 
 
@@ -92,3 +95,106 @@ def test_the_distance_of_an_arcs_center_from_a_line_is_not_that_of_two_arcs() ->
     assert session.editor.measure("distance", ("A0.center", "L0")) == pytest.approx(4.0)
     session.run("delete d0; distance A0.center L0 >= 6")
     assert session.editor.measure("distance", ("A0.center", "L0")) == pytest.approx(6.0)
+
+
+SQUARE = "a, b, c, d = add_line 0,0 4,0 4,4 0,4 0,0\n"
+
+
+def test_an_area_takes_the_curves_of_an_outline_in_any_order() -> None:
+    session = sketch(SQUARE + "area a c b d 25")
+    assert session.document.dimensions["d0"].args == ("L0", "L1", "L2", "L3")
+    assert session.editor.measure("area", ("L0", "L1", "L2", "L3")) == pytest.approx(25.0)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["area a b", "area a b c", "area a b c d A0", "area e f h"],
+    ids=["open", "gap", "several", "not joined"],
+)
+def test_an_area_needs_a_closed_outline(line: str) -> None:
+    session = sketch(SQUARE + "add_circle 2,2 1\ne, f = add_line 9,0 12,0 12,3")
+    session.run("h = add_line 12,3 9,0 noconnect")
+    assert refused(session, f"{line} 3") == "E1222"
+
+
+def test_an_area_whose_outline_is_opened_only_measures() -> None:
+    session = sketch(SQUARE + "area a b c d 25")
+    (reply,) = session.run("delete C1")
+    assert "`d0` only measures now" in reply.text
+    assert session.document.dimensions["d0"].derived
+    session.run("undo")
+    assert not session.document.dimensions["d0"].derived
+
+
+def test_the_area_of_an_outline_whose_side_is_split_is_that_of_all_pieces() -> None:
+    # The pieces follow each other against the direction of the outline.
+    session = sketch("a, b, c = add_line 0,0 4,0 0,3 0,0; lock a.p1 0,0; area a b c driven")
+    session.run("add_line 1,1 9,4; add_line 1,2 9,7\nsplit b by L3 L4")
+    args = session.document.dimensions["d0"].args
+    assert len(args) == 5
+    found = operands(session.document, args)
+    assert measured_area(found, session.document.values) == pytest.approx(6.0)
+    assert measured_area(found[:1:-1] + found[:2], session.document.values) == pytest.approx(6.0)
+
+
+def test_the_side_of_circles_that_touched_in_a_joint_is_that_drawn_when_the_joint_goes() -> None:
+    session = sketch("add_arc -3,0 3,0 0,3; add_circle 2,0 1; point_on A0.end A1")
+    session.run("tangent A0 A1")  # inside, the arc is the larger
+    session.run("radius A1 1\nradius A1 9\nlock A1.center")  # through equal radii
+    before = session.document.values.copy()
+    session.run("delete C0")
+    assert session.editor.solver.left_open() == []
+    assert session.editor.solve().moved == ()
+    assert np.array_equal(session.document.values, before)
+
+
+@pytest.mark.parametrize("radius", [3.0, 30.0, 300.0])
+def test_an_ellipse_and_a_much_larger_circle_that_touch_do_so_when_laid_out_anew(
+    radius: float,
+) -> None:
+    session = sketch(f"add_ellipse 0,0 3 1 20; add_circle {radius + 2.2},0.5 {radius}")
+    session.run("tangent EA0 A0")
+    from arael.sketch.editing.editor import Editor
+
+    anew = Editor(session.document)
+    assert anew.solver.left_open() == []
+    assert anew.solve().moved == ()
+
+
+def test_a_tangent_is_written_anew_when_a_point_in_its_joint_comes_onto_its_line() -> None:
+    # C1 lies on the line; the arc's end is in its place through another tie only.
+    session = sketch("add_line 0,0 9,0; add_arc 4,0 9,5 8,1.5; add_point 4,0")
+    session.run("add_point 20,20; point_on P1 L0")
+    session.run("tangent L0 A0")
+    for line in ("coincident P1 P0", "delete C1", "undo", "undo", "redo"):
+        session.run(line)
+        session.editor.layout.check()
+
+
+@pytest.mark.parametrize("y", [0.0, 1e-17, 1.1e-16, 2e-16, 1e-15, 1e-12])
+def test_feet_of_points_near_the_long_axis_of_an_ellipse(y: float) -> None:
+    for x in (0.0, 0.1, 1.0, 2.9, 3.1):
+        for angle in ellipse_feet(x, y, 3.0, 1.0):
+            foot = np.array([3.0 * np.cos(angle), np.sin(angle)])
+            along = np.array([-3.0 * np.sin(angle), np.cos(angle)])
+            assert abs((np.array([x, y]) - foot) @ along) < 1e-7
+
+
+def test_a_line_does_not_grow_without_end_to_hold_its_direction() -> None:
+    session = sketch("add_line -6,2.4 6.7,-6.4 9.6,-2.9; add_point 6.7,-6.4; lock P0")
+    session.run("fillet L0 L1 1.2")
+    try:
+        session.run("coincident L0.p2 P0")
+    except AraelError as error:
+        assert error.diagnostics[0].code in ("E1231", "E1233", "E1234", "E1220")
+    assert np.abs(session.document.values).max() < 1e4
+
+
+def test_a_point_on_a_knot_of_a_spline_is_on_either_piece() -> None:
+    session = sketch("add_spline 0,0 1,2 3,2 4,0 6,-1; add_point 2,1.5; point_on P0 S0")
+    at = session.document.point_at("P0")
+    session.editor.drag({"P0": (5.9, -0.9)})
+    for k in range(60):
+        session.editor.drag({"P0": (5.9 - 0.1 * k, 0.5)})
+        session.editor.layout.check()
+        assert np.isfinite(session.document.values[at])
