@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
+from arael.runtime.assembly.union_find import connected
 from arael.runtime.levels.elimination_tree import factor_pattern
 from arael.runtime.linear.minimum_degree import minimum_degree
 
@@ -69,17 +69,17 @@ def analyse(
     rows = np.repeat(np.arange(m), counts)
     source = np.flatnonzero(active[rows] & free[indices])
     rows, unknowns = rows[source], indices[source].astype(np.int64)
-    # Rows are the first vertices of a bipartite graph; unknowns follow, then links.
-    ends, starts = m + unknowns, rows
+    # Rows are the first nodes of a bipartite graph; unknowns follow, then links.
+    ends, starts, others = m + unknowns, np.zeros(0, np.int64), np.zeros(0, np.int64)
     size = m + n
     if links is not None:
         linked = np.repeat(np.arange(len(links[0]) - 1), np.diff(links[0]))
         usable = free[links[1]]
-        starts = np.concatenate([starts, size + linked[usable]])
-        ends = np.concatenate([ends, m + links[1][usable]])
+        starts, others = size + linked[usable], m + links[1][usable].astype(np.int64)
         size += len(links[0]) - 1
-    graph = csr_array((np.ones(len(starts), np.int8), (starts, ends)), shape=(size, size))
-    label = connected_components(graph, directed=False)[1]
+    of_row = np.full(size + 1, len(ends), dtype=np.int64)
+    of_row[: m + 1] = offsets(np.bincount(rows, minlength=m))
+    label = connected(of_row, ends, starts, others, np.zeros(size, np.uint8))[1]
     taken = np.flatnonzero(active)
     order = elimination_order(m, n, rows, unknowns, taken)
     # Components in the order of their first row, so that renumbered unknowns change nothing.

@@ -198,7 +198,7 @@ class Judge:
     def _weighty(self, system: Linearisation, rows: Ints, weights: Floats) -> dict[str, None]:
         top = float(np.abs(weights).max(initial=0.0))
         return {
-            system.owners[row]: None
+            system.owner(row): None
             for row, weight in zip(rows.tolist(), weights.tolist(), strict=True)
             if abs(weight) > _MEMBER * top
         }
@@ -316,7 +316,7 @@ class Judge:
         counts = rank.freedoms_of(self._columns(system))
         redundant = dict.fromkeys(sorted(self.layout.spare))
         for row in rank.dependent:
-            redundant[system.owners[row]] = None
+            redundant[system.owner(row)] = None
         return Freedoms(
             rank.free,
             dict(zip(names, counts, strict=True)),
@@ -357,8 +357,8 @@ class Judge:
         at, size = (self.document.point_at(name), 2) if point else (entity.at, entity.size)
         columns = np.unique(self.layout.column_of[at : at + size])
         near = np.isin(system.indices, columns[columns >= 0])
-        row_of = np.repeat(np.arange(len(system.owners)), np.diff(system.indptr))
-        touching = {system.owners[row]: None for row in np.unique(row_of[near])}
+        row_of = np.repeat(np.arange(len(system.residuals)), np.diff(system.indptr))
+        touching = {system.owner(row): None for row in np.unique(row_of[near])}
         for one in self.document.constraints.values():
             if any(name in (arg, arg.partition(".")[0]) for arg in one.args):
                 touching[one.name] = None
@@ -372,7 +372,7 @@ class Judge:
         system = self.layout.linearisation()
         rows = self.layout.rows_of(dimension)
         rank = self._rank(system, last=rows)
-        right = np.zeros(len(system.owners))
+        right = np.zeros(len(system.residuals))
         right[rows] = -self.layout.unit_of(dimension)
         step = rank.least_norm(right)
         moved = {}

@@ -39,7 +39,7 @@ class Rank:
         rounded: float = 1.0,
     ) -> None:
         self.system = system
-        m, n = len(system.owners), len(system.x)
+        m, n = len(system.residuals), len(system.x)
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
             priority[last] = 1 + np.arange(len(last), dtype=np.int32)

@@ -8,9 +8,8 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from arael.runtime.assembly.union_find import connected
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets, split_handle
 from arael.sketch.document.history import RecordChange
@@ -77,7 +76,8 @@ class Linearisation:
     x : (n,) unknowns
     residuals : (m,) lengths
     indptr, indices, entries : the Jacobian in CSR
-    owners : name of the record of each row: a constraint, a dimension, or an entity's own equation
+    rows : (m,) rows of the layout
+    names : of the record of each row of the layout, as the layout has them now
     """
 
     x: NDArray[np.float64]
@@ -85,7 +85,20 @@ class Linearisation:
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
     entries: NDArray[np.float64]
-    owners: list[str]
+    rows: NDArray[np.int64]
+    names: list[str]
+
+    @property
+    def owners(self) -> list[str]:
+        """Name of the record of each row: a constraint, a dimension, or an entity with equations.
+
+        Valid until the layout changes.
+        """
+        return [self.names[row] for row in self.rows.tolist()]
+
+    def owner(self, row: int) -> str:
+        """The same of one row."""
+        return self.names[int(self.rows[row])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +113,6 @@ class _Table:
     column_of : column by offset in the document's values
     rows : row of `rows` by equation
     number : the reverse
-    owners : by equation
     is_range : by equation
     slacks : how many of the last columns are slacks of ranges
     """
@@ -111,7 +123,6 @@ class _Table:
     column_of: NDArray[np.int64]
     rows: NDArray[np.int64]
     number: NDArray[np.int64]
-    owners: list[str]
     is_range: NDArray[np.bool_]
     slacks: int
 
@@ -143,6 +154,7 @@ class Layout:
         self.low, self.high = np.zeros(0), np.zeros(0)
         self.places = Places()
         self.owner: list[str] = []
+        self._is_equation = np.zeros(0, dtype=bool)  # by row: not empty, nor a quantity's
         self.guard_owner: list[str] = []
         self.version = 0
         self._columns = Columns()
@@ -168,6 +180,7 @@ class Layout:
         self._seen = np.zeros(0)
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
+        self._with_turning: dict[str, None] = {}  # whose guards follow their values
         # Dimensions that follow geometry, by the parameters and dimensions they read.
         self._readers: dict[str, dict[str, None]] = {}
         self._stale: set[str] = set()  # those that have to be laid out anew
@@ -321,18 +334,15 @@ class Layout:
         column = np.full(len(self.x) + 1, -1, dtype=np.int64)
         column[unknowns] = np.arange(len(unknowns))
         column_of = np.append(np.where(use >= 0, column[np.maximum(root, -1)], -1), -1)
-        is_equation = np.array([bool(name) for name in self.owner], dtype=bool)
-        for laid in self._laid.values():
-            is_equation[laid.inputs] = False
-        rows = np.flatnonzero(is_equation)
+        rows = np.flatnonzero(self._is_equation[: self.rows.m])
         number = np.full(self.rows.m, -1, dtype=np.int64)
         number[rows] = np.arange(len(rows))
-        owners = [self.owner[row] for row in rows]
-        is_range = np.array([name in ranged for name in owners], dtype=bool)
+        is_range = np.zeros(len(rows), dtype=bool)
+        for name in ranged:
+            own = number[self.first_rows(name)]
+            is_range[own[own >= 0]] = True
         slacks = int(np.count_nonzero(slack))
-        return _Table(
-            self.version, unknowns, column, column_of, rows, number, owners, is_range, slacks
-        )
+        return _Table(self.version, unknowns, column, column_of, rows, number, is_range, slacks)
 
     @property
     def unknowns(self) -> NDArray[np.int64]:
@@ -446,15 +456,20 @@ class Layout:
 
     def components(self) -> NDArray[np.int32]:
         """Number of the component by row, then by element of `x`: what hangs together by rows."""
-        indptr, indices = self.rows.indptr, self.rows.indices
-        row_of = np.repeat(np.arange(self.rows.m), np.diff(indptr))
-        count = self.rows.m + len(self.x)
-        graph = coo_array(
-            (np.ones(len(indices), dtype=np.int8), (row_of, indices + self.rows.m)),
-            shape=(count, count),
+        m, n = self.rows.m, len(self.x)
+        # Rows are the first nodes of a bipartite graph, elements of `x` the others.
+        starts = np.full(m + n + 1, len(self.rows.indices), dtype=np.int64)
+        starts[: m + 1] = self.rows.indptr
+        nobody = np.zeros(0, dtype=np.int64)
+        _, found = connected(
+            starts,
+            self.rows.indices.astype(np.int64) + m,
+            nobody,
+            nobody,
+            np.zeros(m + n, dtype=np.uint8),
         )
-        found: NDArray[np.int32] = connected_components(graph, directed=False)[1]
-        return found
+        labels: NDArray[np.int32] = found
+        return labels
 
     def connected(self, name: str) -> tuple[str, ...]:
         """Constraints and dimensions whose equations hang together with those of one."""
@@ -506,7 +521,6 @@ class Layout:
         kept = np.zeros(self.rows.m, dtype=bool)
         kept[rows] = True
         entry = np.repeat(kept, np.diff(indptr))
-        numbers = np.flatnonzero(keep)
         n = len(table.unknowns) - (0 if ranges else table.slacks)
         return Linearisation(
             at[table.unknowns[:n]],
@@ -514,7 +528,8 @@ class Layout:
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
             table.column[indices[entry]].astype(np.int32),
             entries[entry],
-            [table.owners[number] for number in numbers],
+            rows,
+            self.owner,
         )
 
     def with_unknowns(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -917,6 +932,8 @@ class Layout:
             laid.sums.append(self._add_sum(name, one, laid))
         for row in plan.guards:
             laid.guards.append(self._add(self.guards, self.guard_owner, name, row, laid))
+        if any(setting.which == "guards" for setting in plan.settings):
+            self._with_turning[name] = None
         if isinstance(laid.record, Dimension) and laid.record.value is not None:
             self._approach(laid, laid.record, values)
 
@@ -969,9 +986,13 @@ class Layout:
         )
         if rows.m > len(owner):
             owner += [""] * (rows.m - len(owner))
-        owner[at : at + rows.tables[row.struct].residuals] = [name] * rows.tables[
-            row.struct
-        ].residuals
+        count = rows.tables[row.struct].residuals
+        owner[at : at + count] = [name] * count
+        if rows is self.rows:
+            if rows.m > len(self._is_equation):
+                more = np.zeros(rows.m, dtype=bool)
+                self._is_equation = np.concatenate([self._is_equation, more])
+            self._is_equation[at : at + count] = not quantity
         return at
 
     def _add_sum(self, name: str, one: Sum, laid: Laid) -> int:
@@ -1009,6 +1030,7 @@ class Layout:
             count = self.rows.tables[self.rows.struct(row)].residuals
             self.rows.remove(row)
             self.owner[row : row + count] = [""] * count
+            self._is_equation[row : row + count] = False
         for row in laid.guards:
             count = self.guards.tables[self.guards.struct(row)].residuals
             self.guards.remove(row)
@@ -1019,6 +1041,7 @@ class Layout:
                 self.low[at : at + size], self.high[at : at + size] = -np.inf, np.inf
                 self._columns.release(at, size)
         self._with_hidden.pop(laid.record.name, None)
+        self._with_turning.pop(laid.record.name, None)
         for at in laid.constants:
             self.rows.release_constant(at)
             self.guards.release_constant(at)
@@ -1203,9 +1226,8 @@ class Layout:
         if self._turning is None or self._turning[0] != self.version:
             found = [
                 laid.guards[setting.at]
-                for laid in self._laid.values()
-                if laid.plan is not None
-                for setting in laid.plan.settings
+                for laid in map(self._laid.__getitem__, self._with_turning)
+                for setting in cast("Plan", laid.plan).settings
                 if setting.which == "guards"
             ]
             self._turning = (self.version, np.array(found, dtype=np.int64))
