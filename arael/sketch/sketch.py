@@ -159,14 +159,16 @@ class Sketch(Commands):
 
 def _text(argument: object, word: str) -> str:
     """An argument as a word of a command."""
+    if isinstance(argument, str):
+        return _written(argument, word)
     if isinstance(argument, Thing | Point):
         return str(argument)
     if isinstance(argument, bool):
         return "on" if argument else "off"
+    if isinstance(argument, float | int):  # asking a protocol takes a tenth of a small solve
+        return exact(float(argument))
     if isinstance(argument, SupportsFloat) and not isinstance(argument, Iterable):
         return exact(float(argument))
-    if isinstance(argument, str):
-        return _written(argument, word)
     if isinstance(argument, Iterable):
         parts = [*argument]
         if len(parts) == 2:

@@ -24,6 +24,7 @@ from arael.sketch.document.records import (
 from arael.sketch.editing import refusals
 from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
+    COLLAPSED,
     check_amounts,
     check_collapse,
     check_extent,
@@ -32,6 +33,7 @@ from arael.sketch.editing.checks import (
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
+from arael.sketch.editing.extents import Extents
 from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
@@ -117,6 +119,7 @@ class Editor:
         self.notices: list[str] = []
         self._points = Points(document)
         self._together = 0
+        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
 
     # --- transactions -----------------------------------------------------------------------
 
@@ -185,12 +188,26 @@ class Editor:
                 check_amounts(one.kind, (one.value, one.low, one.high))
         return changed
 
+    def check_remains(
+        self, names: Sequence[str], old: Floats, size: float, cause: str = ""
+    ) -> None:
+        """Refuse what makes any of `names` collapse; see `arael.sketch.editing.checks`."""
+        known = self._extents
+        if known is None or known[0] != self.layout.version:
+            known = (self.layout.version, Extents(self.document.entities.values()))
+            self._extents = known
+        suspects = known[1].suspects(self.document.values, COLLAPSED * size)
+        if suspects:
+            moved = set(names)
+            collapsed = [name for name in suspects if name in moved]
+            check_remains(self.document, collapsed, old, size, cause)
+
     def _solved(self, cause: str) -> Outcome:
         before, size = self.document.values.copy(), self.layout.size
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
-            check_remains(self.document, outcome.moved, before, size, label)
+            self.check_remains(outcome.moved, before, size, label)
             self._check_stays(before, size)
             return outcome
         if outcome.status == "side":
@@ -658,7 +675,7 @@ class Editor:
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
-            check_remains(self.document, outcome.moved, before, size)
+            self.check_remains(outcome.moved, before, size)
         return outcome
 
 
@@ -675,6 +692,7 @@ class Dragging:
         document = editor.document
         self.handles = [canonical(document, handle)[2] for handle in handles]
         self._document = document
+        self._editor = editor
         self._size = editor.layout.size
         self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
 
@@ -697,7 +715,7 @@ class Dragging:
         try:
             with document.transaction("frame"):
                 found.append(move())
-                check_remains(document, found[0].moved, before, self._size)
+                self._editor.check_remains(found[0].moved, before, self._size)
                 return found[0]
         except AraelError:
             return replace(found[0], status="side", moved=())

@@ -186,6 +186,8 @@ class Layout:
         self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: _Table | None = None
+        # Offsets of the x of all points, and of other lengths, of a version.
+        self._extent: tuple[int, NDArray[np.int64], NDArray[np.int64]] | None = None
         # Pieces on which points are, of splines with several; where those are that are at an end.
         self._pieces: dict[str, int] = {}
         self._at_knots: dict[str, int] = {}
@@ -405,18 +407,17 @@ class Layout:
     @property
     def size(self) -> float:
         """Extent of the drawing: its larger side, or the largest diameter; of a single place 1."""
+        self.refresh()
         values = self.document.values
-        points = self._live_points()
+        if self._extent is None or self._extent[0] != self.version:
+            at = (np.flatnonzero(self._axis == 1), np.flatnonzero(self._axis == 3))
+            self._extent = (self.version, *at)
+        _, points, lengths = self._extent
         if not len(points):
             return 1.0
-        sides = np.ptp(values[points]), np.ptp(values[points + 1])
-        diameter = 2.0 * np.abs(values[np.flatnonzero(self._axis == 3)]).max(initial=0.0)
-        return float(max(*sides, diameter)) or 1.0
-
-    def _live_points(self) -> NDArray[np.int64]:
-        """Offsets of the x of all points."""
-        self.refresh()
-        return np.flatnonzero(self._axis == 1)
+        x, y = values[points], values[points + 1]
+        diameter = 2.0 * np.abs(values[lengths]).max(initial=0.0)
+        return float(max(x.max() - x.min(), y.max() - y.min(), diameter)) or 1.0
 
     def axes(self) -> NDArray[np.int8]:
         """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""

@@ -40,9 +40,16 @@ class Tolerances:
             self._starts.append(starts)
             self._ids.append(ids.astype(np.int64))
         self._count = int(label.max(initial=-1)) + 1
+        # A solve asks before it starts, and again where it starts.
+        self._last: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     def at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Tolerances of all rows, (m,), where unknowns are at `x`."""
+        """Tolerances of all rows, (m,), where unknowns are at `x`; not to be written to."""
+        if self._last is None or not np.array_equal(self._last[0], x):
+            self._last = (x.copy(), self._computed(x))
+        return self._last[1]
+
+    def _computed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         size = np.zeros(self._count)
         far = np.zeros(self._count)
         for axis, at, starts, ids in zip((1, 2, 3), self._at, self._starts, self._ids, strict=True):
