@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,10 +90,18 @@ def _extents(kind: str, numbers: list[float]) -> list[tuple[str, float]]:
     return []
 
 
-def check_new_constraint(document: Document, kind: str, args: tuple[str, ...]) -> None:
-    """Refuse a relation that is there already; AraelError E1221 with its name."""
-    for other in document.constraints.values():
-        if other.kind == kind and same_relation(kind, args, other.args):
+def check_new_constraint(
+    document: Document, kind: str, args: tuple[str, ...], among: Iterable[str]
+) -> None:
+    """Refuse a relation that is there already; AraelError E1221 with its name.
+
+    Parameters
+    ----------
+    among : names of the records that involve the first argument's entity
+    """
+    for name in among:
+        other = document.constraints.get(name)
+        if other is not None and other.kind == kind and same_relation(kind, args, other.args):
             raise _duplicate(kind, args, other)
 
 

@@ -55,6 +55,9 @@ _ROUNDS = 200
 #: A drawing that grows to so many times its size is looked at twice.
 _GROWS = 100.0
 
+#: So many entities that moved are looked at one by one.
+_FEW = 20
+
 _T = TypeVar("_T")
 Floats = NDArray[np.float64]
 
@@ -192,6 +195,9 @@ class Editor:
         self, names: Sequence[str], old: Floats, size: float, cause: str = ""
     ) -> None:
         """Refuse what makes any of `names` collapse; see `arael.sketch.editing.checks`."""
+        if len(names) <= _FEW:
+            check_remains(self.document, names, old, size, cause)
+            return
         known = self._extents
         if known is None or known[0] != self.layout.version:
             known = (self.layout.version, Extents(self.document.entities.values()))
@@ -366,7 +372,8 @@ class Editor:
             impossible, redundant in this position, on the other side only, no solution found
         """
         _, spelt = matched(self.document, kind, tuple(args))
-        check_new_constraint(self.document, kind, spelt)
+        self.layout.refresh()
+        check_new_constraint(self.document, kind, spelt, self.layout.users_of(spelt[0]))
         check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
             start = turned(self.document, kind, spelt)

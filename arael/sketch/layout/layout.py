@@ -234,6 +234,10 @@ class Layout:
         found = dict.fromkeys(one for at in points for one in self.holders_at(at))
         return [one for one in found if one != name]
 
+    def users_of(self, handle: str) -> list[str]:
+        """Names of the records that involve an entity, or that of a point's handle."""
+        return list(self._users.get(handle.partition(".")[0], ()))
+
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""
         laid = self._laid.get(name)
