@@ -22,7 +22,7 @@ from arael.sketch.document.records import (
     Style,
 )
 from arael.sketch.editing import refusals
-from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
+from arael.sketch.editing.cascade import Doomed, disowned, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
@@ -544,6 +544,8 @@ class Editor:
         acts = new.active and not new.derived
         with self.document.transaction(f"change {name}"):
             self.document.put("dimensions", new)
+            if not changes.keys() <= {"offset", "along"} and new != old:
+                self.notices += disowned(self.document, name)
             if acts and (not old.active or old.derived):
                 self._let_in(name, new.forced)
             elif not changes.keys() <= {"offset", "along"}:
