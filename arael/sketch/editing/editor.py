@@ -103,6 +103,7 @@ class Editor:
     solver : moves geometry so that all constraints hold
     judge : says what is free, redundant, impossible
     notices : what was let in with a reservation, in words; the caller empties it
+    followers : run when values were worked out; they change what reads them and return its names
     """
 
     def __init__(self, document: Document) -> None:
@@ -111,6 +112,7 @@ class Editor:
         self.solver = Solver(self.layout)
         self.judge = Judge(self.layout, self.solver)
         self.notices: list[str] = []
+        self.followers: list[Callable[[Editor], list[str]]] = []
         self._points = Points(document)
         self._together = 0
 
@@ -175,6 +177,8 @@ class Editor:
     def _refresh(self) -> list[str]:
         """Work out live values; E1220 if one is what its dimension cannot be."""
         changed = refresh(self.document)
+        for follower in self.followers:
+            changed += follower(self)
         for name in changed:
             one = self.document.dimensions.get(name)
             if one is not None and not one.broken and not one.derived:
