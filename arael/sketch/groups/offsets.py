@@ -139,7 +139,10 @@ def change(editor: Editor, group: Group, given: Offset) -> Made:
             else:
                 kept.append([])
                 gone += names
-        ends = [name for name in group.owned if _holds_cap(document, name, set(kept[0] + kept[1]))]
+        ends: list[str] = []
+        if group.options["caps"] == "round":
+            sides = set(kept[0] + kept[1])
+            ends = [name for name in group.owned if _holds_cap(document, name, sides)]
         editor.delete([*gone, *pins, *ends])
         owned = tuple(name for name in group.owned if document.find(name) is not None)
         return build.made(group.name, owned, tuple(gone), kept)
