@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from arael.diagnostics.records import AraelError
+from arael.sketch.commands.importing import take_over
 from arael.sketch.commands.session import Session
 from tests.sketch.groups.support import at, code, freedom, number, sketch
 
@@ -298,3 +299,17 @@ def test_deleting_with_all_takes_the_results() -> None:
     s = sketch(f"{_L}\noffset L0 L1 1 symmetric caps round; delete M0 all")
     assert list(s.document.entities) == ["L0", "L1"]
     assert not s.document.dimensions
+
+
+def test_groups_taken_over_from_another_sketch_can_be_edited() -> None:
+    s = sketch("add_line 50,0 60,0\nadd_circle 50,9 1; offset L0 1")
+    other = sketch(
+        f"param w 1\n{_L}\nadd_point 0,0\noffset L0 L1 w\npattern circular L0 about P0 3 partial 40"
+    )
+    names = take_over(s, other.document)
+    before = freedom(s)
+    s.run(f"offset {names['M0']} w*2; offset {names['M0']} nopin; offset {names['M0']} pin")
+    s.run(f"pattern {names['M1']} 5")
+    assert freedom(s) == before
+    assert at(s, f"{names['L2']}.p1") == pytest.approx((0, 2))
+    assert s.document.groups[names["M1"]].options["about"] == names["P0"]
