@@ -819,6 +819,20 @@ class Commands:
         """
         return self._command("mirror", (*names,), {"noconstraint": noconstraint, "strict": strict})
 
+    def offset(self, *words: Argument) -> Any:
+        """Curves at a distance from a sequence of curves, which follow it.
+
+        As a command::
+
+            offset L0 [L1 A0 ...] DISTANCE [DISTANCE2] [left] [right] [flip] [symmetric]
+                [inward] [outward] [round] [sharp] [caps line|round|none] [nopin] [constr]
+                [quiet]
+            offset sequence L0 DISTANCE ...
+            offset selection DISTANCE ...
+            offset M0 [DISTANCE [DISTANCE2]] [one] [two] [flip] [round] [caps none] [pin] ...
+        """
+        return self._command("offset", (*words,), {})
+
     def offset_line(
         self,
         line: Argument,

@@ -15,30 +15,18 @@ hdistance bottom.p1 bore.center width/2
 vdistance bottom.p1 bore.center height/2
 radius bore min(width,height)/4
 
-# Bolt holes, one at each corner, all of one size.
-a = add_circle 10,10 3
-b = add_circle 70,10 3
-c = add_circle 70,40 3
-d = add_circle 10,40 3
-radius a 3 mm
-equal a b; equal a c; equal a d
-hdistance bottom.p1 a.center margin
-vdistance bottom.p1 a.center margin
-horizontal a.center b.center
-hdistance b.center bottom.p2 margin
-vertical b.center c.center
-vdistance c.center right.p2 margin
-horizontal c.center d.center
-vertical d.center a.center
+# A bolt hole at each corner: copies of one, whose distances follow the sizes of the plate.
+hole = add_circle 10,10 3
+radius hole 3 mm
+hdistance bottom.p1 hole.center margin
+vdistance bottom.p1 hole.center margin
+beside, above, far = pattern rect hole 2 width-2*margin by 2 height-2*margin
 
-# A slot beside the bore, on its height; the lines meet the arcs, which become tangent by themselves.
-upper = add_line 60,27.5 66,27.5
-lower = add_line 66,22.5 60,22.5
-outer = add_arc upper.p2 lower.p1 68.5,25
-inner = add_arc lower.p2 upper.p1 57.5,25
+# A slot beside the bore, on its height.
+lower, upper, outer, inner = add_slot 60,25 66,25 2.5
 horizontal upper
 length upper width/10
-radius inner 2.5 mm; equal inner outer
+radius inner 2.5 mm
 horizontal bore.center inner.center
 hdistance bore.center inner.center bore.radius+5
 

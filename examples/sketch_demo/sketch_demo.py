@@ -27,7 +27,7 @@ def main() -> None:
 
     # A second value for a length that is known is refused, with what contradicts it.
     try:
-        sketch.run("hdistance a.center b.center 90")
+        sketch.run("hdistance bottom.p1 bore.center 90")
     except AraelError as error:
         print(error.diagnostics[0].message)
 

@@ -21,7 +21,7 @@ def test_sizes_are_those_of_the_formulas() -> None:
         assert (bore.center.x, bore.center.y) == pytest.approx((width / 2, height / 2))
         assert bore.radius == pytest.approx(min(width, height) / 4)
         assert slot.length == pytest.approx(width / 10)
-        far = sketch["c"].center
+        far = sketch["far"].center
         assert (far.x, far.y) == pytest.approx((width - 10, height - 10))
         assert sketch["top"].length == pytest.approx(width - 12)
 

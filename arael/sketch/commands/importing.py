@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from arael.sketch.commands.session import Session
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Amount
+from arael.sketch.document.records import Amount, Group, Option
+from arael.sketch.expressions.dependencies import texts_of
 from arael.sketch.expressions.renaming import renamed
 
 
@@ -81,7 +83,30 @@ def take_over(session: Session, other: Document) -> dict[str, str]:
                     sources=tuple(names[one] for one in group.sources),
                     results=tuple(names[one] for one in group.results),
                     owned=tuple(names[one] for one in group.owned),
+                    options=_options(group, names, handle),
                 ),
             )
         session.editor.solve()
     return names
+
+
+#: Options of groups that are handles, or lists of names.
+_HANDLES = ("about", "along")
+_NAMES = ("rests_on", "pins")
+
+
+def _options(
+    group: Group, names: Mapping[str, str], handle: Callable[[str], str]
+) -> dict[str, Option]:
+    """Options of a group with the names that its parts have now."""
+    found = dict(group.options)
+    for key, text in texts_of(group).items():
+        found[key] = renamed(text, names)
+    for key in _HANDLES:
+        if found.get(key):
+            found[key] = handle(str(found[key]))
+    for key in _NAMES:
+        listed = found.get(key)
+        if isinstance(listed, tuple):
+            found[key] = tuple(names.get(str(one), str(one)) for one in listed)
+    return found

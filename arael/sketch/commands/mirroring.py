@@ -58,8 +58,7 @@ def mirror(session: Session, words: Words) -> Reply:
         try:
             with editor.together():
                 copies = copied(editor, names, by)
-                notes = held_as_mirrored(editor, names, copies, axis.handle)
-            notes = [f"  free: {one}" for one in notes]
+                held_as_mirrored(editor, names, copies, axis.handle)
         except AraelError as error:
             if "strict" in words.flags:
                 raise placed(error, words.span) from None

@@ -13,6 +13,8 @@ from arael.sketch.commands.session import Session
 from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.records import Group
+from arael.sketch.expressions.dependencies import paths_of
+from arael.sketch.expressions.reading import literal
 from arael.sketch.groups.patterns import Pattern, change, make
 
 _MOST = 10_000
@@ -32,9 +34,10 @@ _MOST = 10_000
 N counts the source. `partial` spans an angle from the source (negative: clockwise), `symmetric` one
 with the source in the middle. Distances of a grid are steps, with `extent` from the first to the
 last instance; `along` takes axis 1 along a line and axis 2 to its left. `symmetric` behind an axis
-puts instances on both sides, `one` on one side. `pattern M0` with some of these words edits: copies
-of cells that stay are kept with all that is attached to them. `delete M0` keeps the copies,
-`delete M0 all` deletes them.
+puts instances on both sides, `one` on one side. Distances and angles follow parameters and
+dimensions that they read; N is what it is at the command. `pattern M0` with some of these words
+edits: copies of cells that stay are kept with all that is attached to them. `delete M0` keeps the
+copies, `delete M0 all` deletes them.
 
 ```
 add_line 2,0 3,0
@@ -66,7 +69,7 @@ def pattern(session: Session, words: Words) -> Reply:
         given = replace(given, count=words.whole("the number of instances", 2, _MOST))
     else:
         given = replace(given, count=words.whole("the number of instances", 1, _MOST))
-        given = replace(given, distance=words.number("the distance", "length"))
+        given = _distance(words, given)
     assert first is not None
     given = _options(words, given)
     _check(words, given, sources)
@@ -120,20 +123,44 @@ def _head(words: Words, given: Pattern) -> Pattern:
         leading.append(words.next("a number"))
     if len(leading) > 2:
         fail("E1252", f"`{leading[2].text}` is not expected here", leading[2].span)
-    values = [words.number_of(one) for one in leading]
-    if not values:
+    if not leading:
         return given
-    count = values[0]
-    if len(values) == 1 and given.form == "rect" and count != int(count):
-        return replace(given, distance=count)
+    count = words.number_of(leading[0])
+    if len(leading) == 1 and given.form == "rect" and count != int(count):
+        return _distance(words, given, token=leading[0])
     if count != int(count) or not 1 <= count <= _MOST:
         fail("E1257", f"the number of instances is whole, found {shown(count)}", leading[0].span)
     given = replace(given, count=int(count))
-    if len(values) == 2:
+    if len(leading) == 2:
         if given.form != "rect":
             fail("E1252", f"`{leading[1].text}` is not expected here", leading[1].span)
-        given = replace(given, distance=values[1])
+        given = _distance(words, given, token=leading[1])
     return given
+
+
+def _live(words: Words, what: str, quantity: str, token: Token | None = None) -> tuple[float, str]:
+    """A number and the expression that it follows, empty for a literal."""
+    span = (token or words.peek() or words.statement).span
+    amount = words.amount(what, quantity, token)
+    if literal(amount.text) is not None:
+        return amount.number, ""
+    read = {path.partition(".")[0] for path in paths_of(amount.text)}
+    geometry = sorted(read & words.session.document.entities.keys())
+    if geometry:
+        hint = "put `=` before it to take what it is now, or read a parameter or dimension"
+        fail(
+            "E1257", f"{what} of a pattern does not follow geometry: {geometry[0]}", span, "", hint
+        )
+    return amount.number, amount.text
+
+
+def _distance(
+    words: Words, given: Pattern, key: str = "distance", token: Token | None = None
+) -> Pattern:
+    value, text = _live(words, "the distance", "length", token)
+    if key == "distance":
+        return replace(given, distance=value, distance_text=text)
+    return replace(given, distance2=value, distance2_text=text)
 
 
 def _options(words: Words, given: Pattern) -> Pattern:
@@ -142,12 +169,15 @@ def _options(words: Words, given: Pattern) -> Pattern:
         if given.form == "circular":
             word = words.choice("a word of patterns", "full", "partial", "symmetric", "about")
             if word == "full":
-                given = replace(given, spread="full", angle=360.0)
+                given = replace(given, spread="full", angle=360.0, angle_text="")
             elif word == "about":
                 given = replace(given, about=_center(words))
             else:
-                angle = words.number("the angle", "angle", least=-360.0, most=360.0)
-                given = replace(given, spread=word, angle=angle)
+                token = words.peek()
+                value, text = _live(words, "the angle", "angle")
+                assert token is not None
+                words.require_bounds(value, token, "the angle", least=-360.0, most=360.0)
+                given = replace(given, spread=word, angle=value, angle_text=text)
             continue
         word = words.choice(
             "a word of patterns",
@@ -158,7 +188,7 @@ def _options(words: Words, given: Pattern) -> Pattern:
             count = words.whole("the number of instances", 1, _MOST)
             given = replace(given, count2=count)
             if words and words.items[0].text not in _KEYWORDS:
-                given = replace(given, distance2=words.number("the distance", "length"))
+                given = _distance(words, given, "distance2")
         elif word == "along":
             given = replace(given, along=words.operand("", "line").handle)
         elif word == "noalong":

@@ -440,5 +440,8 @@ def _first_word(text: str) -> str:
 def _make_editor(document: Document) -> Editor:
     # imported here: start-up time
     from arael.sketch.editing.editor import Editor
+    from arael.sketch.groups.patterns import follow
 
-    return Editor(document)
+    editor = Editor(document)
+    editor.followers.append(follow)
+    return editor

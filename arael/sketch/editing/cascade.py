@@ -157,3 +157,18 @@ def _dissolve(document: Document, found: Doomed) -> None:
         )
         if lost is not None:
             found.dissolved[group.name] = lost
+
+
+def disowned(document: Document, name: str) -> list[str]:
+    """Dissolve the groups that own a dimension which is changed by itself; notices.
+
+    What such a group was given does not say any more what it is; its geometry stays as it is held.
+    """
+    found = [group for group in document.groups.values() if name in group.owned]
+    for group in found:
+        document.remove("groups", group.name)
+    return [
+        f"notice: {group.name} ({group.kind}) is dissolved: {name} was changed; "
+        f"`{group.kind} {group.name} ...` changes it as a whole"
+        for group in found
+    ]

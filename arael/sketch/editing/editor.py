@@ -22,7 +22,7 @@ from arael.sketch.document.records import (
     Style,
 )
 from arael.sketch.editing import refusals
-from arael.sketch.editing.cascade import Doomed, doomed, ground_of, grounded
+from arael.sketch.editing.cascade import Doomed, disowned, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
     COLLAPSED,
     check_amounts,
@@ -112,6 +112,7 @@ class Editor:
     solver : moves geometry so that all constraints hold
     judge : says what is free, redundant, impossible
     notices : what was let in with a reservation, in words; the caller empties it
+    followers : run when values were worked out; they change what reads them and return its names
     """
 
     def __init__(self, document: Document) -> None:
@@ -120,6 +121,7 @@ class Editor:
         self.solver = Solver(self.layout)
         self.judge = Judge(self.layout, self.solver)
         self.notices: list[str] = []
+        self.followers: list[Callable[[Editor], list[str]]] = []
         self._points = Points(document)
         self._together = 0
         self._extents: tuple[int, Extents] | None = None  # of a version of the layout
@@ -185,6 +187,8 @@ class Editor:
     def _refresh(self) -> list[str]:
         """Work out live values; E1220 if one is what its dimension cannot be."""
         changed = refresh(self.document)
+        for follower in self.followers:
+            changed += follower(self)
         for name in changed:
             one = self.document.dimensions.get(name)
             if one is not None and not one.broken and not one.derived:
@@ -594,6 +598,8 @@ class Editor:
         acts = new.active and not new.derived
         with self.document.transaction(f"change {name}"):
             self.document.put("dimensions", new)
+            if not changes.keys() <= {"offset", "along"} and new != old:
+                self.notices += disowned(self.document, name)
             if acts and (not old.active or old.derived):
                 self._let_in(name, new.forced)
             elif not changes.keys() <= {"offset", "along"}:

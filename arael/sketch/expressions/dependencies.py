@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Amount, Dimension, Parameter
+from arael.sketch.document.records import Amount, Dimension, Group, Parameter
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import literal, read
 
@@ -122,12 +122,25 @@ def cycle_through(document: Document, name: str, texts: Mapping[str, str] | list
 
 
 def readers(document: Document, name: str) -> list[str]:
-    """Parameters and dimensions whose expressions read a name, or a part of the entity `name`."""
+    """Parameters, dimensions and groups whose expressions read a name, or a part of an entity."""
+
+    def reads_it(text: str) -> bool:
+        return any(p == name or p.startswith(f"{name}.") for p in paths_of(text))
+
     found: list[str] = []
     for table in (document.parameters, document.dimensions):
         for record in table.values():
-            for _, amount in amounts_of(record):
-                if any(p == name or p.startswith(f"{name}.") for p in paths_of(amount.text)):
-                    found.append(record.name)
-                    break
+            if any(reads_it(amount.text) for _, amount in amounts_of(record)):
+                found.append(record.name)
+    found += [g.name for g in document.groups.values() if any(map(reads_it, texts_of(g).values()))]
     return found
+
+
+#: Options of groups that are expressions where they are texts.
+_EXPRESSIONS = ("distance", "distance2", "distance_text", "distance2_text", "angle_text")
+
+
+def texts_of(group: Group) -> dict[str, str]:
+    """Options of a group that are expressions."""
+    found = {key: group.options.get(key) for key in _EXPRESSIONS}
+    return {key: text for key, text in found.items() if isinstance(text, str) and text}

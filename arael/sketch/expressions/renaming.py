@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Dimension, Parameter
-from arael.sketch.expressions.dependencies import amounts_of, paths_of
+from arael.sketch.expressions.dependencies import amounts_of, paths_of, texts_of
 from arael.sketch.expressions.reading import read
 
 
@@ -42,8 +42,17 @@ def _replacement(path: str, names: Mapping[str, str]) -> str:
 
 
 def rename_everywhere(document: Document, names: Mapping[str, str]) -> list[str]:
-    """Rename in the expressions of all dimensions and parameters; names of those that changed."""
+    """Rename in the expressions of dimensions, parameters and groups; names of what changed."""
     changed = []
+    for group in list(document.groups.values()):
+        texts = {
+            key: renamed(text, names)
+            for key, text in texts_of(group).items()
+            if renamed(text, names) != text
+        }
+        if texts:
+            changed.append(group.name)
+            document.put("groups", replace(group, options={**group.options, **texts}))
     records: list[Parameter | Dimension] = [*document.parameters.values()]
     records += document.dimensions.values()
     for record in records:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Constraint, Entity
+from arael.sketch.document.records import Amount, Constraint, Entity
 from arael.sketch.editing.editor import Editor
 from arael.sketch.geometry.affine import Affine
 from arael.sketch.geometry.blocks import curve_of, numbers_of
@@ -106,10 +107,9 @@ def held_as_images(
 
 def held_as_mirrored(
     editor: Editor, sources: Sequence[str], copies: dict[str, str], axis: str
-) -> list[str]:
-    """Hold copies to their sources by symmetry about a line; what stays free, in words."""
+) -> None:
+    """Hold copies to their sources by symmetry about a line."""
     document = editor.document
-    free: list[str] = []
     for name, points in ties(editor, sources, copies).items():
         entity = document.entities[name]
         handles = points_of(entity)
@@ -123,8 +123,16 @@ def held_as_mirrored(
         if kind in ("circle", "ellipse", "earc"):
             editor.constrain("equal", (name, copies[name]))
         if kind == "ellipse":
-            free.append(f"rotation of {copies[name]}")
-    return free
+            # its centre says nothing of its direction, which mirrors to twice the axis less its own
+            _hold_direction(editor, name, copies[name], axis)
+
+
+def _hold_direction(editor: Editor, source: str, copy: str, axis: str) -> None:
+    document = editor.document
+    (x1, y1), (x2, y2) = (center_of(document, f"{axis}.{end}") for end in ("p1", "p2"))
+    turn = 2.0 * math.atan2(y2 - y1, x2 - x1) - float(document.numbers_of(source)[4])
+    value = Amount(f"2*{axis}.angle-{source}.rotation", math.degrees(turn))
+    editor.dimension("xangle", (copy,), value=value)
 
 
 def owned_since(document: Document, before: set[str]) -> tuple[str, ...]:

@@ -6,8 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
+from arael.diagnostics.records import AraelError
 from arael.sketch.document.records import Group, Option
 from arael.sketch.editing.editor import Editor
+from arael.sketch.editing.measures import measured
+from arael.sketch.expressions.evaluation import number
+from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.geometry.affine import Affine
 from arael.sketch.groups.copies import (
     center_of,
@@ -38,6 +42,7 @@ class Pattern:
     along : handle of the line of axis 1; empty for x
     extent : distances span from the first to the last instance
     symmetric1, symmetric2 : instances on both sides of the source
+    distance_text, distance2_text, angle_text : expressions that these follow, or empty
     """
 
     form: str
@@ -52,6 +57,9 @@ class Pattern:
     extent: bool = False
     symmetric1: bool = False
     symmetric2: bool = False
+    distance_text: str = ""
+    distance2_text: str = ""
+    angle_text: str = ""
 
     @property
     def reference(self) -> str:
@@ -109,15 +117,56 @@ def _shifts(count: int, distance: float, extent: bool, symmetric: bool) -> dict[
     return {i - back: (i - back) * step for i in range(count)}
 
 
+def follow(editor: Editor) -> list[str]:
+    """Give live patterns the values that their expressions have now; names of those that changed.
+
+    What has no value any more keeps its last one.
+    """
+    changed: list[str] = []
+    for group in list(editor.document.groups.values()):
+        if group.kind == "pattern" and any(group.options.get(f"{key}_text") for key in _LIVE):
+            changed += _followed(editor, group)
+    return changed
+
+
+_LIVE = ("distance", "distance2", "angle")
+
+
+def _followed(editor: Editor, group: Group) -> list[str]:
+    document = editor.document
+    old = Pattern.of(group.options)
+    scope = DocumentScope(document, lambda d: measured(document, d.kind, d.args, d.mode))
+    values: dict[str, float] = {}
+    for key in _LIVE:
+        text = str(group.options.get(f"{key}_text") or "")
+        try:
+            value = number(text, scope) if text else 0.0
+        except AraelError:
+            continue
+        # without extent copies would lie on each other
+        if value and value != getattr(old, key):
+            values[key] = value
+    if not values:
+        return []
+    new = replace(old, **values)  # type: ignore[arg-type]
+    cells = new.cells()
+    for cell, copies in copies_of(group).items():
+        moved(editor, copies, new.transform(editor, cells[cell]))
+        _retarget(editor, group, new, copies, cells[cell])
+    kept = {key: group.options[key] for key in ("cells", "rests_on")}
+    document.put("groups", replace(group, options={**new.options, **kept}))
+    return [group.name]
+
+
 def copies_of(group: Group) -> dict[Cell, dict[str, str]]:
     """Copies of every cell: source -> copy."""
     found: dict[Cell, dict[str, str]] = {}
     keys = group.options["cells"]
     assert isinstance(keys, tuple)
     size = len(group.sources)
-    for number, key in enumerate(keys):
+    for k, key in enumerate(keys):
         i, _, j = str(key).partition(",")
-        mine = group.results[number * size : (number + 1) * size]
+        mine = group.results[k * size : (k + 1) * size]
         found[int(i), int(j)] = dict(zip(group.sources, mine, strict=True))
     return found
 

@@ -23,10 +23,3 @@ def test_copies_bring_no_freedom(name: str, command: str) -> None:
     before = freedom(s)
     s.run(command.format(name))
     assert freedom(s) == before
-
-
-def test_the_rotation_of_a_mirrored_ellipse_is_named_as_free() -> None:
-    s = sketch("add_line 20,0 20,5\nadd_ellipse 3,3 2 1 20")
-    before = freedom(s)
-    assert "free: rotation of EA1" in s.run("mirror EA0 about L0 strict")[0].text
-    assert freedom(s) == before + 1

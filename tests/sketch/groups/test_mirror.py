@@ -6,7 +6,7 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
-from tests.sketch.groups.support import at, code, freedom, sketch
+from tests.sketch.groups.support import at, code, freedom, number, sketch
 
 
 def test_a_mirrored_line_follows_its_source() -> None:
@@ -48,3 +48,15 @@ def test_no_axis_is_refused() -> None:
     s: Session = sketch("add_line 0,0 1,0")
     with pytest.raises(AraelError):
         s.run("mirror L0")
+
+
+def test_a_mirrored_ellipse_follows_in_its_direction_too() -> None:
+    s = sketch("add_line 8,0 8,5\nadd_ellipse 0,0 4 2 30")
+    before = freedom(s)
+    s.run("mirror EA0 about L0 strict")
+    assert freedom(s) == before
+    s.run("lock L0.p1; lock L0.p2; xangle EA0 50")
+    assert number(s, "EA1.rotation") % 180 == pytest.approx(130)
+    s.run("unlock L0.p2; drag L0.p2 10,5")
+    axis = number(s, "L0.angle")
+    assert number(s, "EA1.rotation") % 180 == pytest.approx((2 * axis - 50) % 180)

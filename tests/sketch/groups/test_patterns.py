@@ -106,3 +106,35 @@ def test_patterns_without_extent_are_refused(words: str) -> None:
 def test_a_reference_in_the_set_is_refused(words: str) -> None:
     s = sketch("add_line 2,0 3,0\nadd_point 0,0")
     assert code(s, f"pattern {words}") == "E1256"
+
+
+def test_distances_and_angles_of_a_pattern_follow_parameters() -> None:
+    s = sketch("param w 10; param turn 90\nadd_line 2,0 3,0\nadd_point 0,0")
+    before = freedom(s)
+    s.run("pattern rect L0 3 w by 2 w/2\npattern circular L0 about P0 2 partial turn")
+    rect, turned = s.document.groups["M0"].results, s.document.groups["M1"].results
+    values, steps = s.document.values.tobytes(), len(s.document.history.done)
+    s.run("param w 20")
+    assert sorted(at(s, f"{name}.p1") for name in rect) == [
+        pytest.approx(place) for place in [(2, 10), (22, 0), (22, 10), (42, 0), (42, 10)]
+    ]
+    s.run("param turn 180")
+    assert at(s, f"{turned[0]}.p1") == pytest.approx((-2, 0))
+    assert freedom(s) == before
+    s.run("rename_param w step; param step 1")
+    assert s.document.groups["M0"].options["distance2_text"] == "step/2"
+    assert at(s, f"{rect[0]}.p1") == pytest.approx((3, 0))
+    s.run("pattern M0 4 step*2; pattern M1 full")
+    assert at(s, f"{rect[0]}.p1") == pytest.approx((4, 0))
+    assert "broken: M0" in s.run("del_param step")[0].text
+    s.run("drag L0 @1,0")
+    while len(s.document.history.done) > steps:
+        s.document.undo()
+    assert s.document.values.tobytes() == values
+
+
+def test_a_pattern_does_not_follow_geometry() -> None:
+    s = sketch("add_line 2,0 3,0\nadd_line 9,9 9,12")
+    assert code(s, "pattern rect L0 3 L1.length") == "E1257"
+    s.run("pattern rect L0 3 =L1.length")
+    assert at(s, "L2.p1") == pytest.approx((5, 0))
