@@ -215,6 +215,13 @@ class Session:
             return reply
         except AraelError as error:
             raise _with_place(error, statement, start) from None
+        except ValueError as error:
+            # imported here: start-up time
+            from arael.sketch.geometry.vectors import DegenerateError
+
+            if not isinstance(error, DegenerateError):
+                raise
+            fail("E1220", f"`{found.name}` needs geometry with an extent: {error}", span)
         finally:
             self._depth -= 1
 

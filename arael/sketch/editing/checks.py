@@ -97,6 +97,28 @@ def check_new_constraint(document: Document, kind: str, args: tuple[str, ...]) -
             raise _duplicate(kind, args, other)
 
 
+def check_itself(document: Document, kind: str, args: tuple[str, ...]) -> None:
+    """Refuse what relates a curve to its own points.
+
+    Raises
+    ------
+    AraelError
+        E1222: both ends of a line tangent; a point on, or in the middle of, its own line, arc,
+        circle or ellipse
+    """
+    if len(args) != 2 or args[0].partition(".")[0] != args[1].partition(".")[0]:
+        return
+    name = args[1].partition(".")[0]
+    entity = document.entities[name].kind
+    of_points = kind in ("point_on", "midpoint", "distance") and entity not in ("bezier", "bspline")
+    if of_points and args[1] == name:
+        message = f"`{kind}` takes a point of something else than `{name}`, found `{args[0]}`"
+        raise AraelError(Diagnostic("E1222", message, help=("name a point of another entity",)))
+    if kind in ("tangent", "smooth") and entity == "line":
+        message = f"`{kind}` takes ends of two curves, found both of `{name}`"
+        raise AraelError(Diagnostic("E1222", message, help=("name an end of another curve",)))
+
+
 def _duplicate(kind: str, args: tuple[str, ...], other: Constraint) -> AraelError:
     state = "" if other.active else ", switched off"
     return AraelError(

@@ -27,6 +27,7 @@ from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
     check_extent,
+    check_itself,
     check_new_constraint,
     check_remains,
     same_dimension,
@@ -321,8 +322,15 @@ class Editor:
     def place(self, offsets: Sequence[int], numbers: ArrayLike) -> Outcome:
         """Put numbers of the document somewhere, then solve from there."""
         with self.document.transaction("place"):
+            before, size = self.document.values.copy(), self.layout.size
             self.document.set_values(offsets, numbers)
-            return self._settle()
+            outcome = self._settle()
+            self.check_remains_since(before, size)
+        return outcome
+
+    def check_remains_since(self, before: Floats, size: float) -> None:
+        """Refuse what leaves nothing of a line or circle, placing included; AraelError E1220."""
+        check_remains(self.document, list(self.document.entities), before, size)
 
     # --- constraints ------------------------------------------------------------------------
 
@@ -349,6 +357,7 @@ class Editor:
             impossible, redundant in this position, on the other side only, no solution found
         """
         _, spelt = matched(self.document, kind, tuple(args))
+        check_itself(self.document, kind, spelt)
         check_new_constraint(self.document, kind, spelt)
         check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
@@ -510,6 +519,7 @@ class Editor:
         _, spelt = matched(self.document, kind, tuple(args))
         if kind == "area":
             spelt = outline(self.document, spelt, self._is_same)
+        check_itself(self.document, kind, spelt)
         mode = self._angle_mode(kind, spelt, mode, value)
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)
