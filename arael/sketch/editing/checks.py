@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 #: Lines and radii shorter than this part of the sketch's size have no direction.
 SMALLEST = 1e-9
+#: Coordinates and values above this have squares that are no numbers.
+LARGEST = 1e100
 #: What has shrunk to this part of the sketch's size in a solve has collapsed.
 COLLAPSED = 1e-8
 
@@ -29,6 +31,7 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
     AraelError
         E1220
     """
+    check_largest(numbers)
     least = SMALLEST * size
     for what, found in _extents(kind, numbers):
         if not found > least:
@@ -39,6 +42,14 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
                     help=("give it points that are apart",),
                 )
             )
+
+
+def check_largest(numbers: Iterable[float]) -> None:
+    """Refuse numbers that cannot be calculated with; AraelError E1220."""
+    for number in numbers:
+        if not abs(number) <= LARGEST:
+            message = f"coordinates and sizes are at most {LARGEST:g}, found {number:g}"
+            raise AraelError(Diagnostic("E1220", message))
 
 
 def check_remains(
@@ -156,6 +167,7 @@ def check_amounts(kind: str, amounts: tuple[Amount | None, Amount | None, Amount
     amounts : value, low, high
     """
     value, low, high = amounts
+    check_largest(one.number for one in amounts if one is not None)
     if value is not None:
         _check_value(kind, value)
     if high is not None and kind in _POSITIVE and not high.number > 0.0:

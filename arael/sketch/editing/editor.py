@@ -28,6 +28,7 @@ from arael.sketch.editing.checks import (
     check_collapse,
     check_extent,
     check_itself,
+    check_largest,
     check_new_constraint,
     check_remains,
     same_dimension,
@@ -323,6 +324,7 @@ class Editor:
         """Put numbers of the document somewhere, then solve from there."""
         with self.document.transaction("place"):
             before, size = self.document.values.copy(), self.layout.size
+            check_largest(np.ravel(numbers).tolist())
             self.document.set_values(offsets, numbers)
             outcome = self._settle()
             self.check_remains_since(before, size)
@@ -330,6 +332,7 @@ class Editor:
 
     def check_remains_since(self, before: Floats, size: float) -> None:
         """Refuse what leaves nothing of a line or circle, placing included; AraelError E1220."""
+        check_largest([float(np.abs(self.document.values).max(initial=0.0))])
         check_remains(self.document, list(self.document.entities), before, size)
 
     # --- constraints ------------------------------------------------------------------------
