@@ -228,6 +228,8 @@ class Session:
     def _no_command(self, word: str, span: Span) -> NoReturn:
         near = closest(word, table.words())
         hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
+        if self.document.find(self.resolve(word).partition(".")[0]) is not None:
+            hint = f"`info {word}` shows what it is"
         fail("E1250", f"no command `{word[:60]}`", span, "", hint)
 
     # --- variables --------------------------------------------------------------------------
