@@ -460,7 +460,8 @@ class Editor:
         label = label or self._label(name)
         others = [member for member in verdict.members if member != name]
         if verdict.kind == "impossible":
-            raise refusals.impossible(label, others, self._cheapest(others))
+            why = "" if others else self.layout.impossible.get(name, "")
+            raise refusals.impossible(label, others, self._cheapest(others), why)
         if verdict.kind == "redundant" and not force:
             raise refusals.redundant(label, others, self._cheapest(others))
         if verdict.kind == "here":

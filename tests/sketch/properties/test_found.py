@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -238,3 +240,23 @@ def test_a_range_goes_on_after_the_last_ellipse_is_deleted() -> None:
     session = sketch("add_line 0,0 4,0; add_ellipse 9,9 3 1 20; length L0 >= 3")
     session.run("radius EA0 2; delete EA0; length L0 >= 6")
     assert session.document.numbers_of("L0")[2] - session.document.numbers_of("L0")[0] > 5.9
+
+
+@pytest.mark.parametrize(
+    ("script", "line", "reason"),
+    [
+        ("add_ellipse 0,0 3 1 0", "total_length EA0 12", "can be measured (`derived`), not set"),
+        (
+            "add_line 0,0 5,0; add_arc 5,0 9,4 8,1",
+            "smooth L0.p2 A0.start",
+            "a line has no curvature",
+        ),
+    ],
+)
+def test_what_cannot_be_by_itself_is_refused_with_the_reason(
+    script: str, line: str, reason: str
+) -> None:
+    session = sketch(script)
+    with pytest.raises(AraelError, match=re.escape(reason)) as caught:
+        session.run(line)
+    assert caught.value.diagnostics[0].code == "E1231"
