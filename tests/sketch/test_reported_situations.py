@@ -269,3 +269,147 @@ def test_deleting_takes_what_rests_on_it_in_one_step() -> None:
     )
     session.run("undo")
     assert (session.document.values.tobytes(), dict(session.document.constraints)) == before
+
+
+# --- drags that turn something over, cuts, size, no word why -------------------------------------
+
+
+def test_a_drag_across_does_not_turn_a_triangle_over() -> None:
+    session = sketch(TRIANGLE)
+    session.run("delete d2")  # side c is free: the corner runs on a circle about the end of a
+    with session.editor.dragging(["L1.p2"]) as drag:
+        last = x, y = at(session, "L1.p2")
+        for t in np.linspace(0.0, 1.0, 40):
+            drag.to((x + 4.0 * t, y - 3.0 * t))
+            now = at(session, "L1.p2")
+            assert math.dist(now, last) < 0.5
+            assert math.dist(now, (5.0, 0.0)) == pytest.approx(4.5, abs=1e-8)
+            assert now[1] > 0.0
+            last = now
+
+
+def test_a_fast_drag_of_a_tangent_circle_stays_on_its_side() -> None:
+    session = sketch("add_line 0,0 10,0; lock L0.p1 0,0; horizontal L0; length L0 10")
+    session.run("add_circle 5,2 2; tangent L0 A0; radius A0 2")
+    for target in ((50.0, -40.0), (-9.0, 3.0), (5.0, -2.0), (5.0, 300.0)):
+        session.editor.drag({"A0.center": target})
+        assert at(session, "A0.center") == pytest.approx((target[0], 2.0), abs=1e-7)
+
+
+def test_a_split_keeps_what_the_line_was_held_by() -> None:
+    session = sketch(RECTANGLE + "add_line 2,-1 2,4; vertical L4; hdistance L0.p1 L4.p1 2")
+    before = session.editor.judge.freedoms().total
+    (reply,) = session.run("split bottom by L4")
+    assert session.editor.judge.freedoms().total == before
+    assert len(reply.names) == 2
+    # the width still follows its dimension
+    dimension = next(d for d in session.document.dimensions.values() if d.value.number == 5)  # type: ignore[union-attr]
+    session.run(f"set_driven {dimension.name} 8")
+    assert at(session, "L1.p1") == pytest.approx((8.0, 0.0), abs=1e-9)
+
+
+def test_a_trim_keeps_what_the_rest_was_held_by() -> None:
+    session = sketch("add_line 0,0 10,0; lock L0.p1 0,0; horizontal L0; add_line 6,-2 6,3")
+    session.run("vertical L1; hdistance L0.p1 L1.p1 6; trim L0 by L1 forward")
+    session.run("set_driven d0 7")
+    (line,) = (name for name in session.document.entities if name.startswith("L") and name != "L1")
+    assert at(session, f"{line}.p2") == pytest.approx((7.0, 0.0), abs=1e-9)
+    kept = [one.kind for one in session.document.constraints.values() if line in one.args]
+    assert "horizontal" in kept
+
+
+def test_of_hundreds_of_parts_only_the_one_that_changed_is_moved() -> None:
+    lines = [
+        f"add_rect {6 * k},0 {6 * k + 5},3 hv\nlock L{4 * k}.p1\nlength L{4 * k} 5\n"
+        f"length L{4 * k + 1} 3"
+        for k in range(60)
+    ]
+    session = sketch("\n".join(lines))
+    before = session.document.values.copy()
+    session.run("length L120 4")
+    moved = np.flatnonzero(session.document.values != before)
+    own = [session.document.entities[f"L{k}"] for k in range(120, 124)]
+    assert set(moved) <= {at for one in own for at in range(one.at, one.at + one.size)}
+    assert len(moved)
+
+
+@pytest.mark.parametrize("far", [3.0, 30.0, 300.0])
+def test_a_sketch_that_is_drawn_badly_is_solved_all_the_same(far: float) -> None:
+    # Six equal chords of a circle, from corners anywhere.
+    angles = [0.0, 0.4, 0.9, 2.6, 3.0, 5.5]
+    places = [(far * math.cos(a), 0.3 * far * math.sin(a)) for a in angles]
+    text = " ".join(f"{x!r},{y!r}" for x, y in [*places, places[0]])
+    session = sketch(f"add_line {text}; add_circle 0,0 {far}; lock A0.center 0,0; radius A0 2")
+    for k in range(6):
+        session.run(f"point_on L{k}.p1 A0")
+    session.run("equal L0 L1 L2 L3 L4 L5")
+    chord = number(session, "L0.length")
+    assert 0.1 < chord <= 4.0
+    for k in range(6):
+        assert number(session, f"L{k}.length") == pytest.approx(chord, abs=1e-8)
+        assert math.hypot(*at(session, f"L{k}.p1")) == pytest.approx(2.0, abs=1e-8)
+
+
+def test_what_has_no_solution_from_here_is_named() -> None:
+    session = sketch("add_line 0,0 4,0; lock L0.p1; lock L0.p2; add_line 4,0 4,3; length L1 3")
+    with pytest.raises(AraelError) as caught:
+        session.run("distance L0.p1 L1.p2 9")
+    assert "`distance L0.p1 L1.p2 9` is impossible together with" in str(caught.value)
+    assert "`d0`" in str(caught.value)
+
+
+#: Complaints about other sketchers, each with a test here that could fail.
+COMPLAINTS = {
+    "flips when a dimension changes": [
+        test_a_triangle_does_not_turn_over_when_a_side_changes,
+        test_a_dimension_that_becomes_large_and_small_again_gives_the_same_drawing,
+        test_a_point_stays_on_its_side_of_a_line,
+        test_an_angle_stays_in_its_sector,
+    ],
+    "flips and jumps while dragging": [
+        test_a_drag_across_does_not_turn_a_triangle_over,
+        test_a_fast_drag_of_a_tangent_circle_stays_on_its_side,
+        test_a_dragged_chain_comes_back,
+        test_a_fully_defined_sketch_does_not_move_when_dragged,
+    ],
+    "redundant although it is not": [
+        test_symmetric_drawings_are_not_called_redundant,
+        test_a_square_drawn_square_takes_every_constraint,
+    ],
+    "harmless redundancy treated as failure": [test_harmless_redundancy_can_stay],
+    "a useless or empty list of culprits": [
+        test_the_culprits_are_named_and_dropping_any_one_makes_room,
+        test_an_impossible_triangle_names_its_sides,
+    ],
+    "redundant and impossible not told apart": [test_redundant_and_impossible_are_told_apart],
+    "slow from hundreds of constraints on": [
+        test_of_hundreds_of_parts_only_the_one_that_changed_is_moved
+    ],
+    "wrong count of freedoms, free parts that cannot be found": [test_free_parts_can_be_found],
+    "tangents and arcs that turn inside out": [
+        test_a_tangent_circle_stays_outside_and_beside,
+        test_an_arc_does_not_turn_inside_out,
+    ],
+    "collapse to zero length accepted": [test_a_line_does_not_collapse_to_a_point],
+    "trim and split that lose constraints": [
+        test_a_split_keeps_what_the_line_was_held_by,
+        test_a_trim_keeps_what_the_rest_was_held_by,
+    ],
+    "no convergence on solvable sketches and no word why": [
+        test_a_sketch_that_is_drawn_badly_is_solved_all_the_same,
+        test_what_has_no_solution_from_here_is_named,
+    ],
+    "a satisfied sketch that creeps": [test_a_satisfied_sketch_does_not_creep],
+    "scale and the first dimension that distorts everything": [
+        test_the_first_dimension_does_not_distort_the_drawing
+    ],
+    "unwanted automatic constraints": [test_automatic_constraints_are_told_and_can_be_switched_off],
+    "deleting in several steps of undo": [test_deleting_takes_what_rests_on_it_in_one_step],
+}
+
+
+def test_every_test_of_this_file_answers_a_complaint() -> None:
+    answered = [test.__name__ for tests in COMPLAINTS.values() for test in tests]
+    here = [name for name in globals() if name.startswith("test_") and name not in answered]
+    assert here == ["test_every_test_of_this_file_answers_a_complaint"]
+    assert len(answered) == len(set(answered))

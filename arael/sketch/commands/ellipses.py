@@ -140,8 +140,10 @@ def add_earc_center(session: Session, words: Words) -> Reply:
     usage=("add_earc_tangent p1 t1 p2 t2 [bulge] [noconnect] [notangent] [nocursor] [driven]",),
     summary="An elliptic arc from ends and directions.",
     details="""
-`bulge` is the curvature at the start relative to that of a circular arc: 1 (the value if it is
-left out) for a circle where one fits, more for a tighter start, less for a gentler one.
+`bulge` chooses among the ellipses that have these tangents: the one that passes beside the middle
+of the chord at `bulge` times half the chord, on the side where the normals of the ends meet. 1, its
+value if left out, makes half a circle of opposite directions. Where no arc arrives in the second
+direction, one may arrive against it.
 `@cursor @tangent` goes on from where the last line or arc ended.
 """,
     keywords=_ARC,
@@ -182,7 +184,10 @@ def _tangent(
     words.end()
     found = elliptic_arc_tangent(start, first, (end.x, end.y), (last.x, last.y), bulge)
     if found is None:
-        help_ = "turn one of the directions, or choose a larger bulge"
+        # the line of the end's tangent, from the other side
+        found = elliptic_arc_tangent(start, first, (end.x, end.y), (-last.x, -last.y), bulge)
+    if found is None:
+        help_ = "turn one of the directions, or choose another bulge"
         message = "no elliptic arc has these ends and directions"
         fail("E1272", message, end.token.span, "", help_)
     return _added(session, words, found)

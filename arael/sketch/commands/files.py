@@ -38,14 +38,27 @@ def path_of(session: Session, words: Words, *suffixes: str) -> tuple[Path, Token
     if "\0" in token.text or len(token.text) > 1000:
         fail("E1264", "this is not a name of a file", token.span)
     root = session.folder.resolve()
-    path = (root / given).resolve()
+    try:
+        path = (root / given).resolve()
+    except (OSError, RuntimeError):  # Python before 3.13 raises RuntimeError
+        fail("E1264", f"`{token.text}` is a link that leads in a circle", token.span)
     if not path.is_relative_to(root):
         fail("E1264", f"`{token.text}` leads to another folder", token.span, "", below)
     if suffixes and path.suffix.lower() not in suffixes:
         found = f"`{path.suffix}`" if path.suffix else "none"
         kinds = ", ".join(suffixes)
         fail("E1265", f"expected a file ending in {kinds}, found {found}", token.span)
+    if _is_special(path):
+        fail("E1265", f"`{token.text}` is a pipe or device, not a file", token.span)
     return path, token
+
+
+def _is_special(path: Path) -> bool:
+    """Whether reading or writing might wait for another program."""
+    try:
+        return path.exists() and not (path.is_file() or path.is_dir())
+    except OSError:
+        return False  # said when it is opened
 
 
 def _unreadable(error: OSError, token: Token, what: str) -> NoReturn:

@@ -215,12 +215,21 @@ class Session:
             return reply
         except AraelError as error:
             raise _with_place(error, statement, start) from None
+        except ValueError as error:
+            # imported here: start-up time
+            from arael.sketch.geometry.vectors import DegenerateError
+
+            if not isinstance(error, DegenerateError):
+                raise
+            fail("E1220", f"`{found.name}` needs geometry with an extent: {error}", span)
         finally:
             self._depth -= 1
 
     def _no_command(self, word: str, span: Span) -> NoReturn:
         near = closest(word, table.words())
         hint = f"did you mean `{near[0]}`?" if near else "`help` lists the commands"
+        if self.document.find(self.resolve(word).partition(".")[0]) is not None:
+            hint = f"`info {word}` shows what it is"
         fail("E1250", f"no command `{word[:60]}`", span, "", hint)
 
     # --- variables --------------------------------------------------------------------------

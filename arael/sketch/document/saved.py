@@ -42,6 +42,17 @@ UNITS = ("mm", "cm", "m", "in")
 #: Larger files are refused before they are read.
 MAX_BYTES = 256 * 1024 * 1024
 
+#: Numbers above this have squares that are no numbers.
+LARGEST = 1e100
+
+#: Where the radii are among the numbers of a kind.
+_RADII = {
+    "circle": slice(2, 3),
+    "arc": slice(6, 7),
+    "ellipse": slice(2, 4),
+    "earc": slice(6, 8),
+}
+
 
 class _Entity(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     name: str
@@ -229,6 +240,11 @@ class _Reader:
             raise self._wrong(place, f"a {saved.kind} has no direction")
         if kind.most and len(saved.values) > 2 * kind.most:
             raise self._wrong(place, f"a {saved.kind} has {2 * kind.most} numbers")
+        if not all(abs(value) <= LARGEST for value in saved.values):
+            raise self._wrong(place, f"a number is above {LARGEST:g}")
+        radii = _RADII.get(saved.kind, slice(0))
+        if not all(radius > 0.0 for radius in saved.values[radii]):
+            raise self._wrong(place, f"a {saved.kind} has a radius above 0")
         try:
             self.document.add_entity(
                 saved.kind,

@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 #: Lines and radii shorter than this part of the sketch's size have no direction.
 SMALLEST = 1e-9
+#: Coordinates and values above this have squares that are no numbers.
+LARGEST = 1e100
 #: What has shrunk to this part of the sketch's size in a solve has collapsed.
 COLLAPSED = 1e-8
 
@@ -29,6 +31,7 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
     AraelError
         E1220
     """
+    check_largest(numbers)
     least = SMALLEST * size
     for what, found in _extents(kind, numbers):
         if not found > least:
@@ -39,6 +42,14 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
                     help=("give it points that are apart",),
                 )
             )
+
+
+def check_largest(numbers: Iterable[float]) -> None:
+    """Refuse numbers that cannot be calculated with; AraelError E1220."""
+    for number in numbers:
+        if not abs(number) <= LARGEST:
+            message = f"coordinates and sizes are at most {LARGEST:g}, found {number:g}"
+            raise AraelError(Diagnostic("E1220", message))
 
 
 def check_remains(
@@ -105,6 +116,28 @@ def check_new_constraint(
             raise _duplicate(kind, args, other)
 
 
+def check_itself(document: Document, kind: str, args: tuple[str, ...]) -> None:
+    """Refuse what relates a curve to its own points.
+
+    Raises
+    ------
+    AraelError
+        E1222: both ends of a line tangent; a point on, or in the middle of, its own line, arc,
+        circle or ellipse
+    """
+    if len(args) != 2 or args[0].partition(".")[0] != args[1].partition(".")[0]:
+        return
+    name = args[1].partition(".")[0]
+    entity = document.entities[name].kind
+    of_points = kind in ("point_on", "midpoint", "distance") and entity not in ("bezier", "bspline")
+    if of_points and args[1] == name:
+        message = f"`{kind}` takes a point of something else than `{name}`, found `{args[0]}`"
+        raise AraelError(Diagnostic("E1222", message, help=("name a point of another entity",)))
+    if kind in ("tangent", "smooth") and entity == "line":
+        message = f"`{kind}` takes ends of two curves, found both of `{name}`"
+        raise AraelError(Diagnostic("E1222", message, help=("name an end of another curve",)))
+
+
 def _duplicate(kind: str, args: tuple[str, ...], other: Constraint) -> AraelError:
     state = "" if other.active else ", switched off"
     return AraelError(
@@ -142,6 +175,7 @@ def check_amounts(kind: str, amounts: tuple[Amount | None, Amount | None, Amount
     amounts : value, low, high
     """
     value, low, high = amounts
+    check_largest(one.number for one in amounts if one is not None)
     if value is not None:
         _check_value(kind, value)
     if high is not None and kind in _POSITIVE and not high.number > 0.0:

@@ -28,6 +28,8 @@ from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
     check_extent,
+    check_itself,
+    check_largest,
     check_new_constraint,
     check_remains,
     same_dimension,
@@ -356,8 +358,17 @@ class Editor:
     def place(self, offsets: Sequence[int], numbers: ArrayLike) -> Outcome:
         """Put numbers of the document somewhere, then solve from there."""
         with self.document.transaction("place"):
+            before, size = self.document.values.copy(), self.layout.size
+            check_largest(np.ravel(numbers).tolist())
             self.document.set_values(offsets, numbers)
-            return self._settle()
+            outcome = self._settle()
+            self.check_remains_since(before, size)
+        return outcome
+
+    def check_remains_since(self, before: Floats, size: float) -> None:
+        """Refuse what leaves nothing of a line or circle, placing included; AraelError E1220."""
+        check_largest([float(np.abs(self.document.values).max(initial=0.0))])
+        check_remains(self.document, list(self.document.entities), before, size)
 
     # --- constraints ------------------------------------------------------------------------
 
@@ -384,6 +395,7 @@ class Editor:
             impossible, redundant in this position, on the other side only, no solution found
         """
         _, spelt = matched(self.document, kind, tuple(args))
+        check_itself(self.document, kind, spelt)
         self.layout.refresh()
         check_new_constraint(self.document, kind, spelt, self.layout.users_of(spelt[0]))
         check_collapse(self.document, kind, spelt)
@@ -486,7 +498,8 @@ class Editor:
         label = label or self._label(name)
         others = [member for member in verdict.members if member != name]
         if verdict.kind == "impossible":
-            raise refusals.impossible(label, others, self._cheapest(others))
+            why = "" if others else self.layout.impossible.get(name, "")
+            raise refusals.impossible(label, others, self._cheapest(others), why)
         if verdict.kind == "redundant" and not force:
             raise refusals.redundant(label, others, self._cheapest(others))
         if verdict.kind == "here":
@@ -548,6 +561,7 @@ class Editor:
         _, spelt = matched(self.document, kind, tuple(args))
         if kind == "area":
             spelt = outline(self.document, spelt, self._is_same)
+        check_itself(self.document, kind, spelt)
         mode = self._angle_mode(kind, spelt, mode, value)
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)

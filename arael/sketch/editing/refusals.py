@@ -23,14 +23,13 @@ def redundant(label: str, others: Sequence[str], drop: str) -> AraelError:
     )
 
 
-def impossible(label: str, others: Sequence[str], drop: str) -> AraelError:
-    """E1231: contradicts others."""
+def impossible(label: str, others: Sequence[str], drop: str, why: str = "") -> AraelError:
+    """E1231: contradicts others, or itself for a reason."""
+    alone = f"`{label}` is impossible" + (f": {why}" if why else "")
     return AraelError(
         Diagnostic(
             "E1231",
-            f"`{label}` is impossible together with {_listed(others)}"
-            if others
-            else f"`{label}` is impossible",
+            f"`{label}` is impossible together with {_listed(others)}" if others else alone,
             help=(f"`delete {drop}` would make it possible",) if drop else (),
         )
     )

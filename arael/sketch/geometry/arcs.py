@@ -112,50 +112,65 @@ def elliptic_arc_through(
 
 
 def elliptic_arc_tangent(
-    start: Point, first: Point, end: Point, last: Point, bulge: float = 1.0
+    start: Point, first: Point, end: Point, last: Point, bulge: float | None = None
 ) -> EllipticArc | None:
     """Elliptic arc that leaves `start` along `first` and arrives at `end` along `last`.
 
-    Of the ellipses with these tangents `bulge` takes one: its curvature at the start is `bulge`
-    times that for which the arc is circular when both tangents are equally long. None if there is
-    no such ellipse: the tangents meet ahead of one end and behind the other, the directions agree,
-    or `bulge` is so small that the conic is open.
+    Of the ellipses with these tangents `bulge` takes the one that passes through the point at
+    `bulge` times half the chord beside the chord's middle, on the side where the normals of the
+    ends meet. None takes the one that is a circle where both tangents are equally long.
+
+    Returns
+    -------
+    None if there is no such ellipse: the tangents meet ahead of one end and behind the other, the
+    directions agree, or the conic through that point is open.
 
     The arc is a rational quadratic curve with the tangents' meeting point as its middle pole and
-    the weight w = cos(turn / 2) / sqrt(bulge); the curvature at its start is proportional to
-    1 / w^2 (Farin: NURBS, section 4.5). Opposite directions meet at infinity: half an ellipse.
+    the weight w = cos(turn / 2) for the circle; in barycentric coordinates (a, b, c) of the poles
+    the conic is b^2 = 4 w^2 a c (Farin: NURBS, section 4.5). Opposite directions meet at infinity:
+    half an ellipse.
     """
     d, e = unit(first), unit(last)
     chord = subtract(end, start)
     turn = signed_angle(direction_angle(e) - direction_angle(d))
-    if not hypot(*chord) > 0.0 or not bulge > 0.0 or abs(turn) < 1e-9:
+    if not hypot(*chord) > 0.0 or abs(turn) < 1e-9:
         return None
     middle = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
-    if pi - abs(turn) < 1e-9:
-        across = cross(d, chord)
-        if abs(across) <= 1e-12 * hypot(*chord):
-            return None
-        # half-axis along d: a circle for bulge 1 and a perpendicular chord
-        reach = 0.5 * abs(across) / sqrt(bulge)
-        radius = subtract(start, middle)
-        return _conjugate(middle, radius, (d[0] * reach, d[1] * reach), pi)
+    away = cross(chord, d)
+    if abs(away) <= 1e-12 * hypot(*chord):
+        return None
+    # the point beside the middle of the chord, relative to it
     sine = cross(d, e)
-    p, q = cross(chord, e) / sine, cross(d, chord) / sine
-    if p < 0.0 and q < 0.0:  # more than half of the ellipse: the rest of the arc the other way
-        back = elliptic_arc_tangent(start, (-d[0], -d[1]), end, (-e[0], -e[1]), bulge)
-        if back is None:
+    normals = dot(chord, d) * dot(chord, e) * sine  # above 0: they meet to the left of the chord
+    reach = 0.5 * (bulge if bulge is not None else 1.0) * (1.0 if normals > 0.0 else -1.0)
+    beside = (-chord[1] * reach, chord[0] * reach)
+    if pi - abs(turn) < 1e-9:
+        # parts of `beside` along the radius to the start, and along d
+        radius = subtract(start, middle)
+        u, v = cross(beside, d) / cross(radius, d), cross(radius, beside) / cross(radius, d)
+        if bulge is None:
+            u, v = 0.0, 0.5 * abs(away)  # a circle for a perpendicular chord
+        if not (u * u < 1.0 and v != 0.0):
             return None
-        rest = back.sweep - copysign(TURN, back.sweep)
-        return EllipticArc(back.center, back.rx, back.ry, back.rotation, back.angle, rest)
-    if not (p > 0.0 and q > 0.0):
+        v = abs(v) / sqrt(1.0 - u * u)
+        return _conjugate(middle, radius, (d[0] * v, d[1] * v), pi)
+    p, q = cross(chord, e) / sine, cross(d, chord) / sine
+    if p * q <= 0.0:
         return None
     apex = start[0] + p * d[0], start[1] + p * d[1]
-    weight = cos(0.5 * turn) / sqrt(bulge)
-    if weight >= 1.0 - 1e-12:
+    lift = subtract(apex, middle)
+    weight = cos(0.5 * turn) if p > 0.0 else cos(0.5 * (pi - abs(pi - abs(turn))))
+    if bulge is not None:
+        # beside = b lift + s chord: a, c = (1 - b) / 2 -+ s
+        b, s = cross(beside, chord) / cross(lift, chord), cross(lift, beside) / cross(lift, chord)
+        square = 0.25 * (1.0 - b) ** 2 - s * s
+        if not square > 0.0:
+            return None
+        weight = abs(b) / (2.0 * sqrt(square))
+    if not 1e-12 < weight < 1.0 - 1e-12:
         return None
     # centre on the line from the apex through the middle of the chord; half the sweep has the
     # cosine w, in the affine frame where the ellipse is a circle
-    lift = subtract(apex, middle)
     k = weight * weight / (1.0 - weight * weight)
     center = middle[0] - k * lift[0], middle[1] - k * lift[1]
     half = acos(weight)
@@ -165,12 +180,17 @@ def elliptic_arc_tangent(
     scale = 0.5 / sin(half)
     right = (chord[0] * scale, chord[1] * scale)
     c, s = cos(half), sin(half)
-    return _conjugate(
+    found = _conjugate(
         center,
         (up[0] * c - right[0] * s, up[1] * c - right[1] * s),
         (up[0] * s + right[0] * c, up[1] * s + right[1] * c),
         2.0 * half,
     )
+    if p > 0.0:
+        return found
+    # more than half of the ellipse: the rest of the arc the other way
+    rest = found.sweep - copysign(TURN, found.sweep)
+    return EllipticArc(found.center, found.rx, found.ry, found.rotation, found.angle, rest)
 
 
 def _conjugate(center: Point, a: Point, b: Point, sweep: float) -> EllipticArc:

@@ -88,7 +88,9 @@ class Judge:
         layout = self.layout
         scale = np.ones(len(system.x))
         turned = np.isin(layout.unknowns[: len(scale)], layout.angles)
-        scale[turned] = 1.0 / layout.size
+        if turned.any():
+            at = np.searchsorted(layout.angles, layout.unknowns[: len(scale)][turned])
+            scale[turned] = 1.0 / layout.levers[at]
         far = float(np.abs(self.document.values).max(initial=0.0))
         return Rank(system, last, scale, far / layout.size)
 

@@ -47,7 +47,8 @@ class Rank:
         if _ROUNDINGS * rounded > 20 * (m + n):  # the tolerance of RankQR by itself
             tolerance = _ROUNDINGS * rounded * float(np.finfo(float).eps)
         self.factor = RankQR(m, n, system.indptr, system.indices, priority, tolerance)
-        self.factor.factor(system.entries, np.ones(n) if scale is None else scale)
+        self._scale = np.ones(n) if scale is None else scale
+        self.factor.factor(system.entries, self._scale)
         self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)
         self._basis: Floats | None = None
@@ -97,7 +98,8 @@ class Rank:
         counts = [0] * len(groups)
         if not self.free:
             return counts
-        basis = self.null_basis()
+        # Of unit length where angles count as lengths, at any size of the drawing.
+        basis = self.null_basis() / self._scale[:, None]
         moves = np.abs(basis).max(axis=1) > _MOVES
         by_size: dict[int, list[int]] = {}
         for i, columns in enumerate(groups):

@@ -192,7 +192,7 @@ class Layout:
         self._pieces: dict[str, int] = {}
         self._at_knots: dict[str, int] = {}
         self._turning: tuple[int, NDArray[np.int64]] | None = None
-        self._angles: tuple[int, NDArray[np.int64]] | None = None
+        self._angles: tuple[int, NDArray[np.int64], list[tuple[int, int]]] | None = None
         for table in _LAID:
             for name in getattr(document, table):
                 self._pending[(table, name)] = None
@@ -433,11 +433,36 @@ class Layout:
 
     @property
     def angles(self) -> NDArray[np.int64]:
-        """Where in `x` angles are: directions of ellipses."""
+        """Where in `x` numbers without a unit are: directions of ellipses, places along splines."""
         self.refresh()
         if self._angles is None or self._angles[0] != self.version:
-            self._angles = (self.version, np.flatnonzero(self.axes() == 4))
+            spans: dict[int, tuple[int, int]] = {}
+            for at in np.flatnonzero(self._axis == 4).tolist():
+                spans[int(self._root[at])] = (at - 2, at - 1)
+            for name in self._with_hidden:
+                laid = self._laid[name]
+                if cast("Plan", laid.plan).hidden[0].names == ("t",):
+                    spline = self.document.entities[laid.record.args[1]]  # type: ignore[union-attr]
+                    spans[laid.hidden[0]] = (spline.at, spline.at + spline.size)
+            found = np.array(sorted(spans), dtype=np.int64)
+            self._angles = (self.version, found, [spans[at] for at in found.tolist()])
         return self._angles[1]
+
+    @property
+    def levers(self) -> NDArray[np.float64]:
+        """By what `angles` become lengths: diameters of ellipses, extents of splines."""
+        self.angles  # noqa: B018 - up to date
+        assert self._angles is not None
+        values, found = self.document.values, []
+        for start, end in self._angles[2]:
+            numbers = values[start:end]
+            if len(numbers) > 1:
+                poles = numbers.reshape(-1, 2)
+                # the same for a turned spline
+                found.append(float(np.sqrt(np.square(poles - poles.mean(axis=0)).sum())))
+            else:
+                found.append(2.0 * abs(float(numbers[0])))
+        return np.array([one or 1.0 for one in found])
 
     def unit_of(self, dimension: str) -> float:
         """What a row changes by when its dimension's value grows by 1 (degrees: by one)."""

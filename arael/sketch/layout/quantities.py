@@ -272,7 +272,9 @@ def _total_length(args: list[Operand], values: Values, side: int, mode: str) -> 
     for curve in args:
         if curve.entity.kind not in chains.WITH_LENGTH:
             what = curve.entity.name
-            return Quantity([], problem=f"the length of `{what}` can be measured, not set")
+            return Quantity(
+                [], problem=f"the length of `{what}` can be measured (`derived`), not set"
+            )
     return Quantity([part for curve in args for part in chains.length_of(curve)])
 
 

@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterable
 
 from arael.sketch.document.records import Constraint
-from arael.sketch.geometry.feet import ellipse_feet
 from arael.sketch.layout.operands import (
     Alike,
     Operand,
@@ -182,6 +181,9 @@ def _nearest(values: Values, first: Operand, second: Operand) -> list[tuple[floa
 
 def _foot(values: Values, curve: Operand, p: tuple[float, float]) -> float:
     """Angle of the point of a circle or ellipse that is nearest to a place."""
+    # imported here: start-up time
+    from arael.sketch.geometry.feet import ellipse_feet
+
     x, y = place(values, curve.center)
     dx, dy = p[0] - x, p[1] - y
     if curve.is_circular:

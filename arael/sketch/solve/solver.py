@@ -59,7 +59,7 @@ class Solver:
         self._tolerances: Tolerances | None = None
         self._key: tuple[Any, ...] = ()
         self._version = -1
-        self._size = np.inf  # of the drawing, for which angles are scaled
+        self._levers = np.zeros(0)  # for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
         self._interruption = Interruption()
         self._broken: Transaction | None = None  # the step of undo that was to be broken off
@@ -272,15 +272,17 @@ class Solver:
         """Levels and tolerances of the layout's present structure."""
         layout = self.layout
         angles, slacks = layout.angles, layout.slacks
-        if len(angles) and not 0.5 < layout.size / self._size < 2.0:
-            self._size = layout.size
-        size = self._size
-        key = (layout.rows.n, size, angles.tobytes(), slacks.tobytes())
+        if len(angles) or len(self._levers):
+            levers = layout.levers
+            same = len(levers) == len(self._levers)
+            if not same or not np.all(np.abs(np.log2(levers / self._levers)) < 1.0):
+                self._levers = levers
+        key = (layout.rows.n, self._levers.tobytes(), angles.tobytes(), slacks.tobytes())
         if self._levels is None or self._key != key:
             scales = None
             if len(angles) or len(slacks):
                 scales = np.ones(layout.rows.n)
-                scales[angles] = 1.0 / size
+                scales[angles] = 1.0 / self._levers
                 # Slacks follow the geometry, not the reverse.
                 scales[slacks] = SLACK_SCALE
             self._levels = self._new_levels(scales)

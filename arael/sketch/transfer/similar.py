@@ -87,6 +87,7 @@ def mapped(editor: Editor, names: Sequence[str], by: Similarity) -> Followed:
     inside = set(names)
     followed = Followed()
     with document.transaction("map"):
+        before, size = document.values.copy(), editor.layout.size
         tied = _tied_points(editor, inside)
         for name in names:
             _map_entity(document, document.entities[name], by)
@@ -97,6 +98,7 @@ def mapped(editor: Editor, names: Sequence[str], by: Similarity) -> Followed:
         for dimension in list(document.dimensions.values()):
             _dimension(document, dimension, inside, tied, by, followed)
         editor.solve()
+        editor.check_remains_since(before, size)
         for kind, args in relations:
             try:
                 with document.transaction(kind):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -131,3 +132,32 @@ def test_import_adds_everything_under_free_names(
     group = list(document.groups.values())[-1]
     assert (group.sources, group.results, group.owned) == (("L1",), ("L2",), (made.name,))
     assert document.history.position == steps + 1
+
+
+def test_pipes_are_refused_at_once(session: Session) -> None:
+    for name in ("pipe.json", "pipe.svg"):
+        os.mkfifo(session.folder / name)
+    for line in ("save pipe.json", "load pipe.json", "import pipe.svg", "export pipe.svg"):
+        assert code(session, line) == "E1265"
+
+
+def test_links_that_lead_in_a_circle_are_refused(session: Session) -> None:
+    (session.folder / "a.json").symlink_to("b.json")
+    (session.folder / "b.json").symlink_to("a.json")
+    for line in ("save a.json", "load a.json"):
+        assert code(session, line) in ("E1264", "E1265")
+
+
+def test_a_link_to_a_device_and_a_folder_that_leads_out_are_refused(session: Session) -> None:
+    (session.folder / "zero.json").symlink_to("/dev/zero")
+    (session.folder / "up").symlink_to("..")
+    (session.folder / "up" / "secret.json").write_text("{}")
+    for line in ("load zero.json", "save zero.json", "load up/secret.json", "save up/new.json"):
+        assert code(session, line) == "E1264"
+    assert not (session.folder / "up" / "new.json").exists()
+
+
+def test_a_file_that_is_too_large_is_not_read(session: Session) -> None:
+    with open(session.folder / "large.json", "wb") as file:
+        file.truncate(10**11)
+    assert code(session, "load large.json") == "E1210"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from arael.diagnostics.records import AraelError
@@ -197,3 +198,43 @@ def test_a_thousand_evaluations_are_quick(session: Session) -> None:
     for _ in range(1000):
         number("sqrt(w^2 + L0.length*2) / 3", scope)
     assert compiled.cache_info().misses == misses
+
+
+#: Scripts with numbers at the limits: each line is done or refused, without a warning of NumPy.
+LIMITS = [
+    "add_point 1e308,1e308; add_point -1e308,-1e308; distance P0 P1 driven",
+    "add_line 0,0 1e308,1e308; length L0 driven",
+    "add_line 0,0 1e99,1e99; length L0 driven",
+    "add_circle 0,0 1e200; add_circle 1e200,0 1e200; tangent A0 A1",
+    "add_circle 0,0 1; radius A0 1e308",
+    "add_circle 0,0 1; radius A0 >= 1e200",
+    "add_line 0,0 1e-320,0",
+    "add_line 1e16,0 1e16,1; length L0 3",
+    "add_rect 0,0 1e-30,1e-30 hv; length L0 1e30",
+    "add_line 0,0 4,0; length L0 1e300",
+    "add_line 0,0 4,0; length L0 1e-300",
+    "add_line 0,0 4,0; scale L0 about 0,0 1e300",
+    "add_line 0,0 4,0; rotate L0 about 0,0 1e300",
+    "add_line 0,0 4,0; move L0 @1e308,1e308; move L0 @1e308,1e308",
+    "add_line 0,0 4,0; drag L0.p1 1e308,1e308",
+    "add_line 0,0 4,0; angle L0 L0 1e300",
+    "add_slot 0,0 1e308,1e308 1e308",
+    "add_ellipse 0,0 1e200 1e-200 1e300",
+    "add_ellipse 0,0 3 1e-30 0; add_point 1,1; point_on P0 EA0",
+    "add_earc 0,0 5,5 1e300 1e-300 1e300",
+    "add_spline 0,0 1e150,0 1e-150,1 5,5; add_point 1,1; point_on P0 S0",
+    "add_line 0,0 4,0; pattern rect L0 10000 1e307",
+    "find 0,0 1e308",
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("script", LIMITS)
+def test_numbers_at_the_limits_end_in_a_message_or_a_sketch(script: str, tmp_path: Path) -> None:
+    session = Session(folder=tmp_path)
+    for line in [*script.split("; "), "dof", "list", "free", "export drawing.svg", "undo"]:
+        try:
+            session.run(line)
+        except AraelError as error:
+            assert all(d.span or d.origin for d in error.diagnostics)
+        assert np.isfinite(session.document.values).all()

@@ -154,3 +154,14 @@ def test_a_recipe_leaves_the_stated_freedom(recipe: str) -> None:
         if stated := _STATED.search(line):
             (reply,) = session.run("dof")
             assert reply.text.split()[0] == stated[1], f"{line.strip()}: {reply.text}"
+
+
+def test_elliptic_arcs_chain_by_tangents_as_in_its_manual() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0\nadd_earc_rtangent 10,3 0,1 0.5\nadd_earc_rtangent 15,0 1,0 0.5")
+    session.run("add_line 0,9 5,9\nadd_earc_tangent @cursor @tangent 10,12 0,1")
+    session.run("add_earc_tangent 20,0 0,1 30,0 0,-1 1")
+    arcs = [e for e in session.document.entities.values() if e.kind == "earc"]
+    assert len(arcs) == 4
+    center_x, _, *_, rx, ry, _ = session.document.numbers_of(arcs[-1].name)
+    assert (center_x, rx, ry) == pytest.approx((25.0, 5.0, 5.0))

@@ -182,3 +182,12 @@ def test_view(session: Session) -> None:
     assert session.state.view.zoom == 2.5
     session.run("center")
     assert (session.state.view.center, session.state.view.zoom) == (None, 1.0)
+
+
+@pytest.mark.parametrize("word", ["L0", "L0.p1", "C0", "d0", "a"])
+def test_a_bare_name_is_answered_by_the_command_that_shows_it(word: str) -> None:
+    session = Session()
+    session.run("a, b = add_line 0,0 5,0 5,3; length a 5")
+    with pytest.raises(AraelError) as caught:
+        session.run(word)
+    assert caught.value.diagnostics[0].help == (f"`info {word}` shows what it is",)

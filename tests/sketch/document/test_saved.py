@@ -108,6 +108,8 @@ WRONG = [
     ("entities.1.name", "P0", "used twice"),
     ("entities.1.values", [1, 2, 3], "has 4 numbers"),
     ("entities.6.values", [1.0] * 10, "has 8 numbers"),
+    ("entities.1.values", [1e101, 0.0, 1.0, 1.0], r"entities\[1\]: a number is above 1e\+100"),
+    ("entities.2.values", [0.0, 0.0, -1.0], "a circle has a radius above 0"),
     ("entities.1.clockwise", True, "has no direction"),
     ("entities.1.style", "wavy", "not a style"),
     ("constraints.1.kind", "near", r"constraints\[1\]: `near`"),

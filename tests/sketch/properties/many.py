@@ -21,6 +21,7 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
+from arael.sketch.editing.checks import _extents
 from tests.sketch.properties.generator import Everything, perform, snapshot
 
 #: Commands of one sketch.
@@ -101,6 +102,10 @@ def examine(session: Session) -> None:
         An equation is open; the layout is another one than that of a new editor.
     """
     editor = session.editor
+    for entity in editor.document.entities.values():
+        for what, found in _extents(entity.kind, editor.document.numbers_of(entity.name).tolist()):
+            if not found > 0.0:
+                raise Fault(f"the {what} of {entity.name} is {found}")
     editor.layout.check()
     system = editor.layout.linearisation()
     residuals = np.abs(system.residuals)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -198,3 +200,63 @@ def test_a_point_on_a_knot_of_a_spline_is_on_either_piece() -> None:
         session.editor.drag({"P0": (5.9 - 0.1 * k, 0.5)})
         session.editor.layout.check()
         assert np.isfinite(session.document.values[at])
+
+
+def test_a_move_leaves_something_of_the_line_between_what_is_moved_and_what_is_not() -> None:
+    session = sketch("add_line 0,0 4,0 4,3; lock L0.p1")
+    assert refused(session, "move L1 from L0.p2 to L0.p1") == "E1220"
+
+
+def test_geometry_without_extent_is_a_message_in_every_command() -> None:
+    session = sketch("add_line 0,0 4,0; add_line 1,1 2,3")
+    at = session.document.point_at("L0.p2")
+    with session.document.transaction("collapse"):
+        session.document.set_values([at], [0.0])
+    assert refused(session, "measure L0 L1") == "E1220"
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["tangent L0.p1 L0.p2", "midpoint L0.p1 L0", "point_on A0.center A0", "distance L0.p1 L0 3"],
+)
+def test_a_curve_is_not_related_to_its_own_points(line: str) -> None:
+    assert refused(sketch("add_line 0,0 4,0; add_circle 9,9 1"), line) == "E1222"
+
+
+def test_a_point_of_a_spline_may_lie_on_it() -> None:
+    session = sketch("add_spline 0,0 1,2 3,2 4,0 6,-1; point_on S0.pole3 S0")
+    assert session.editor.solve().solved
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e-3, 1.0, 1e3, 1e5])
+def test_freedoms_of_an_ellipse_do_not_depend_on_its_size(size: float) -> None:
+    session = sketch(f"add_ellipse 0,0 {3 * size} {size} 20; lock EA0.center")
+    assert session.editor.judge.freedoms().by_entity["EA0"] == 3
+    session.run(f"radius EA0 {3 * size}; radius_b EA0 {size}")
+    assert session.editor.judge.freedoms().by_entity["EA0"] == 1
+
+
+def test_a_range_goes_on_after_the_last_ellipse_is_deleted() -> None:
+    session = sketch("add_line 0,0 4,0; add_ellipse 9,9 3 1 20; length L0 >= 3")
+    session.run("radius EA0 2; delete EA0; length L0 >= 6")
+    assert session.document.numbers_of("L0")[2] - session.document.numbers_of("L0")[0] > 5.9
+
+
+@pytest.mark.parametrize(
+    ("script", "line", "reason"),
+    [
+        ("add_ellipse 0,0 3 1 0", "total_length EA0 12", "can be measured (`derived`), not set"),
+        (
+            "add_line 0,0 5,0; add_arc 5,0 9,4 8,1",
+            "smooth L0.p2 A0.start",
+            "a line has no curvature",
+        ),
+    ],
+)
+def test_what_cannot_be_by_itself_is_refused_with_the_reason(
+    script: str, line: str, reason: str
+) -> None:
+    session = sketch(script)
+    with pytest.raises(AraelError, match=re.escape(reason)) as caught:
+        session.run(line)
+    assert caught.value.diagnostics[0].code == "E1231"

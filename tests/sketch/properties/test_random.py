@@ -10,7 +10,8 @@ from arael.sketch.commands.session import Session
 from tests.sketch.properties.generator import Generator, perform, snapshot
 
 SEEDS = [1, 2, 3, 4]
-MANY = list(range(100, 200))
+MANY = range(100, 125)
+MORE = range(100, 300)
 
 
 def run(session: Session, line: str) -> bool:
@@ -139,6 +140,6 @@ def test_perturbed_and_dragged_sketches_keep_their_equations(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", MANY)
+@pytest.mark.parametrize("seed", MORE)
 def test_many_perturbed_and_dragged_sketches_keep_their_equations(seed: int) -> None:
     perturbed_and_dragged(seed)
