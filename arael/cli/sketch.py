@@ -35,8 +35,17 @@ MAX_SCRIPT = 64 * 1024 * 1024
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object per command line.")
 @click.option("--interactive", is_flag=True, help="Open the prompt after FILES.")
+@click.option("--serve", is_flag=True, help="Open the editor in the browser, for one FILE.")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of --serve; 0: a free one.")
+@click.option("--no-open", is_flag=True, help="With --serve: print the address only.")
 def command(
-    files: tuple[str, ...], exports: tuple[str, ...], as_json: bool, interactive: bool
+    files: tuple[str, ...],
+    exports: tuple[str, ...],
+    as_json: bool,
+    interactive: bool,
+    serve: bool,
+    port: int,
+    no_open: bool,
 ) -> int:
     """Load sketches (.json), run scripts of commands (any other file), or open a prompt.
 
@@ -44,6 +53,8 @@ def command(
     stops at the first line that fails, which changes nothing; lines before it stay. `help` shows
     the commands.
     """
+    if serve:
+        return _serve(files, port=port, open_browser=not no_open)
     run = _Run(as_json)
     for name in files:
         if not run.file(name):
@@ -57,6 +68,34 @@ def command(
         if not run.export(name):
             return run.code
     return run.code
+
+
+def _serve(files: tuple[str, ...], **options: Any) -> int:
+    """Serve the editor; the exit code."""
+    if len(files) > 1:
+        raise click.UsageError("--serve takes one file")
+    try:
+        # imported here: start-up time
+        from arael.sketch.server.serving import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("arael"):
+            raise
+        print_text([_missing(error.name or "")])
+        return Exit.BAD_INPUT
+    try:
+        serve(files[0] if files else None, say=click.echo, **options)
+    except AraelError as error:
+        print_text(error.diagnostics)
+        return Exit.BAD_INPUT
+    return Exit.OK
+
+
+def _missing(module: str) -> Diagnostic:
+    return Diagnostic(
+        "E1412",
+        f"the editor in the browser needs the module `{module}`",
+        help=("`pip install 'arael[sketch]'` brings what it needs",),
+    )
 
 
 def _standard_input() -> Iterator[tuple[Source, int, int]]:
