@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -82,12 +82,14 @@ class Server:
     Parameters
     ----------
     worker : of the sketch
-    token : of the address
+    tokens : by path, as `Guard`
     agents : of `arael.sketch.agents`, None without them
     page : folder of static files
     """
 
-    def __init__(self, worker: Worker, token: str, agents: Any = None, page: Path = PAGE) -> None:
+    def __init__(
+        self, worker: Worker, tokens: Mapping[str, str], agents: Any = None, page: Path = PAGE
+    ) -> None:
         self.worker = worker
         self.shared = worker.shared
         self._agents = agents
@@ -95,7 +97,7 @@ class Server:
         if agents is not None:
             routes += agents.routes
         routes.append(Mount("/", StaticFiles(directory=page, html=True, check_dir=False)))
-        self.app = Guard(Starlette(routes=routes, lifespan=self._lifespan), token)
+        self.app = Guard(Starlette(routes=routes, lifespan=self._lifespan), tokens)
 
     @asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:

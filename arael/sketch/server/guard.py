@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qs
 
 Scope = Any
-GUARDED = ("/socket", "/mcp")
-"""Paths that need the token."""
-
 POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -34,12 +32,13 @@ class Guard:
     Parameters
     ----------
     app : that is guarded
-    token : that `GUARDED` paths need, in the query (``token=``) or as ``Authorization: Bearer``
+    tokens : by path, in the query (``token=``) or as ``Authorization: Bearer``; other paths need
+        none. Agents and pages have different ones: an agent cannot answer in place of a person
     """
 
-    def __init__(self, app: Any, token: str) -> None:
+    def __init__(self, app: Any, tokens: Mapping[str, str]) -> None:
         self._app = app
-        self._token = token.encode()
+        self._tokens = {path: token.encode() for path, token in tokens.items()}
 
     async def __call__(self, scope: Scope, receive: Any, send: Any) -> None:
         """Answer a request, or refuse it."""
@@ -72,10 +71,10 @@ class Guard:
         origin = headers.get(b"origin")
         if origin is not None and origin.decode("latin-1").lower() != f"http://{host}":
             return 403, "requests of other pages are refused"
-        path = scope["path"].rstrip("/")
-        if path in GUARDED or path.startswith(tuple(f"{one}/" for one in GUARDED)):
+        path = f"/{scope['path'].strip('/').partition('/')[0]}"
+        if path in self._tokens:
             given = self._given(headers, scope.get("query_string", b""))
-            if not secrets.compare_digest(given, self._token):
+            if not secrets.compare_digest(given, self._tokens[path]):
                 return 401, "the token is missing or wrong: use the address that was printed"
         return None
 

@@ -51,7 +51,9 @@ class Keeper:
                     "E1410",
                     "another server edits this file",
                     origin=str(path),
-                    help=("use its address in another window, or end it first",),
+                    help=(
+                        "open its address in another window, connect agents to it, or end it first",
+                    ),
                 )
             ) from None
         try:

@@ -10,12 +10,15 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import uvicorn
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.sketch.agents.http import HttpAgents
+from arael.sketch.agents.tools import Agents
 from arael.sketch.commands.session import Session
 from arael.sketch.server.app import Server
 from arael.sketch.server.keeping import Keeper
@@ -51,22 +54,62 @@ def serve(
         E1410: another server has the file; E1411: not a file of a sketch; E1413: the port is
         taken; as `Keeper`
     """
-    shared = shared_sketch(file, say)
-    shared.agent_allowed = allow_agents
-    listener = listening(port)
-    token = secrets.token_urlsafe(24)
-    server = Server(Worker(shared), token)
-    address = f"http://{HOST}:{listener.getsockname()[1]}/"
-    assert shared.keeper is not None
-    say(f"editing {shared.keeper.path}")
-    say(f"open {address}?token={token}")
+    found = opened(file, port, allow_agents, say)
     say("end with Ctrl-C")
     if open_browser and has_display():
-        threading.Thread(
-            target=webbrowser.open, args=(f"{address}?token={token}",), daemon=True
-        ).start()
+        threading.Thread(target=webbrowser.open, args=(found.address,), daemon=True).start()
     with contextlib.suppress(KeyboardInterrupt):  # raised again after everything is closed
-        uvicorn.Server(config(server.app)).run(sockets=[listener])
+        uvicorn.Server(config(found.server.app)).run(sockets=[found.listener])
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A server that is about to run.
+
+    Attributes
+    ----------
+    server : the application
+    agents : tools of agents
+    listener : the socket that it listens on
+    address : of the page, with the token
+    """
+
+    server: Server
+    agents: Agents
+    listener: socket.socket
+    address: str
+
+
+def opened(
+    file: str | None,
+    port: int,
+    allow_agents: bool,
+    say: Callable[[str], None] = print,
+    by_agent: bool = False,
+) -> Opened:
+    """Open a file for a server, and print its addresses; parameters as of `serve`.
+
+    `by_agent`: an agent started it, so that no person sees what is printed.
+    """
+    listener = listening(port)
+    try:
+        shared = shared_sketch(file, say)
+    except BaseException:
+        listener.close()
+        raise
+    shared.agent_allowed = allow_agents
+    token, agent_token = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+    base = f"http://{HOST}:{listener.getsockname()[1]}"
+    address = f"{base}/?token={token}"
+    worker = Worker(shared)
+    agents = Agents(worker, address if by_agent else "the address that the server printed")
+    tokens = {"/socket": token, "/mcp": agent_token}
+    server = Server(worker, tokens, HttpAgents(agents))
+    assert shared.keeper is not None
+    say(f"editing {shared.keeper.path}")
+    say(f"open {address}")
+    say(f"agents connect to {base}/mcp?token={agent_token}")
+    return Opened(server, agents, listener, address)
 
 
 def config(app: Any) -> uvicorn.Config:

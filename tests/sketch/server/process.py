@@ -7,10 +7,10 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
+_AGENTS = re.compile(r"agents connect to (http://\S+)")
 _ADDRESS = re.compile(r"open (http://127\.0\.0\.1:(\d+)/\?token=(\S+))")
 STARTED_WITHIN = 60.0
 
@@ -22,6 +22,7 @@ class ServerProcess:
     ----------
     address : of the page, with its token
     port, token : the parts of it
+    agents : address for agents
     """
 
     def __init__(self, file: Path | str | None, *options: str, folder: Path | None = None) -> None:
@@ -36,7 +37,7 @@ class ServerProcess:
             *options,
         ]
         self._folder = folder
-        self.port, self.token, self.address = 0, "", ""
+        self.port, self.token, self.address, self.agents = 0, "", "", ""
         self.output = ""
 
     def start(self) -> ServerProcess:
@@ -56,6 +57,9 @@ class ServerProcess:
             found = _ADDRESS.search(line)
             if found:
                 self.address, self.port, self.token = found[1], int(found[2]), found[3]
+            found = _AGENTS.search(line)
+            if found:
+                self.agents = found[1]
                 return self
             if time.monotonic() > end:
                 break
@@ -94,8 +98,3 @@ class ServerProcess:
         if self.process.stdout is not None:
             self.output += self.process.stdout.read()
             self.process.stdout.close()
-
-
-def options_of(names: Sequence[str]) -> list[str]:
-    """Options of the command by their names."""
-    return [f"--{name}" for name in names]
