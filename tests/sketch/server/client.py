@@ -38,7 +38,7 @@ class Mirror:
 
     def take(self, data: bytes) -> dict[str, Any]:
         """Follow a message; the message, frames as ``type: frame``."""
-        kind, sequence, count, revision = HEAD.unpack_from(data)
+        kind, sequence, count, _ = HEAD.unpack_from(data)
         if kind == 2:
             padded = count + count % 2
             offsets = struct.unpack_from(f"<{count}I", data, 16)
@@ -88,6 +88,7 @@ class Mirror:
         for table, names in message.get("order", {}).items():
             self.tables[table] = {name: self.tables[table][name] for name in names}
         self._set(message["offsets"], message["numbers"])
+        del self.values[message["size"] :]
         self.revision = message["revision"]
 
     def numbers(self, name: str) -> list[float]:
