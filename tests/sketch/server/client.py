@@ -91,6 +91,11 @@ class Mirror:
         del self.values[message["size"] :]
         self.revision = message["revision"]
 
+    def is_last_presence(self, windows: int) -> bool:
+        """Whether the page was last sent that so many windows are open."""
+        found = [one for one in self.messages if one["type"] == "presence"]
+        return bool(found) and found[-1]["windows"] == windows
+
     def numbers(self, name: str) -> list[float]:
         """Numbers of an entity."""
         one = self.tables["entities"][name]

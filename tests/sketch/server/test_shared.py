@@ -67,11 +67,12 @@ def test_each_edit_keeps_the_mirror_in_step(page: Local) -> None:
         "rename_param w width",
         "clear",
         "undo",
-        "constr L0",
+        "constr L1",
         "goto 2",
     ]
     for line in lines:
-        assert page.run(line)["ok"], line
+        reply = page.run(line)
+        assert reply["ok"], (line, reply["text"])
         assert page.is_in_step(), line
 
 
