@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Mapping
@@ -43,6 +44,7 @@ class SocketLink:
         self._loop = loop
         self._queue: deque[bytes] = deque()
         self._bytes = 0
+        self._lock = threading.Lock()
         self._wake = asyncio.Event()
         self.ended = False
 
@@ -55,10 +57,11 @@ class SocketLink:
         """Put a message in the queue; by any thread."""
         if self.ended:
             return
-        self._queue.append(data)
-        self._bytes += len(data)
-        if self._bytes > MAX_BEHIND:
-            self.ended = True
+        with self._lock:
+            self._queue.append(data)
+            self._bytes += len(data)
+            if self._bytes > MAX_BEHIND:
+                self.ended = True
         try:
             self._loop.call_soon_threadsafe(self._wake.set)
         except RuntimeError:  # the loop has ended
@@ -71,8 +74,9 @@ class SocketLink:
                 await self._wake.wait()
                 self._wake.clear()
                 while self._queue and not self.ended:
-                    data = self._queue.popleft()
-                    self._bytes -= len(data)
+                    with self._lock:
+                        data = self._queue.popleft()
+                        self._bytes -= len(data)
                     await socket.send_bytes(data)
             await socket.close(4408, "too slow")
         except (WebSocketDisconnect, RuntimeError):  # the page is gone

@@ -126,9 +126,10 @@ class Page(Mirror):
         from websockets.sync.client import connect
 
         suffix = f"&since={since}" if since >= 0 else ""
-        self.socket = connect(
+        self._context = connect(
             f"{address}&window={window}{suffix}", compression=None, max_size=None, **options
         )
+        self.socket = self._context.__enter__()
         self._ids = itertools.count(1)
 
     def next(self, timeout: float = 30.0) -> dict[str, Any]:
