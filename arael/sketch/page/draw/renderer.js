@@ -142,6 +142,16 @@ export class Renderer extends EventTarget {
     if (!this._request) this._request = requestAnimationFrame(() => this.paint());
   }
 
+  /** Whether something waits for the next refresh of the screen. */
+  get pending() {
+    return this._request !== 0;
+  }
+
+  /** How many entities the drag moves. */
+  get movedCount() {
+    return this._moved.size;
+  }
+
   /** Draw what has changed. */
   paint() {
     cancelAnimationFrame(this._request);
