@@ -1,0 +1,124 @@
+/** The application: everything that the parts of the page share. */
+
+import { DragControl } from "./drag.js";
+import { boundsOfAll } from "./geometry/boxes.js";
+import { Picker } from "./pick.js";
+import { Pointer } from "./pointer.js";
+import { Renderer } from "./draw/renderer.js";
+import { Snapper } from "./snap/snapper.js";
+import { Store } from "./store.js";
+import { Toolbox } from "./tools/index.js";
+import { View } from "./view.js";
+import { Wire } from "./wire.js";
+
+/**
+ * @typedef {import("./types.js").Point} Point
+ * @typedef {import("./types.js").Reply} Reply
+ *
+ * @typedef {object} TypingRequest  a value to be typed over the canvas
+ * @property {Point} at  pixels of the canvas
+ * @property {string} title  what is typed
+ * @property {string} text  what stands there at first, selected
+ * @property {(text: string) => Promise<Reply>} commit  an error stays in place
+ * @property {() => void} [cancel]
+ *
+ * @typedef {{open(request: TypingRequest): void}} Typing
+ */
+
+/** Set by the panels when they are there: `actions`, `typing`, `theme`. */
+export class App extends EventTarget {
+  /**
+   * @param {HTMLElement} root  holds the elements of index.html
+   * @param {import("./transport.js").Connect} connect
+   */
+  constructor(root, connect) {
+    super();
+    this.root = root;
+    this.store = new Store();
+    this.wire = new Wire(this.store, connect);
+    this.view = new View();
+    this.canvas = /** @type {HTMLElement} */ (root.querySelector("#canvas"));
+    /** Table of all actions. @type {any} */
+    this.actions = null;
+    /** @type {any} */
+    this.theme = null;
+    /** Place for typed values. @type {Typing|null} */
+    this.typing = null;
+    this.picker = new Picker(this.store, this.view);
+    this.snapper = new Snapper(this.store, this.view, this.picker);
+    this.renderer = new Renderer(this);
+    this.drag = new DragControl(this);
+    this.tools = new Toolbox(this);
+    this.pointer = new Pointer(this);
+    this._fitted = false;
+    this._follow();
+  }
+
+  /** Connect and draw. */
+  start() {
+    this.renderer.resize();
+    this.wire.open();
+  }
+
+  /** Show everything. */
+  fit() {
+    this.view.fit(boundsOfAll(this.store));
+  }
+
+  /**
+   * Run a command; what the server refuses becomes a "refused" event, for a message.
+   * @param {string} text
+   * @param {{extras?: string[], step?: string}} [options]
+   * @returns {Promise<Reply>}
+   */
+  async run(text, options) {
+    const reply = await this.wire.run(text, options);
+    this.dispatchEvent(new CustomEvent(reply.ok ? "ran" : "refused", { detail: { text, reply } }));
+    return reply;
+  }
+
+  /** Words for the status line. @param {string} text */
+  say(text) {
+    this.dispatchEvent(new CustomEvent("hint", { detail: text }));
+  }
+
+  _follow() {
+    const { store, view, renderer, wire } = this;
+    store.addEventListener("change", (event) => {
+      const detail = /** @type {CustomEvent} */ (event).detail;
+      this.picker.changed(detail);
+      renderer.changed(detail);
+      if (detail.all && !this._fitted) {
+        this._fitted = true;
+        this.fit();
+      }
+    });
+    store.addEventListener("values", (event) => {
+      const { offsets } = /** @type {CustomEvent} */ (event).detail;
+      this.picker.moved();
+      renderer.moved(offsets);
+    });
+    for (const type of ["verdict", "hover"]) store.addEventListener(type, () => renderer.restyled());
+    store.addEventListener("selection", () => {
+      renderer.restyled();
+      this.sendView();
+    });
+    store.addEventListener("status", (event) => this._status(/** @type {CustomEvent} */ (event).detail));
+    view.addEventListener("change", () => renderer.viewChanged());
+    wire.addEventListener("frame", () => renderer.late(0));
+  }
+
+  /** Tell the server what is selected here, for commands that work on the selection. */
+  sendView() {
+    this.wire.send({ type: "view", selection: [...this.store.selection], cursor: null });
+  }
+
+  /** @param {any} message */
+  _status(message) {
+    if (message.type !== "view") return;
+    if (message.fit) this.fit();
+    if (message.center) this.view.centre(message.center);
+    if (message.zoom) this.view.zoomAt(this.view.width / 2, this.view.height / 2, message.zoom);
+    if (message.cursor !== undefined) this.renderer.setCursor(message.cursor);
+  }
+}
