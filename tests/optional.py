@@ -35,6 +35,10 @@ PARTS = {
     "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
+    "starlette": Part("starlette", 'pip install "arael[sketch]"'),
+    "mcp": Part("mcp", 'pip install "arael[sketch]"'),
+    "anywidget": Part("anywidget", 'pip install "arael[notebook]"'),
+    "playwright": Part("playwright.sync_api", "pip install playwright"),
     "JAX": Part("jax", "pip install jax"),
 }
 
