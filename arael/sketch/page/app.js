@@ -21,11 +21,10 @@ import { Wire } from "./wire.js";
  * @property {string} text  what stands there at first, selected
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
  * @property {() => void} [cancel]
- *
- * @typedef {{open(request: TypingRequest): void}} Typing
+ * @property {string} [name]  of a dimension: Tab goes on to the next one
  */
 
-/** Set by the panels when they are there: `actions`, `typing`, `theme`. */
+/** What `mountPanels` sets is null before it. */
 export class App extends EventTarget {
   /**
    * @param {HTMLElement} root  holds the elements of index.html
@@ -38,12 +37,28 @@ export class App extends EventTarget {
     this.wire = new Wire(this.store, connect);
     this.view = new View();
     this.canvas = /** @type {HTMLElement} */ (root.querySelector("#canvas"));
-    /** Table of all actions. @type {any} */
-    this.actions = null;
-    /** @type {any} */
+    /** What is shown of the drawing. @type {Record<string, boolean>} */
+    this.shown = { dimensions: true, glyphs: true, points: true, construction: true };
+    /** Table of all actions. @type {import("./actions.js").Actions} */
+    this.actions = /** @type {any} */ (null);
+    /** @type {import("./theme.js").Theme|null} */
     this.theme = null;
-    /** Place for typed values. @type {Typing|null} */
+    /** Place for typed values. @type {import("./typing.js").Typing|null} */
     this.typing = null;
+    /** @type {import("./notes.js").Notes|null} */
+    this.notes = null;
+    /** @type {import("./field.js").Field|null} */
+    this.field = null;
+    /** @type {import("./files.js").Files|null} */
+    this.files = null;
+    /** @type {import("./help.js").Help|null} */
+    this.help = null;
+    /** @type {import("./tour.js").Tour|null} */
+    this.tour = null;
+    /** @type {import("./panels/dock.js").Dock|null} */
+    this.panels = null;
+    /** @type {import("./keys.js").Keys|null} */
+    this.keys = null;
     this.picker = new Picker(this.store, this.view);
     this.snapper = new Snapper(this.store, this.view, this.picker);
     this.renderer = new Renderer(this);
@@ -58,6 +73,16 @@ export class App extends EventTarget {
   start() {
     this.renderer.resize();
     this.wire.open();
+  }
+
+  /**
+   * Show or hide a part of the drawing.
+   * @param {string} part  of `shown`
+   * @param {boolean} on
+   */
+  show(part, on) {
+    this.shown[part] = on;
+    this.renderer.restyled();
   }
 
   /** Show everything. */

@@ -130,8 +130,6 @@ const ICONS = Object.freeze({
   check: ["M4 10.5l4 4 8-9"],
   prompt: ["M5 5l5 5-5 5M11 15h5"],
   enter: ["M16 4v6H5M8 7l-3 3 3 3"],
-  on: [EYE, CIRCLE(10, 10, 2.3)],
-  off: [EYE, "M4 16L16 4"],
   defined: [CIRCLE(10, 10, 7), "M6.5 10.2l2.4 2.4 4.6-5"],
   info: [CIRCLE(10, 10, 7.2), "M10 9v5M10 6.2v.3"],
   warning: ["M10 3L18 16.5H2zM10 8v4M10 14v.3"],

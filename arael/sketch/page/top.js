@@ -46,14 +46,11 @@ export function mountTop(app, element) {
     refresh(app, element);
   });
   const judged = once(() => {
-    const { freedoms: count, constraints } = store.verdict;
-    const wrong = Object.values(constraints).filter((state) => state !== "here").length;
-    const state = wrong ? "bad" : count === 0 && store.entities.size ? "defined" : "free";
-    const text = wrong ? `${wrong} conflict${wrong === 1 ? "" : "s"}` : state === "defined" ? "Defined" : `${count} free`;
+    const { text, state, title, sign } = summary(store);
     freedoms.dataset.state = state;
     freedoms.hidden = store.entities.size === 0;
-    freedoms.title = state === "free" ? `${count} degrees of freedom: what can still move` : "What is free, what conflicts";
-    fill(freedoms, icon(wrong ? "warning" : state === "defined" ? "defined" : "panel_freedom"), h("span", {}, text));
+    freedoms.title = title;
+    fill(freedoms, icon(sign), h("span", {}, text));
   });
   store.addEventListener("history", steps);
   store.addEventListener("verdict", judged);
@@ -72,4 +69,27 @@ export function mountTop(app, element) {
   });
   steps();
   judged();
+}
+
+/**
+ * The verdict in two words. What is redundant is harmless, what is impossible is not.
+ * @param {import("./store.js").Store} store
+ */
+export function summary(store) {
+  const { freedoms, constraints } = store.verdict;
+  const states = Object.values(constraints);
+  const bad = states.filter((state) => state === "impossible").length;
+  const redundant = states.filter((state) => state === "redundant").length;
+  if (bad) {
+    return { state: "bad", sign: "warning", text: `${bad} impossible`, title: "Constraints that contradict one another" };
+  }
+  if (redundant) {
+    const title = "Constraints that follow from others: harmless, and listed in the panel";
+    return { state: "redundant", sign: "warning", text: `${redundant} redundant`, title };
+  }
+  if (freedoms === 0 && store.entities.size) {
+    return { state: "defined", sign: "defined", text: "Defined", title: "Nothing can move" };
+  }
+  const title = `${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom: what can still move`;
+  return { state: "free", sign: "panel_freedom", text: `${freedoms} free`, title };
 }

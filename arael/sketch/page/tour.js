@@ -35,7 +35,7 @@ export const STEPS = Object.freeze([
   {
     title: "Everything is a command",
     text: "Press / and type: add_rect 0,0 40,20 hv. Every step can be undone. Press ? for all keys.",
-    at: "#field",
+    at: ".field",
   },
 ]);
 

@@ -32,7 +32,7 @@ export function mount(app, element) {
     if (!store.entities.size) fill(count, "The sketch is empty.");
     else if (total === 0) fill(count, icon("defined"), "Fully defined: nothing can move.");
     else fill(count, h("strong", {}, String(total)), total === 1 ? " degree of freedom" : " degrees of freedom");
-    fill(conflicts, ...(wrong.length ? [h("h3", {}, "Conflicts"), list(wrong.map((one) => conflict(app, one)))] : []));
+    fill(conflicts, ...(wrong.length ? [h("h3", {}, "Redundant or in conflict"), list(wrong.map((one) => conflict(app, one)))] : []));
     fill(motions, ...(total ? [h("h3", {}, "Still free"), list(moving.slice(0, MOST).map((one) => motion(app, one)))] : []));
     if (total > MOST) motions.append(h("p", { class: "count" }, `and ${total - MOST} more`));
   }

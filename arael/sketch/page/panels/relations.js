@@ -140,7 +140,7 @@ function row(app, one) {
     h("span", { class: "row-text" }, `${one.kind.replaceAll("_", " ")} `, h("span", { class: "args" }, one.args.join(" "))),
   );
   const label = on ? `switch off ${one.name}` : `switch on ${one.name}`;
-  const turn = button(on ? "on" : "off", label, "turn", () => app.run(`${on ? "switch_off" : "switch_on"} ${one.name}`));
+  const turn = button(on ? "switch_off" : "switch_on", label, "turn", () => app.run(`${on ? "switch_off" : "switch_on"} ${one.name}`));
   turn.setAttribute("aria-pressed", String(on));
   const remove = button("delete", `delete ${one.name}`, "delete", () => app.run(`delete ${one.name}`));
   const classes = ["row", "relation", on ? "" : "is-off", state, store.selection.has(one.name) ? "is-selected" : ""];

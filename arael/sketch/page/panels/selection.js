@@ -58,7 +58,8 @@ async function one(app, name) {
     app.wire.ask("info", { name }),
     entity ? app.wire.ask("why", { name }) : null,
   ]);
-  return [section(app, "Facts", info.text), why ? section(app, "Held by", held(why.text)) : null];
+  const facts = why ? withoutRelations(app, info.text) : info.text;
+  return [section(app, "Facts", facts), why ? section(app, "Held by", held(why.text)) : null];
 }
 
 /** @param {App} app @param {string[]} names */
@@ -67,6 +68,16 @@ async function two(app, names) {
   if (!names.every((name) => store.entities.has(name) || store.point(name))) return [];
   const reply = await wire.run(`measure ${names.join(" ")}`);
   return reply.ok ? [section(app, "Measured", reply.text)] : [];
+}
+
+/** Lines that are no constraints and dimensions: those are listed below. @param {App} app @param {string} text */
+function withoutRelations(app, text) {
+  const { constraints, dimensions } = app.store;
+  const named = (/** @type {string} */ line) => line.trim().split(":")[0];
+  return text
+    .split("\n")
+    .filter((line) => !constraints.has(named(line)) && !dimensions.has(named(line)))
+    .join("\n");
 }
 
 /** The lines of an answer of `why` without their head. @param {string} text */
