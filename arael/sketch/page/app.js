@@ -1,6 +1,8 @@
 /** The application: everything that the parts of the page share. */
 
 import { DragControl } from "./drag.js";
+import { writtenText } from "./draw/texts.js";
+import { Entry } from "./entry.js";
 import { boundsOfAll } from "./geometry/boxes.js";
 import { Picker } from "./pick.js";
 import { Pointer } from "./pointer.js";
@@ -21,7 +23,7 @@ import { Wire } from "./wire.js";
  * @property {string} text  what stands there at first, selected
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
  * @property {() => void} [cancel]
- * @property {string} [name]  of a dimension: Tab goes on to the next one
+ * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
  */
 
 /** What `mountPanels` sets is null before it. */
@@ -59,9 +61,11 @@ export class App extends EventTarget {
     this.panels = null;
     /** @type {import("./keys.js").Keys|null} */
     this.keys = null;
+    this.entry = new Entry(this);
     this.picker = new Picker(this.store, this.view);
     this.snapper = new Snapper(this.store, this.view, this.picker);
     this.renderer = new Renderer(this);
+    this.picker.annotations = () => this.renderer.annotations.places;
     this.drag = new DragControl(this);
     this.tools = new Toolbox(this);
     this.pointer = new Pointer(this);
@@ -102,6 +106,21 @@ export class App extends EventTarget {
     return reply;
   }
 
+  /** Ask for a value over the canvas. @param {TypingRequest} request */
+  openTyping(request) {
+    (this.typing ?? this.entry).open(request);
+  }
+
+  /** Edit the value of a dimension in place. @param {import("./types.js").Dimension} d */
+  editDimension(d) {
+    const drawn = this.renderer.annotations.dimensions.find((one) => one.name === d.name);
+    const at = drawn ? /** @type {Point} */ ([drawn.text.x, drawn.text.y]) : /** @type {Point} */ ([this.view.width / 2, this.view.height / 2]);
+    this.openTyping({
+      at, title: d.kind, text: writtenText(d), name: d.name,
+      commit: (text) => this.run(`${d.kind} ${d.args.join(" ")} ${text}`),
+    });
+  }
+
   /** Words for the status line. @param {string} text */
   say(text) {
     this.dispatchEvent(new CustomEvent("hint", { detail: text }));
@@ -123,7 +142,8 @@ export class App extends EventTarget {
       this.picker.moved();
       renderer.moved(offsets);
     });
-    for (const type of ["verdict", "hover"]) store.addEventListener(type, () => renderer.restyled());
+    store.addEventListener("verdict", () => renderer.restyled());
+    store.addEventListener("hover", () => renderer.overlayChanged());
     store.addEventListener("selection", () => {
       renderer.restyled();
       this.sendView();

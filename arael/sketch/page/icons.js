@@ -26,7 +26,6 @@ const ICONS = Object.freeze({
   tool_arc_center: ["M4 13A7 7 0 0 1 16 9", DOT(10, 14), DOT(4, 13), DOT(16, 9)],
   tool_arc_tangent: ["M2 15h6M8 15a7 7 0 0 0 7-7", DOT(8, 15), DOT(15, 8)],
   tool_ellipse: [ELLIPSE, DOT(10, 10)],
-  tool_earc: ["M2.5 11a7.5 5 0 0 1 15 0", DOT(2.5, 11), DOT(17.5, 11)],
   tool_earc3: ["M2.5 12a7.5 5 0 0 1 15 0", DOT(2.5, 12), DOT(17.5, 12), DOT(10, 7)],
   tool_earc_center: ["M2.5 10a7.5 4.5 0 0 1 15 0", DOT(10, 10), DOT(2.5, 10), DOT(17.5, 10)],
   tool_earc_tangent: ["M2 16h5c7 0 9-5 9-11", DOT(7, 16), DOT(16, 5)],

@@ -11,7 +11,7 @@ export const FAMILIES = Object.freeze([
   { title: "rectangles", tools: ["rect", "rect3", "rectcenter"] },
   { title: "circles", tools: ["circle", "circle2", "circle3", "circle2t", "circle3t"] },
   { title: "arcs", tools: ["arc", "arc_center", "arc_tangent"] },
-  { title: "ellipses", tools: ["ellipse", "earc", "earc3", "earc_center", "earc_tangent", "earc_rtangent"] },
+  { title: "ellipses", tools: ["ellipse", "earc3", "earc_center", "earc_tangent", "earc_rtangent"] },
   { title: "shapes", tools: ["slot", "polygon", "text"] },
   { title: "corners", tools: ["fillet", "chamfer"] },
   { title: "cuts", tools: ["trim", "split", "extend"] },

@@ -134,6 +134,8 @@
  * @property {Point[]} [points]
  * @property {{at: Point, text: string}[]} [labels]
  * @property {string[]} [names]  existing things shown as picked
+ * @property {import("./draw/lines.js").Drawn} [dimension]  a dimension that would be made
+ * @property {{from: Point, to: Point}} [box]  a selection box, in pixels
  *
  * @typedef {object} Field  a value that can be typed while drawing
  * @property {string} id

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Mapping
@@ -43,6 +44,7 @@ class SocketLink:
         self._loop = loop
         self._queue: deque[bytes] = deque()
         self._bytes = 0
+        self._lock = threading.Lock()
         self._wake = asyncio.Event()
         self.ended = False
 
@@ -55,10 +57,11 @@ class SocketLink:
         """Put a message in the queue; by any thread."""
         if self.ended:
             return
-        self._queue.append(data)
-        self._bytes += len(data)
-        if self._bytes > MAX_BEHIND:
-            self.ended = True
+        with self._lock:
+            self._queue.append(data)
+            self._bytes += len(data)
+            if self._bytes > MAX_BEHIND:
+                self.ended = True
         try:
             self._loop.call_soon_threadsafe(self._wake.set)
         except RuntimeError:  # the loop has ended
@@ -66,14 +69,18 @@ class SocketLink:
 
     async def pump(self, socket: WebSocket) -> None:
         """Send what is put into the queue, until the page is too far behind."""
-        while not self.ended:
-            await self._wake.wait()
-            self._wake.clear()
-            while self._queue:
-                data = self._queue.popleft()
-                self._bytes -= len(data)
-                await socket.send_bytes(data)
-        await socket.close(4408, "too slow")
+        try:
+            while not self.ended:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._queue and not self.ended:
+                    with self._lock:
+                        data = self._queue.popleft()
+                        self._bytes -= len(data)
+                    await socket.send_bytes(data)
+            await socket.close(4408, "too slow")
+        except (WebSocketDisconnect, RuntimeError):  # the page is gone
+            self.ended = True
 
 
 class Server:
@@ -124,14 +131,11 @@ class Server:
             await socket.close(4409, error.diagnostics[0].message[:100])
             return
         pump = asyncio.create_task(link.pump(socket))
-        reading = asyncio.create_task(self._read(socket, window))
         try:
-            await asyncio.wait((pump, reading), return_when=asyncio.FIRST_COMPLETED)
+            await self._read(socket, window)
         finally:
             link.ended = True
-            for task in (pump, reading):
-                task.cancel()
-            await asyncio.gather(pump, reading, return_exceptions=True)
+            pump.cancel()
             self.worker.call(lambda: self.shared.close(window))
 
     async def _read(self, socket: WebSocket, window: Window) -> None:

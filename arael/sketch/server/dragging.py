@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
+from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.editing.editor import Dragging, Editor
 from arael.sketch.server.windows import Window
+from arael.sketch.solve.solver import Drag
 
 MAX_HANDLES = 10_000
 """Points that are dragged at once."""
@@ -89,27 +91,16 @@ class _Radius:
             raise AraelError(
                 Diagnostic("E1402", f"`{handle}` cannot be dragged: {name} is a {entity.kind}")
             )
-        # imported here: start-up time
-        from arael.sketch.solve.solver import Drag
-
         self._document = editor.document
         self._center = entity.at
-        self._offset = entity.at + editor_values(entity.kind).index(which)
+        self._offset = entity.at + ENTITIES[entity.kind].values.index(which)
         self._drag = Drag(editor.solver, [])
 
     def to(self, x: float, y: float) -> None:
         values = self._document.values
         reach = float(np.hypot(x - values[self._center], y - values[self._center + 1]))
         if reach > 0.0:
-            self._drag.pull([self._offset], [reach])
-
-
-def editor_values(kind: str) -> tuple[str, ...]:
-    """Names of the numbers of an entity."""
-    # imported here: start-up time
-    from arael.sketch.document.kinds import ENTITIES
-
-    return ENTITIES[kind].values
+            self._drag.pull(np.array([self._offset]), np.array([reach]))
 
 
 def _points(document: Document, handles: Sequence[str]) -> list[str]:

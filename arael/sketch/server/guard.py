@@ -76,6 +76,8 @@ class Guard:
             given = self._given(headers, scope.get("query_string", b""))
             if not secrets.compare_digest(given, self._tokens[path]):
                 return 401, "the token is missing or wrong: use the address that was printed"
+        elif scope["type"] == "websocket":
+            return 404, "there is no WebSocket at this path"
         return None
 
     @staticmethod

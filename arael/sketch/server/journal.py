@@ -6,6 +6,8 @@ records, numbers of entities, settings. To make them again needs no solver and g
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import hashlib
 import os
 from pathlib import Path
@@ -50,9 +52,18 @@ class Journal:
         self.path = path
         self.base = base
         self._file: IO[bytes] | None = None
+        self._size = 0
+        self._is_broken = False
 
     def note(self, title: str, change: Difference) -> None:
-        """Append a change; it is on disk when this returns. OSError if it cannot be."""
+        """Append a change; it is on disk when this returns.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written. Then nothing is appended any more until the file is saved:
+            later changes could not be made again without this one.
+        """
         self._append(
             {
                 "title": title,
@@ -68,21 +79,36 @@ class Journal:
 
     def note_save(self, base: str) -> None:
         """Append that the file is about to have another content."""
-        if self._file is not None:
+        if self._file is not None and not self._is_broken:
             self._append({"saved": base})
 
     def _append(self, entry: dict[str, Any]) -> None:
-        file = self._file
-        if file is None:
-            file = open(self.path, "wb")  # noqa: SIM115 - stays open
-            head = {"format": FORMAT, "version": VERSION, "base": self.base}
-            file.write(msgspec.json.encode(head) + b"\n")
-        file.write(msgspec.json.encode(entry) + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
-        if self._file is None:
-            self._file = file
-            _sync(self.path.parent)
+        if self._is_broken:
+            raise OSError(errno.EIO, "an earlier change could not be written")
+        try:
+            if self._file is None:
+                self._begin()
+            self._write(entry)
+        except OSError:
+            self._is_broken = True
+            if self._file is not None:
+                with contextlib.suppress(OSError):  # what came half is ignored when it is read
+                    self._file.truncate(self._size)
+            raise
+
+    def _begin(self) -> None:
+        self._file = open(self.path, "wb", buffering=0)  # noqa: SIM115 - stays open
+        self._write({"format": FORMAT, "version": VERSION, "base": self.base})
+        _sync(self.path.parent)
+
+    def _write(self, entry: dict[str, Any]) -> None:
+        assert self._file is not None
+        line = memoryview(msgspec.json.encode(entry) + b"\n")
+        size = self._size + len(line)
+        while line:
+            line = line[self._file.write(line) :]
+        os.fsync(self._file.fileno())
+        self._size = size
 
     def clear(self, base: str) -> None:
         """Remove it: the file, whose content is now `base`, holds everything."""
@@ -95,6 +121,8 @@ class Journal:
         if self._file is not None:
             self._file.close()
             self._file = None
+        self._size = 0
+        self._is_broken = False
 
 
 def replay(path: Path, base: str, document: Document) -> int:

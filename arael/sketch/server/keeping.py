@@ -87,6 +87,7 @@ class Keeper:
         try:
             self._journal.note(title, change)
         except OSError as error:
+            self._first = self._last - MOST  # the file is written as soon as possible instead
             reason = (error.strerror or str(error)).lower()
             return f"the change is not on disk: {self._journal.path.name}: {reason}"
         return ""
@@ -112,7 +113,7 @@ class Keeper:
         try:
             self._write(document)
         except (AraelError, OSError) as error:
-            self._first = time.monotonic()  # once more, later
+            self._first = self._last = time.monotonic()  # once more, later
             if isinstance(error, AraelError):
                 return f"not saved: {error.diagnostics[0].message}"
             return f"not saved: {(error.strerror or str(error)).lower()}"

@@ -59,6 +59,7 @@ def change(
         "removed": found.removed,
         "offsets": found.offsets.tolist(),
         "numbers": numbers[found.offsets].tolist(),
+        "size": len(numbers),
     }
     if found.order:
         message["order"] = found.order

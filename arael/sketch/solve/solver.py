@@ -362,10 +362,20 @@ class Drag:
 
         The result is written into the document; where there is none, nothing is.
         """
-        solver, layout = self.solver, self.solver.layout
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
+        return self.pull(np.column_stack([self.points, self.points + 1]).ravel(), wanted.ravel())
+
+    def pull(self, offsets: NDArray[np.int64], places: Array) -> Outcome:
+        """One frame: numbers of the document as near to `places` as the equations let them.
+
+        Parameters
+        ----------
+        offsets : (k,) in ``document.values``: coordinates of points, or a radius
+        places : (k,) what they are to be
+        """
+        solver, layout = self.solver, self.solver.layout
         layout.cross_knots()
         x = layout.gather().copy()
         if layout.impossible:
@@ -375,8 +385,6 @@ class Drag:
             self.home = layout.unknowns_at(self.began)
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
-        offsets = np.column_stack([self.points, self.points + 1]).ravel()
-        places = wanted.ravel()
         free = np.array([not layout.is_fixed(int(k)) for k in offsets], dtype=bool)
         columns = np.array([layout.root_of(int(k)) for k in offsets], dtype=np.int64)
         columns, first = np.unique(columns[free], return_index=True)

@@ -38,7 +38,7 @@ class Mirror:
 
     def take(self, data: bytes) -> dict[str, Any]:
         """Follow a message; the message, frames as ``type: frame``."""
-        kind, sequence, count, revision = HEAD.unpack_from(data)
+        kind, sequence, count, _ = HEAD.unpack_from(data)
         if kind == 2:
             padded = count + count % 2
             offsets = struct.unpack_from(f"<{count}I", data, 16)
@@ -88,7 +88,13 @@ class Mirror:
         for table, names in message.get("order", {}).items():
             self.tables[table] = {name: self.tables[table][name] for name in names}
         self._set(message["offsets"], message["numbers"])
+        del self.values[message["size"] :]
         self.revision = message["revision"]
+
+    def is_last_presence(self, windows: int) -> bool:
+        """Whether the page was last sent that so many windows are open."""
+        found = [one for one in self.messages if one["type"] == "presence"]
+        return bool(found) and found[-1]["windows"] == windows
 
     def numbers(self, name: str) -> list[float]:
         """Numbers of an entity."""
@@ -120,9 +126,10 @@ class Page(Mirror):
         from websockets.sync.client import connect
 
         suffix = f"&since={since}" if since >= 0 else ""
-        self.socket = connect(
+        self._context = connect(
             f"{address}&window={window}{suffix}", compression=None, max_size=None, **options
         )
+        self.socket = self._context.__enter__()
         self._ids = itertools.count(1)
 
     def next(self, timeout: float = 30.0) -> dict[str, Any]:

@@ -23,6 +23,7 @@ class ServerProcess:
     address : of the page, with its token
     port, token : the parts of it
     agents : address for agents
+    file : that is served
     """
 
     def __init__(self, file: Path | str | None, *options: str, folder: Path | None = None) -> None:
@@ -37,6 +38,7 @@ class ServerProcess:
             *options,
         ]
         self._folder = folder
+        self.file = str(file or "")
         self.port, self.token, self.address, self.agents = 0, "", "", ""
         self.output = ""
 

@@ -12,6 +12,7 @@ import { Typed } from "./typed.js";
  * @property {Point|null} from  where the new curve began
  * @property {"line"|"point"|"none"} draws  whether tangent and perpendicular make sense
  * @property {Point[]} [extra]  places of this command, to align with
+ * @property {string[]} [lines]  lines to be parallel or perpendicular to
  */
 
 /** A tool. It gets events with places and composes commands; it never changes the document itself. */
@@ -22,10 +23,16 @@ export class Tool {
     this.typed = new Typed();
     /** @type {Place|null} */
     this.place = null;
-    /** Whether pressing and moving belongs to the tool; otherwise it is two clicks. */
-    this.grabs = false;
-    /** Whether the pointer picks things: no snaps are shown. */
-    this.picks = false;
+  }
+
+  /** Whether pressing and moving belongs to the tool; otherwise it is two clicks. */
+  get grabs() {
+    return false;
+  }
+
+  /** Whether the pointer picks things: no snaps are shown. */
+  get picks() {
+    return false;
   }
 
   /** What to do next, for the status line. */
@@ -48,8 +55,8 @@ export class Tool {
     return [];
   }
 
-  /** @param {Place} place */
-  move(place) {
+  /** @param {Place} place @param {PointerEvent|null} [_event] */
+  move(place, _event) {
     this.place = place;
     this.app.renderer.overlayChanged();
   }
@@ -62,10 +69,10 @@ export class Tool {
     this.click(place);
   }
 
-  /** @param {Place} _place @param {PointerEvent} _event */
+  /** @param {Place} _place @param {PointerEvent|null} _event */
   down(_place, _event) {}
 
-  /** @param {Place} _place @param {PointerEvent} _event */
+  /** @param {Place} _place @param {PointerEvent|null} _event */
   up(_place, _event) {}
 
   /**
