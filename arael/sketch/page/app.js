@@ -1,8 +1,6 @@
 /** The application: everything that the parts of the page share. */
 
 import { DragControl } from "./drag.js";
-import { writtenText } from "./draw/texts.js";
-import { Entry } from "./entry.js";
 import { boundsOfAll } from "./geometry/boxes.js";
 import { Picker } from "./pick.js";
 import { Pointer } from "./pointer.js";
@@ -61,7 +59,6 @@ export class App extends EventTarget {
     this.panels = null;
     /** @type {import("./keys.js").Keys|null} */
     this.keys = null;
-    this.entry = new Entry(this);
     this.picker = new Picker(this.store, this.view);
     this.snapper = new Snapper(this.store, this.view, this.picker);
     this.renderer = new Renderer(this);
@@ -86,6 +83,7 @@ export class App extends EventTarget {
    */
   show(part, on) {
     this.shown[part] = on;
+    this.renderer.annotations.shown = { dimensions: this.shown.dimensions, glyphs: this.shown.glyphs };
     this.renderer.restyled();
   }
 
@@ -108,17 +106,12 @@ export class App extends EventTarget {
 
   /** Ask for a value over the canvas. @param {TypingRequest} request */
   openTyping(request) {
-    (this.typing ?? this.entry).open(request);
+    this.typing?.open(request);
   }
 
   /** Edit the value of a dimension in place. @param {import("./types.js").Dimension} d */
   editDimension(d) {
-    const drawn = this.renderer.annotations.dimensions.find((one) => one.name === d.name);
-    const at = drawn ? /** @type {Point} */ ([drawn.text.x, drawn.text.y]) : /** @type {Point} */ ([this.view.width / 2, this.view.height / 2]);
-    this.openTyping({
-      at, title: d.kind, text: writtenText(d), name: d.name,
-      commit: (text) => this.run(`${d.kind} ${d.args.join(" ")} ${text}`),
-    });
+    this.typing?.edit(d.name);
   }
 
   /** Words for the status line. @param {string} text */

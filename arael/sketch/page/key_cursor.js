@@ -1,5 +1,7 @@
 /** Drawing without a pointer: the arrow keys move a cursor over the canvas, Enter clicks there. */
 
+import { h } from "./dom.js";
+
 const FINE = 1;
 const COARSE = 50;
 const USUAL = 10;
@@ -36,9 +38,13 @@ export class KeyCursor {
     this.app = app;
     /** @type {[number, number]|null} */
     this.at = null;
-    app.canvas.addEventListener("pointermove", (event) => {
-      if (event.pointerId !== KEY_POINTER) this.at = null;
-    });
+    /** Whether it was clicked where it is. */
+    this.clicked = false;
+    this.mark = h("div", { class: "key-cursor", hidden: true });
+    app.canvas.append(this.mark);
+    app.canvas.addEventListener("pointermove", (event) => event.pointerId !== KEY_POINTER && this._hide());
+    app.view.addEventListener("change", () => this._hide());
+    app.tools.addEventListener("tool", () => (this.clicked = false));
   }
 
   /**
@@ -53,9 +59,15 @@ export class KeyCursor {
       this.move(next);
       return true;
     }
-    if ((name !== "Enter" && name !== "Shift+Enter") || !this.at) return false;
-    const tool = this.app.tools.current;
-    if (name === "Enter" && tool.typed.any) return false;
+    if (name !== "Enter" && name !== "Shift+Enter") return false;
+    const { current, id } = this.app.tools;
+    if (current.typed.any) return false;
+    if (!this.at) {
+      if (id === "select" || current.begun) return false;
+      this.move(this.place());
+    }
+    // twice at one place finishes what is drawn
+    if (this.clicked && current.begun) return false;
     this.click(event.shiftKey);
     return true;
   }
@@ -81,13 +93,22 @@ export class KeyCursor {
   move(to) {
     const { view } = this.app;
     this.at = [Math.min(Math.max(to[0], 0), view.width), Math.min(Math.max(to[1], 0), view.height)];
+    this.clicked = false;
+    this.mark.hidden = false;
+    this.mark.style.transform = `translate(${this.at[0]}px, ${this.at[1]}px)`;
     this._send("pointermove", 0, false);
+  }
+
+  _hide() {
+    this.at = null;
+    this.mark.hidden = true;
   }
 
   /** @param {boolean} shiftKey */
   click(shiftKey) {
     this._send("pointerdown", 1, shiftKey);
     this._send("pointerup", 0, shiftKey);
+    this.clicked = true;
   }
 
   /** @param {string} type @param {number} buttons @param {boolean} shiftKey */

@@ -48,9 +48,14 @@ export class Tour {
     this.element = null;
   }
 
-  /** Start it if it was not seen yet. */
+  /** Start it at the first visit, with an empty sketch. */
   first() {
-    if (remembered(KEY) === null) this.start();
+    const { store } = this.app;
+    const begin = () => {
+      store.removeEventListener("change", begin);
+      if (!store.entities.size) this.start();
+    };
+    if (remembered(KEY) === null) store.addEventListener("change", begin);
   }
 
   start() {

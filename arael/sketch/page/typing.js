@@ -83,7 +83,7 @@ export class Typing {
     if (!record) return;
     this.open({
       name,
-      at: this._middle(record.args),
+      at: this._drawn(name) ?? this._middle(record.args),
       title: `${name}: ${record.kind} ${record.args.join(" ")}`,
       text: amountText(record),
       commit: (text) => this.app.wire.run(`set_driven ${name} ${text}`),
@@ -171,6 +171,12 @@ export class Typing {
     const names = [...this.app.store.dimensions.values()].filter((one) => !one.derived).map((one) => one.name);
     const at = names.indexOf(name);
     return names.length > 1 && at >= 0 ? names[(at + step + names.length) % names.length] : "";
+  }
+
+  /** Where the text of a dimension is drawn. @param {string} name @returns {[number, number]|null} */
+  _drawn(name) {
+    const found = this.app.renderer.annotations.dimensions.find((one) => one.name === name);
+    return found ? [found.text.x, found.text.y] : null;
   }
 
   /**

@@ -38,4 +38,5 @@ export function mountPanels(app) {
   mountPalette(app, part(root, "#left"));
   mountStatus(app, part(root, "#status"));
   askForAgents(app);
+  app.tour.first();
 }
