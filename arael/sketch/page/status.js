@@ -50,13 +50,7 @@ export function mountStatus(app, element) {
     app.root.dataset.link = wire.state;
     if (!open && was === "open") {
       busy.hidden = true;
-      app.notes?.show({
-        level: "warning",
-        key: "link",
-        stays: true,
-        text: "The connection to the server is lost",
-        hint: "The page connects again by itself. Until then the drawing cannot be changed.",
-      });
+      lost(app);
     } else if (open) {
       const back = app.root.querySelector('[data-key="link"]') !== null;
       app.notes?.close("link");
@@ -67,4 +61,30 @@ export function mountStatus(app, element) {
   wire.addEventListener("state", connection);
   connection();
   showScale();
+}
+
+const KNOCK = 3000;
+
+/** The connection is lost: report it, and whether a server answers that does not know this page. @param {import("./app.js").App} app */
+function lost(app) {
+  const show = (/** @type {string} */ text, /** @type {string} */ hint) =>
+    app.notes?.show({ level: "warning", key: "link", stays: true, text, hint });
+  show(
+    "The connection to the server is lost",
+    "The page connects again by itself. Until then the drawing cannot be changed.",
+  );
+  const knock = async () => {
+    if (app.wire.state === "open") return;
+    const answers = await fetch("./index.html", { method: "HEAD", cache: "no-store" }).then(
+      (response) => response.ok,
+      () => false,
+    );
+    // it may have connected meanwhile
+    setTimeout(() => {
+      if (app.wire.state === "open") return;
+      if (answers) show("The server was started again under another address", "Open the address that it has printed.");
+      else setTimeout(knock, KNOCK);
+    }, KNOCK);
+  };
+  setTimeout(knock, KNOCK);
 }
