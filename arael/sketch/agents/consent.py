@@ -10,7 +10,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.server.worker import Worker
 
 ANSWER_WITHIN = 120.0
-"""Seconds until a question that nobody answers counts as refused."""
+"""Seconds until a question without an answer counts as refused."""
 
 
 class Consent:
@@ -60,7 +60,7 @@ class Consent:
             raise AraelError(
                 Diagnostic(
                     "E1421",
-                    "nobody can be asked whether an agent may change the sketch: no page is open",
+                    "no page is open in which a person can allow an agent's change",
                     help=(
                         f"ask the person to open {self._address} in a browser, or to start the "
                         "server with `--mcp-allow-all`",
@@ -95,7 +95,7 @@ class Consent:
             await asyncio.wait({answer}, timeout=0.5)
             waited += 0.5
             if not answer.done() and (waited >= ANSWER_WITHIN or not self._worker.shared.windows):
-                reason = "nobody answered" if self._worker.shared.windows else "the page was closed"
+                reason = "no answer came" if self._worker.shared.windows else "the page was closed"
                 raise AraelError(
                     Diagnostic(
                         "E1420",

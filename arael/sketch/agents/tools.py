@@ -51,13 +51,14 @@ class Agents:
     Attributes
     ----------
     server : of the SDK
+    state : variables, cursor and selection of agents
     """
 
     def __init__(self, worker: Worker, address: str) -> None:
         self._worker = worker
         self._shared = worker.shared
         self._consent = Consent(worker, address)
-        self._state = State()
+        self.state = State()
         self.server = self._made()
 
     def _made(self) -> MCPServer:
@@ -109,7 +110,7 @@ class Agents:
         """Show the commands, or one command, group or topic; `full` shows the whole manual."""
         if len(topic.split()) > 1:
             raise ToolError("expected one word as `topic`")
-        found = await self._call(lambda: self._shared.query(self._state, f"help {topic}".strip()))
+        found = await self._call(lambda: self._shared.query(self, f"help {topic}".strip()))
         return str(found["text"])
 
     async def render(self, dark: bool = False) -> Any:
@@ -161,10 +162,7 @@ class Agents:
         return {key: reply[key] for key in ("text", "names", "created", "notes") if reply[key]}
 
     def _make(self, text: str, step: str) -> dict[str, Any]:
-        shared = self._shared
-        reply = shared.run(self._state, "agent", text, step=step)
-        self._state = shared.session.state
-        return reply
+        return self._shared.run(self, "agent", text, step=step)
 
     async def _call(self, function: Callable[[], _T]) -> _T:
         """Call a function in the thread of the sketch."""

@@ -38,8 +38,8 @@ def asked(shared: SharedSketch, window: Window, what: str, message: Message) -> 
     found = _QUESTIONS.get(what)
     if found is None:
         raise AraelError(Diagnostic("E1401", f"no question `{what[:40]}`"))
-    shared.session.state = window.state
-    return found(shared, window, message)
+    with shared.acting(window):
+        return found(shared, window, message)
 
 
 def _command(word: str, argument: str = "") -> Callable[..., Message]:
@@ -49,7 +49,7 @@ def _command(word: str, argument: str = "") -> Callable[..., Message]:
         given = str(message.get(argument) or "") if argument else ""
         if "\n" in given or ";" in given:
             raise AraelError(Diagnostic("E1401", f"`{argument}` is one name"))
-        return shared.query(window.state, f"{word} {given}".strip())
+        return shared.query(window, f"{word} {given}".strip())
 
     return ask
 
@@ -70,7 +70,7 @@ def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Messag
     session = shared.session
     judge, document = session.editor.judge, session.document
     redundant = judge.freedoms().redundant
-    found = []
+    found: list[dict[str, Any]] = []
     for verdict in judge.verdicts(redundant) if redundant else ():
         others = [name for name in verdict.members if name != verdict.name]
         record = document.find(verdict.name)
@@ -109,7 +109,7 @@ def _complete(shared: SharedSketch, window: Window, message: Message) -> Message
     found = [one for one in words if one.startswith(word) and one != word]
     if not first:
         known = table.find(command.split(None, 1)[0])
-        own = known.keywords if known is not None else ()
+        own = frozenset(known.keywords if known is not None else ())
         found.sort(key=lambda one: (one not in own, one))
     return _answer("", {"from": at - len(word), "to": at, "words": found[:MAX_COMPLETIONS]})
 
@@ -134,7 +134,7 @@ def _evaluate(shared: SharedSketch, window: Window, message: Message) -> Message
     source = Source("expression", text)
     value = shared.session.evaluate(text, Span(source, 0, len(text)))
     number = value if isinstance(value, float) else getattr(value, "number", None)
-    said = shown(number) if isinstance(number, float) else described(value)  # type: ignore[arg-type]
+    said = shown(number) if isinstance(number, float) else described(value)
     return _answer(said, {"value": number})
 
 

@@ -86,7 +86,6 @@ def _import(shared: SharedSketch, window: Window, path: Path, name: str) -> Mess
     found = read(path)
     document = found if isinstance(found, Document) else found.document
     session = shared.session
-    session.state = window.state
     with session.document.transaction(f"import {name}"):
         names = take_over(session, document)
     shared.publish(window.name, f"import {name}")

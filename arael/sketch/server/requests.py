@@ -64,7 +64,7 @@ def malformed(message: Message, key: str, expected: str) -> AraelError:
 
 def _run(shared: SharedSketch, window: Window, message: Message) -> Message:
     return shared.run(
-        window.state,
+        window,
         window.name,
         text_of(message, "text"),
         texts_of(message, "extras"),
@@ -73,7 +73,7 @@ def _run(shared: SharedSketch, window: Window, message: Message) -> Message:
 
 
 def _explain(shared: SharedSketch, window: Window, message: Message) -> Message:
-    return shared.run(window.state, window.name, f"explain {text_of(message, 'text')}")
+    return shared.run(window, window.name, f"explain {text_of(message, 'text')}")
 
 
 def _ask(shared: SharedSketch, window: Window, message: Message) -> Message:
@@ -116,7 +116,7 @@ def _answer(shared: SharedSketch, window: Window, message: Message) -> None:
 
 
 def _nothing(shared: SharedSketch, window: Window, message: Message) -> None:
-    """Read by nobody: `break` acts before it comes here."""
+    """Nothing: `break` acts before it comes here."""
 
 
 HANDLERS: Mapping[str, Handler] = MappingProxyType(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 import socket
 import sys
 import threading
@@ -24,6 +23,7 @@ from arael.sketch.server.app import Server
 from arael.sketch.server.keeping import Keeper
 from arael.sketch.server.protocol import MAX_MESSAGE
 from arael.sketch.server.shared import SharedSketch
+from arael.sketch.server.tokens import tokens
 from arael.sketch.server.worker import Worker
 
 HOST = "127.0.0.1"
@@ -98,14 +98,14 @@ def opened(
         listener.close()
         raise
     shared.agent_allowed = allow_agents
-    token, agent_token = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+    assert shared.keeper is not None
+    token, agent_token = tokens(shared.keeper.path, port)
     base = f"http://{HOST}:{listener.getsockname()[1]}"
     address = f"{base}/?token={token}"
     worker = Worker(shared)
     agents = Agents(worker, address if by_agent else "the address that the server printed")
-    tokens = {"/socket": token, "/mcp": agent_token}
-    server = Server(worker, tokens, HttpAgents(agents))
-    assert shared.keeper is not None
+    guarded = {"/socket": token, "/mcp": agent_token}
+    server = Server(worker, guarded, HttpAgents(agents))
     say(f"editing {shared.keeper.path}")
     say(f"open {address}")
     say(f"agents connect to {base}/mcp?token={agent_token}")

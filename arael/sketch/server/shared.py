@@ -7,7 +7,8 @@ import sys
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from arael.sketch.server.keeping import Keeper
 from arael.sketch.server.protocol import DragTo, json_message
 from arael.sketch.server.requests import HANDLERS
 from arael.sketch.server.verdicts import verdict
-from arael.sketch.server.windows import Link, Window
+from arael.sketch.server.windows import Actor, Link, Window
 from arael.version import __version__
 
 MAX_WINDOWS = 32
@@ -58,6 +59,7 @@ class SharedSketch:
     Attributes
     ----------
     revision : grows with every change
+    is_running : whether a command of a window or agent runs
     windows : that are open, by name
     """
 
@@ -68,6 +70,7 @@ class SharedSketch:
         self.revision = secrets.randbelow(1 << 30) + 1  # unlike that of an earlier server
         self.agents = 0
         self.agent_allowed = False
+        self.is_running = False
         self.on_answer: Callable[[Any, bool], None] = lambda number, allow: None
         self._moment = Moment.of(session.document)
         self._kept: deque[tuple[int, bytes]] = deque()
@@ -194,7 +197,7 @@ class SharedSketch:
 
     def run(
         self,
-        state: State,
+        actor: Actor,
         by: str,
         text: str,
         extras: Sequence[str] = (),
@@ -204,7 +207,7 @@ class SharedSketch:
 
         Parameters
         ----------
-        state : variables, cursor and selection of who runs them
+        actor : whose variables, cursor and selection the commands use
         by : a window's name, ``agent`` or ``script``
         extras : commands that are tried after `text`, and left out if they are refused
         step : title of one step of undo for everything; empty: one per line
@@ -216,35 +219,47 @@ class SharedSketch:
         self._finish_drag()
         names = self._names()
         session = self.session
-        session.state = state
-        self._break = False
+        state = actor.state
         view, selection = state.view.version, list(state.selection)
+        self._break = False
         ran: list[Reply] = []
         left_out: list[str] = []
         failed: AraelError | None = None
-        try:
-            self._run(text, extras, step, ran, left_out)
-        except AraelError as error:
-            failed = error
-        except Exception as error:  # a mistake of arael: the line is taken back
-            traceback.print_exc(file=sys.stderr)
-            failed = internal(error)
-        # A command that fails puts another state in place.
-        self._adopt(by, session.state)
+        with self.acting(actor):
+            try:
+                self._run(text, extras, step, ran, left_out)
+            except AraelError as error:
+                failed = error
+            except Exception as error:  # a mistake of arael: the line is taken back
+                traceback.print_exc(file=sys.stderr)
+                failed = internal(error)
         found = answer(ran) if failed is None else refusal(failed, session.document)
         found["created"] = [name for name in self._names() if name not in names]
         found["notes"] = [*found["notes"], *left_out]
         self.publish(by, step or _title(text))
-        self._follow(by, session.state, view, selection)
+        self._follow(by, actor.state, view, selection)
         for one in ran:
             if "message" in one.data:
                 self.send({"type": "message", "level": "info", "text": str(one.data["message"])})
         return found
 
-    def query(self, state: State, text: str) -> dict[str, Any]:
+    def query(self, actor: Actor, text: str) -> dict[str, Any]:
         """Run a command that changes nothing; a drag goes on meanwhile."""
-        self.session.state = state
-        return answer(self.session.run(text))
+        with self.acting(actor):
+            return answer(self.session.run(text))
+
+    @contextmanager
+    def acting(self, actor: Actor) -> Iterator[None]:
+        """Put the state of an actor into the session, and the session's own back."""
+        session = self.session
+        own, session.state = session.state, actor.state
+        self.is_running = True
+        try:
+            yield
+        finally:
+            self.is_running = False
+            # A command that fails puts another state in place.
+            actor.state, session.state = session.state, own
 
     def _run(
         self, text: str, extras: Sequence[str], step: str, ran: list[Reply], left_out: list[str]
@@ -302,11 +317,6 @@ class SharedSketch:
         if interrupt is not None:
             interrupt()
 
-    def _adopt(self, by: str, state: State) -> None:
-        window = self.windows.get(by)
-        if window is not None:
-            window.state = state
-
     def _follow(self, by: str, state: State, view: int, selection: list[str]) -> None:
         """Send the view and selection that commands set to the window that ran them."""
         window = self.windows.get(by)
@@ -320,7 +330,7 @@ class SharedSketch:
                 "fit": state.view.center is None and state.view.zoom == 1.0,
             }
         if list(state.selection) != selection:
-            message["selection"] = self.session.selection
+            message["selection"] = list(state.selection)
         if message:
             cursor = state.cursor
             message["cursor"] = [cursor.x, cursor.y] if cursor and state.cursor_shown else None

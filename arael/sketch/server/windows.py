@@ -24,6 +24,17 @@ class Link(Protocol):
         """Send a message; never blocks, never raises."""
 
 
+class Actor(Protocol):
+    """What runs commands: a window or an agent.
+
+    Attributes
+    ----------
+    state : its variables, cursor, selection and view
+    """
+
+    state: State
+
+
 @dataclass(eq=False)
 class Window:
     """A page that is open.

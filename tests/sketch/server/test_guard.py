@@ -68,7 +68,7 @@ def test_the_page_connects(client: TestClient) -> None:
         "/socket/",
     ],
 )
-def test_without_the_token_nobody_connects(client: TestClient, url: str) -> None:
+def test_without_the_token_no_page_connects(client: TestClient, url: str) -> None:
     assert connected(client, url) == ["refused 4403"]
 
 

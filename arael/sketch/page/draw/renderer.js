@@ -180,7 +180,7 @@ export class Renderer extends EventTarget {
     ctx.fillStyle = palette.background;
     ctx.fillRect(0, 0, app.view.width, app.view.height);
     drawGrid(ctx, app.view, palette);
-    this._resting ??= new Batches(app.store, (entity) => !this._moved.has(entity.name));
+    this._resting ??= new Batches(app.store, (entity) => !this._moved.has(entity.name), app.shown);
     this._resting.draw(ctx, app.view, palette);
     if (!this._moved.size) {
       this.annotations.layout(ctx);
@@ -195,7 +195,7 @@ export class Renderer extends EventTarget {
     this._ready(ctx);
     ctx.clearRect(0, 0, app.view.width, app.view.height);
     if (!this._moved.size) return;
-    this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name));
+    this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
     this._movingBatches.draw(ctx, app.view, palette);
     if (annotations.glyphs.length + annotations.dimensions.length > MOST_MOVING) return;
     annotations.layout(ctx);
