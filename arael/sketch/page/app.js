@@ -1,8 +1,6 @@
 /** The application: everything that the parts of the page share. */
 
 import { DragControl } from "./drag.js";
-import { writtenText } from "./draw/texts.js";
-import { Entry } from "./entry.js";
 import { boundsOfAll } from "./geometry/boxes.js";
 import { Picker } from "./pick.js";
 import { Pointer } from "./pointer.js";
@@ -23,12 +21,10 @@ import { Wire } from "./wire.js";
  * @property {string} text  what stands there at first, selected
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
  * @property {() => void} [cancel]
- * @property {string} [name]  of the dimension whose value it is
- *
- * @typedef {{open(request: TypingRequest): void}} Typing
+ * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
  */
 
-/** Set by the panels when they are there: `actions`, `typing`, `theme`. */
+/** What `mountPanels` sets is null before it. */
 export class App extends EventTarget {
   /**
    * @param {HTMLElement} root  holds the elements of index.html
@@ -41,13 +37,28 @@ export class App extends EventTarget {
     this.wire = new Wire(this.store, connect);
     this.view = new View();
     this.canvas = /** @type {HTMLElement} */ (root.querySelector("#canvas"));
-    /** Table of all actions. @type {any} */
-    this.actions = null;
-    /** @type {any} */
+    /** What is shown of the drawing. @type {Record<string, boolean>} */
+    this.shown = { dimensions: true, glyphs: true, points: true, construction: true };
+    /** Table of all actions. @type {import("./actions.js").Actions} */
+    this.actions = /** @type {any} */ (null);
+    /** @type {import("./theme.js").Theme|null} */
     this.theme = null;
-    /** Place for typed values. @type {Typing|null} */
+    /** Place for typed values. @type {import("./typing.js").Typing|null} */
     this.typing = null;
-    this.entry = new Entry(this);
+    /** @type {import("./notes.js").Notes|null} */
+    this.notes = null;
+    /** @type {import("./field.js").Field|null} */
+    this.field = null;
+    /** @type {import("./files.js").Files|null} */
+    this.files = null;
+    /** @type {import("./help.js").Help|null} */
+    this.help = null;
+    /** @type {import("./tour.js").Tour|null} */
+    this.tour = null;
+    /** @type {import("./panels/dock.js").Dock|null} */
+    this.panels = null;
+    /** @type {import("./keys.js").Keys|null} */
+    this.keys = null;
     this.picker = new Picker(this.store, this.view);
     this.snapper = new Snapper(this.store, this.view, this.picker);
     this.renderer = new Renderer(this);
@@ -63,6 +74,17 @@ export class App extends EventTarget {
   start() {
     this.renderer.resize();
     this.wire.open();
+  }
+
+  /**
+   * Show or hide a part of the drawing.
+   * @param {string} part  of `shown`
+   * @param {boolean} on
+   */
+  show(part, on) {
+    this.shown[part] = on;
+    this.renderer.annotations.shown = { dimensions: this.shown.dimensions, glyphs: this.shown.glyphs };
+    this.renderer.restyled();
   }
 
   /** Show everything. */
@@ -84,17 +106,12 @@ export class App extends EventTarget {
 
   /** Ask for a value over the canvas. @param {TypingRequest} request */
   openTyping(request) {
-    (this.typing ?? this.entry).open(request);
+    this.typing?.open(request);
   }
 
   /** Edit the value of a dimension in place. @param {import("./types.js").Dimension} d */
   editDimension(d) {
-    const drawn = this.renderer.annotations.dimensions.find((one) => one.name === d.name);
-    const at = drawn ? /** @type {Point} */ ([drawn.text.x, drawn.text.y]) : /** @type {Point} */ ([this.view.width / 2, this.view.height / 2]);
-    this.openTyping({
-      at, title: d.kind, text: writtenText(d), name: d.name,
-      commit: (text) => this.run(`${d.kind} ${d.args.join(" ")} ${text}`),
-    });
+    this.typing?.edit(d.name);
   }
 
   /** Words for the status line. @param {string} text */

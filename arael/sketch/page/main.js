@@ -1,6 +1,7 @@
 /** Puts the parts together; `page.js` starts it in a browser, a notebook by its own transport. */
 
 import { App } from "./app.js";
+import { mountPanels } from "./panels/index.js";
 
 /**
  * @param {HTMLElement} root
@@ -9,6 +10,7 @@ import { App } from "./app.js";
  */
 export function start(root, connect) {
   const app = new App(root, connect);
+  mountPanels(app);
   app.start();
   return app;
 }

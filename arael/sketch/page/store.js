@@ -172,7 +172,7 @@ export class Store extends EventTarget {
     this.values = this._settled.slice();
     this.dragging = false;
     this.revision = message.revision;
-    this._settings(message.settings);
+    this._settings(message);
     this._prune();
     this._emit("change", { put: {}, removed: {}, all: true });
   }
@@ -188,7 +188,7 @@ export class Store extends EventTarget {
     }
     this._numbers(message);
     this.revision = message.revision;
-    this._settings(message.settings);
+    this._settings(message);
     const removed = message.removed ?? {};
     if (TABLES.some((table) => removed[table]?.length)) this._prune();
     this._emit("change", { put: message.put ?? {}, removed, all: false });
@@ -229,11 +229,11 @@ export class Store extends EventTarget {
     this._emit("verdict");
   }
 
-  /** @param {any} settings */
-  _settings(settings) {
-    if (!settings) return;
-    this.settings = settings;
-    if (typeof settings.unit === "string") this.unit = settings.unit;
+  /** @param {any} message */
+  _settings(message) {
+    if (message.settings) this.settings = message.settings;
+    const unit = message.unit ?? message.settings?.unit;
+    if (typeof unit === "string") this.unit = unit;
   }
 
   /** Take out of the selection what is no longer there. */

@@ -100,8 +100,11 @@ def _place(file: Path) -> Path:
 
 def _known(file: Path) -> Address:
     """The last address of a file's server; a new one if there is none, or it cannot be read."""
+    place = _place(file)
     try:
-        found = msgspec.json.decode(_place(file).read_bytes(), type=Address)
+        if place.stat().st_mode & 0o077 and os.name == "posix":  # others may have read it
+            return Address()
+        found = msgspec.json.decode(place.read_bytes(), type=Address)
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
         return Address()
     if not 0 < found.port < 65536 or min(len(found.token), len(found.agent_token)) < 16:
@@ -114,6 +117,7 @@ def _keep(file: Path, address: Address) -> None:
     place = _place(file)
     with contextlib.suppress(OSError):
         place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        place.unlink(missing_ok=True)
+        handle = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(handle, "wb") as opened:
             opened.write(msgspec.json.encode(address))

@@ -52,6 +52,8 @@ class Editor:
         self.context = browser.new_context(
             **{"viewport": {"width": 1100, "height": 750}, **options}
         )
+        # the tour of the first visit stands over the drawing
+        self.context.add_init_script("localStorage.setItem('arael-sketch-tour', 'seen')")
         self.page = self.open()
 
     def open(self) -> Any:

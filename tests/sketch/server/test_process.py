@@ -169,7 +169,7 @@ def test_a_server_that_comes_back_has_its_address(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ['{"port": 0}', "x", '{"port": 80, "token": "a", "agent_token": "b"}', "[]"]
+    "text", ['{"port": 0}', "x", '{"port": 80, "token": "a", "agent_token": "b"}', "readable"]
 )
 def test_a_damaged_address_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
@@ -184,7 +184,10 @@ def test_a_damaged_address_is_replaced(
     listener.close()
     busy.close()
     (place,) = (tmp_path / "sketch_servers").iterdir()
-    place.write_text(text)
+    if text == "readable":
+        place.chmod(0o644)  # others may have read the tokens
+    else:
+        place.write_text(text)
     listener, new = listening_for(tmp_path / "a.json")
     listener.close()
     assert new.token != first.token and len(new.token) > 20 and new.token != new.agent_token

@@ -24,8 +24,9 @@ export class Batches {
   /**
    * @param {Store} store
    * @param {(entity: Entity) => boolean} belongs
+   * @param {Record<string, boolean>} [shown]  false for `points` or `construction` leaves them out
    */
-  constructor(store, belongs) {
+  constructor(store, belongs, shown = {}) {
     this.store = store;
     /** @type {Map<string, Batch>} */
     const batches = new Map();
@@ -35,6 +36,7 @@ export class Batches {
     let counted = 0;
     for (const entity of store.entities.values()) {
       if (!belongs(entity)) continue;
+      if (entity.construction && shown.construction === false) continue;
       const state = stateOf(store, entity.name);
       if (entity.kind !== "point") {
         const style = entity.style ?? "solid";
@@ -52,7 +54,7 @@ export class Batches {
         total += Math.hypot(v[entity.at + 2] - v[entity.at], v[entity.at + 3] - v[entity.at + 1]);
         counted++;
       }
-      this._enterMarks(marks, entity);
+      if (shown.points !== false || entity.kind === "point") this._enterMarks(marks, entity);
     }
     this.batches = [...batches.values()].sort(order);
     this.marks = [...marks.values()].sort((a, b) => RANK.indexOf(a.state) - RANK.indexOf(b.state));
