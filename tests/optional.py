@@ -35,6 +35,11 @@ PARTS = {
     "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
+    "websockets": Part("websockets", 'pip install "arael[sketch]"'),
+    "starlette": Part("starlette", 'pip install "arael[sketch]"'),
+    "mcp": Part("mcp", 'pip install "arael[sketch]"'),
+    "anywidget": Part("anywidget", 'pip install "arael[notebook]"'),
+    "playwright": Part("playwright.sync_api", "pip install playwright"),
     "JAX": Part("jax", "pip install jax"),
 }
 

@@ -6,6 +6,7 @@ import json
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,15 +36,33 @@ MAX_SCRIPT = 64 * 1024 * 1024
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object per command line.")
 @click.option("--interactive", is_flag=True, help="Open the prompt after FILES.")
+@click.option("--serve", is_flag=True, help="Open the editor in the browser, for one FILE.")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of --serve; 0: a free one.")
+@click.option("--mcp-allow-all", is_flag=True, help="Agents may change the sketch without asking.")
+@click.option("--no-open", is_flag=True, help="With --serve: print the address only.")
 def command(
-    files: tuple[str, ...], exports: tuple[str, ...], as_json: bool, interactive: bool
+    files: tuple[str, ...],
+    exports: tuple[str, ...],
+    as_json: bool,
+    interactive: bool,
+    serve: bool,
+    port: int,
+    mcp_allow_all: bool,
+    no_open: bool,
 ) -> int:
     """Load sketches (.json), run scripts of commands (any other file), or open a prompt.
 
     Without FILES it reads commands: at a prompt on a terminal, else from standard input. A script
     stops at the first line that fails, which changes nothing; lines before it stay. `help` shows
     the commands.
+
+    `arael sketch --serve FILE.json` opens the editor in the browser; `arael sketch mcp FILE.json`
+    serves an agent over standard input and output (Model Context Protocol).
     """
+    if files[:1] == ("mcp",):
+        return _serve_agent(files[1:], port=port, allow_agents=mcp_allow_all)
+    if serve:
+        return _serve(files, port=port, open_browser=not no_open, allow_agents=mcp_allow_all)
     run = _Run(as_json)
     for name in files:
         if not run.file(name):
@@ -57,6 +76,42 @@ def command(
         if not run.export(name):
             return run.code
     return run.code
+
+
+def _serve(files: tuple[str, ...], **options: Any) -> int:
+    """Serve the editor; the exit code."""
+    return _served("arael.sketch.server.serving", "serve", files, say=click.echo, **options)
+
+
+def _serve_agent(files: tuple[str, ...], **options: Any) -> int:
+    """Serve an agent over standard input and output; the exit code."""
+    return _served("arael.sketch.agents.stdio", "serve_stdio", files, **options)
+
+
+def _served(module: str, name: str, files: tuple[str, ...], **options: Any) -> int:
+    if len(files) > 1:
+        raise click.UsageError("the server takes one file")
+    try:
+        function = getattr(import_module(module), name)
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("arael"):
+            raise
+        print_text([_missing(error.name or "")])
+        return Exit.BAD_INPUT
+    try:
+        function(files[0] if files else None, **options)
+    except AraelError as error:
+        print_text(error.diagnostics)
+        return Exit.BAD_INPUT
+    return Exit.OK
+
+
+def _missing(module: str) -> Diagnostic:
+    return Diagnostic(
+        "E1412",
+        f"the editor in the browser needs the module `{module}`",
+        help=("`pip install 'arael[sketch]'` brings what it needs",),
+    )
 
 
 def _standard_input() -> Iterator[tuple[Source, int, int]]:

@@ -1081,6 +1081,24 @@ class Commands:
         """
         return self._command("image", (source, copy, *words), {"force": force})
 
+    def switch_off(self, *names: Argument) -> Any:
+        """Let constraints and dimensions not act; they stay listed.
+
+        As a command::
+
+            switch_off C3 [d0 ...]
+        """
+        return self._command("switch_off", (*names,), {})
+
+    def switch_on(self, *names: Argument) -> Any:
+        """Let constraints and dimensions act again that were switched off.
+
+        As a command::
+
+            switch_on C3 [d0 ...]
+        """
+        return self._command("switch_on", (*names,), {})
+
     def length(
         self,
         entity: Argument,

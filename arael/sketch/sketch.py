@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 from arael.diagnostics.arguments import fail
 from arael.sketch.commands import table
@@ -16,6 +16,9 @@ from arael.sketch.commands.session import Session
 from arael.sketch.document.document import Document
 from arael.sketch.methods import Argument, Commands
 from arael.sketch.things import AnyThing, EntityThing, Point, Thing, thing
+
+if TYPE_CHECKING:
+    from arael.sketch.notebook import SketchWidget
 
 _RANGE = re.compile(r"\s*(>=|<=)\s*(\S.*)\Z", re.DOTALL)
 _BETWEEN = re.compile(r"(\S.*?)\s+to\s+(\S.*)\Z", re.DOTALL)
@@ -44,6 +47,7 @@ class Sketch(Commands):
 
     def __init__(self, path: str | Path | None = None, *, folder: str | Path | None = None) -> None:
         self.session = Session(folder=folder)
+        self._widget: SketchWidget | None = None
         if path is not None:
             self.load(path)
 
@@ -111,6 +115,32 @@ class Sketch(Commands):
         from arael.sketch.drawing import layout, to_svg
 
         return to_svg(layout(self.document, dict.fromkeys(self.session.selection, "selected")))
+
+    def edit(self) -> SketchWidget:
+        """The editor in a notebook: ``sketch.edit()`` at the end of a cell shows it.
+
+        What is drawn there changes this sketch, and what cells change appears there.
+
+        Raises
+        ------
+        AraelError
+            E1412: anywidget is not installed
+        """
+        try:
+            # imported here: start-up time
+            from arael.sketch.notebook import SketchWidget
+        except ModuleNotFoundError as error:
+            if (error.name or "").startswith("arael"):
+                raise
+            fail(
+                "E1412",
+                f"the editor in a notebook needs the module `{error.name}`",
+                origin="Sketch.edit",
+                help=("`pip install 'arael[notebook]'` brings what it needs",),
+            )
+        if self._widget is None:
+            self._widget = SketchWidget(self)
+        return self._widget
 
     # --- files: a program may name any ------------------------------------------------------
 

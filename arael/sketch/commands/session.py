@@ -114,6 +114,7 @@ class Session:
     ----------
     state : `State`
     statement : the command that runs now
+    after_line : called after every command line, for faces that show the sketch
     """
 
     def __init__(
@@ -127,6 +128,7 @@ class Session:
         self.folder = Path(folder) if folder is not None else Path.cwd()
         self.state = State()
         self.statement: Statement | None = None
+        self.after_line: Callable[[], None] | None = None
         self._depth = 0
 
     @property
@@ -168,6 +170,9 @@ class Session:
         except BaseException:
             self.state = kept
             raise
+        finally:
+            if self.after_line is not None:
+                self.after_line()
 
     def _alone(self, statement: Statement) -> Reply:
         if self._is_outside(statement):

@@ -426,12 +426,26 @@ class Drag:
         seconds : time for the frame, after which the nearest state so far is taken: `converged` of
             the outcome is false, and another frame goes on from there
         """
-        solver, layout = self.solver, self.solver.layout
-        if solver.interrupted:
-            return Outcome("interrupted", fraction=0.0)
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
+        offsets = np.column_stack([self.points, self.points + 1]).ravel()
+        return self.pull(offsets, wanted.ravel(), seconds)
+
+    def pull(
+        self, offsets: NDArray[np.int64], places: Array, seconds: float | None = None
+    ) -> Outcome:
+        """One frame: numbers of the document as near to `places` as the equations let them.
+
+        Parameters
+        ----------
+        offsets : (k,) in ``document.values``: coordinates of points, or a radius
+        places : (k,) what they are to be
+        seconds : as of `move`
+        """
+        solver, layout = self.solver, self.solver.layout
+        if solver.interrupted:
+            return Outcome("interrupted", fraction=0.0)
         layout.cross_knots()
         x = layout.gather().copy()
         if layout.impossible:
@@ -441,8 +455,6 @@ class Drag:
             self.home = layout.unknowns_at(self.began)
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
-        offsets = np.column_stack([self.points, self.points + 1]).ravel()
-        places = wanted.ravel()
         free = np.array([not layout.is_fixed(int(k)) for k in offsets], dtype=bool)
         columns = np.array([layout.root_of(int(k)) for k in offsets], dtype=np.int64)
         columns, first = np.unique(columns[free], return_index=True)

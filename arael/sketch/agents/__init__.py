@@ -1,0 +1,1 @@
+"""Agents: the sketch as a server of the Model Context Protocol."""

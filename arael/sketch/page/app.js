@@ -1,0 +1,162 @@
+/** The application: everything that the parts of the page share. */
+
+import { DragControl } from "./drag.js";
+import { boundsOfAll } from "./geometry/boxes.js";
+import { Picker } from "./pick.js";
+import { Pointer } from "./pointer.js";
+import { Renderer } from "./draw/renderer.js";
+import { Snapper } from "./snap/snapper.js";
+import { Store } from "./store.js";
+import { Toolbox } from "./tools/index.js";
+import { View } from "./view.js";
+import { Wire } from "./wire.js";
+
+/**
+ * @typedef {import("./types.js").Point} Point
+ * @typedef {import("./types.js").Reply} Reply
+ *
+ * @typedef {object} TypingRequest  a value to be typed over the canvas
+ * @property {Point} at  pixels of the canvas
+ * @property {string} title  what is typed
+ * @property {string} text  what stands there at first, selected
+ * @property {(text: string) => Promise<Reply>} commit  an error stays in place
+ * @property {() => void} [cancel]
+ * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
+ */
+
+/** What `mountPanels` sets is null before it. */
+export class App extends EventTarget {
+  /**
+   * @param {HTMLElement} root  holds the elements of index.html
+   * @param {import("./transport.js").Connect} connect
+   */
+  constructor(root, connect) {
+    super();
+    this.root = root;
+    this.store = new Store();
+    this.wire = new Wire(this.store, connect);
+    this.view = new View();
+    this.canvas = /** @type {HTMLElement} */ (root.querySelector("#canvas"));
+    /** What is shown of the drawing. @type {Record<string, boolean>} */
+    this.shown = { dimensions: true, glyphs: true, points: true, construction: true };
+    /** Table of all actions. @type {import("./actions.js").Actions} */
+    this.actions = /** @type {any} */ (null);
+    /** @type {import("./theme.js").Theme|null} */
+    this.theme = null;
+    /** Place for typed values. @type {import("./typing.js").Typing|null} */
+    this.typing = null;
+    /** @type {import("./notes.js").Notes|null} */
+    this.notes = null;
+    /** @type {import("./field.js").Field|null} */
+    this.field = null;
+    /** @type {import("./files.js").Files|null} */
+    this.files = null;
+    /** @type {import("./help.js").Help|null} */
+    this.help = null;
+    /** @type {import("./tour.js").Tour|null} */
+    this.tour = null;
+    /** @type {import("./panels/dock.js").Dock|null} */
+    this.panels = null;
+    /** @type {import("./keys.js").Keys|null} */
+    this.keys = null;
+    this.picker = new Picker(this.store, this.view);
+    this.snapper = new Snapper(this.store, this.view, this.picker);
+    this.renderer = new Renderer(this);
+    this.picker.annotations = () => this.renderer.annotations.places;
+    this.drag = new DragControl(this);
+    this.tools = new Toolbox(this);
+    this.pointer = new Pointer(this);
+    this._fitted = false;
+    this._follow();
+  }
+
+  /** Connect and draw. */
+  start() {
+    this.renderer.resize();
+    this.wire.open();
+  }
+
+  /**
+   * Show or hide a part of the drawing.
+   * @param {string} part  of `shown`
+   * @param {boolean} on
+   */
+  show(part, on) {
+    this.shown[part] = on;
+    this.renderer.annotations.shown = { dimensions: this.shown.dimensions, glyphs: this.shown.glyphs };
+    this.renderer.restyled();
+  }
+
+  /** Show everything. */
+  fit() {
+    this.view.fit(boundsOfAll(this.store));
+  }
+
+  /**
+   * Run a command; what the server refuses becomes a "refused" event, for a message.
+   * @param {string} text
+   * @param {{extras?: string[], step?: string}} [options]
+   * @returns {Promise<Reply>}
+   */
+  async run(text, options) {
+    const reply = await this.wire.run(text, options);
+    this.dispatchEvent(new CustomEvent(reply.ok ? "ran" : "refused", { detail: { text, reply } }));
+    return reply;
+  }
+
+  /** Ask for a value over the canvas. @param {TypingRequest} request */
+  openTyping(request) {
+    this.typing?.open(request);
+  }
+
+  /** Edit the value of a dimension in place. @param {import("./types.js").Dimension} d */
+  editDimension(d) {
+    this.typing?.edit(d.name);
+  }
+
+  /** Words for the status line. @param {string} text */
+  say(text) {
+    this.dispatchEvent(new CustomEvent("hint", { detail: text }));
+  }
+
+  _follow() {
+    const { store, view, renderer, wire } = this;
+    store.addEventListener("change", (event) => {
+      const detail = /** @type {CustomEvent} */ (event).detail;
+      this.picker.changed(detail);
+      renderer.changed(detail);
+      if (detail.all && !this._fitted) {
+        this._fitted = true;
+        this.fit();
+      }
+    });
+    store.addEventListener("values", (event) => {
+      const { offsets } = /** @type {CustomEvent} */ (event).detail;
+      this.picker.moved();
+      renderer.moved(offsets);
+    });
+    store.addEventListener("verdict", () => renderer.restyled());
+    store.addEventListener("hover", () => renderer.overlayChanged());
+    store.addEventListener("selection", () => {
+      renderer.restyled();
+      this.sendView();
+    });
+    store.addEventListener("status", (event) => this._status(/** @type {CustomEvent} */ (event).detail));
+    view.addEventListener("change", () => renderer.viewChanged());
+    wire.addEventListener("frame", () => renderer.late(0));
+  }
+
+  /** Tell the server what is selected here, for commands that work on the selection. */
+  sendView() {
+    this.wire.send({ type: "view", selection: [...this.store.selection], cursor: null });
+  }
+
+  /** @param {any} message */
+  _status(message) {
+    if (message.type !== "view") return;
+    if (message.fit) this.fit();
+    if (message.center) this.view.centre(message.center);
+    if (message.zoom) this.view.zoomAt(this.view.width / 2, this.view.height / 2, message.zoom);
+    if (message.cursor !== undefined) this.renderer.setCursor(message.cursor);
+  }
+}

@@ -1,0 +1,189 @@
+/** Entities sorted by how they look, so that each look is one stroke of the canvas. */
+
+import { curveOf } from "../geometry/curves.js";
+import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
+import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
+import { pointMark, trace } from "./paths.js";
+
+/**
+ * @typedef {import("../types.js").Entity} Entity
+ * @typedef {{state: string, construction: boolean, style: string, lines: number[], curves: Entity[]}} Batch
+ * @typedef {{state: string, large: boolean, offsets: number[]}} Marks
+ * @typedef {import("../store.js").Store} Store
+ * @typedef {import("../view.js").View} View
+ * @typedef {import("./palette.js").Palette} Palette
+ */
+
+const RANK = ["defined", "free", "redundant", "impossible", "selected"];
+/** Segments in one path: the rasteriser's cost grows faster than their number. */
+const CHUNK = 128;
+/** Curves shorter than this on the screen, in pixels, have no marks at their points. */
+const MARKED = 14;
+
+export class Batches {
+  /**
+   * @param {Store} store
+   * @param {(entity: Entity) => boolean} belongs
+   * @param {Record<string, boolean>} [shown]  false for `points` or `construction` leaves them out
+   */
+  constructor(store, belongs, shown = {}) {
+    this.store = store;
+    /** @type {Map<string, Batch>} */
+    const batches = new Map();
+    /** @type {Map<string, Marks>} */
+    const marks = new Map();
+    let total = 0;
+    let counted = 0;
+    for (const entity of store.entities.values()) {
+      if (!belongs(entity)) continue;
+      if (entity.construction && shown.construction === false) continue;
+      const state = stateOf(store, entity.name);
+      if (entity.kind !== "point") {
+        const style = entity.style ?? "solid";
+        const key = `${state} ${entity.construction ? 1 : 0} ${style}`;
+        let batch = batches.get(key);
+        if (!batch) {
+          batch = { state, construction: !!entity.construction, style, lines: [], curves: [] };
+          batches.set(key, batch);
+        }
+        if (entity.kind === "line") batch.lines.push(entity.at);
+        else batch.curves.push(entity);
+      }
+      if (entity.kind === "line" && counted < 2000) {
+        const v = store.values;
+        total += Math.hypot(v[entity.at + 2] - v[entity.at], v[entity.at + 3] - v[entity.at + 1]);
+        counted++;
+      }
+      if (shown.points !== false || entity.kind === "point") this._enterMarks(marks, entity);
+    }
+    this.batches = [...batches.values()].sort(order);
+    this.marks = [...marks.values()].sort((a, b) => RANK.indexOf(a.state) - RANK.indexOf(b.state));
+    this.meanLength = counted ? total / counted : Infinity;
+  }
+
+  /** @param {Map<string, Marks>} marks @param {Entity} entity */
+  _enterMarks(marks, entity) {
+    const large = entity.kind === "point";
+    if (entity.quiet && !large) return;
+    for (const handle of pointHandles(entity)) {
+      const state = stateOf(this.store, handle);
+      const key = `${state} ${large}`;
+      let found = marks.get(key);
+      if (!found) {
+        found = { state, large, offsets: [] };
+        marks.set(key, found);
+      }
+      found.offsets.push(pointOffset(entity, splitHandle(handle)[1]));
+    }
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {View} view
+   * @param {Palette} palette
+   */
+  draw(ctx, view, palette) {
+    for (const batch of this.batches) this._halo(ctx, view, palette, batch);
+    for (const batch of this.batches) {
+      const { state, construction } = batch;
+      const look = STATES[state] ?? STATES.defined;
+      const dash = STYLE_DASHES[batch.style] ?? [];
+      ctx.strokeStyle = colour(palette, construction && state === "defined" ? "construction" : state);
+      ctx.lineWidth = construction ? 1.1 : look.width;
+      ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
+      this._stroke(ctx, view, batch);
+    }
+    ctx.setLineDash([]);
+    this._drawMarks(ctx, view, palette);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch */
+  _halo(ctx, view, palette, batch) {
+    const look = STATES[batch.state];
+    if (!look?.halo) return;
+    ctx.strokeStyle = colour(palette, `halo-${batch.state}`);
+    ctx.lineWidth = look.halo;
+    ctx.setLineDash(look.dash);
+    ctx.globalAlpha = 0.55;
+    this._stroke(ctx, view, batch);
+    ctx.globalAlpha = 1;
+    ctx.setLineDash([]);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
+  _stroke(ctx, view, batch) {
+    const v = this.store.values;
+    const { scale: s, x, y, width, height } = view;
+    const { lines } = batch;
+    let count = 0;
+    ctx.beginPath();
+    for (let i = 0; i < lines.length; i++) {
+      const at = lines[i];
+      const x1 = x + s * v[at];
+      const y1 = y - s * v[at + 1];
+      const x2 = x + s * v[at + 2];
+      const y2 = y - s * v[at + 3];
+      if ((x1 < 0 && x2 < 0) || (y1 < 0 && y2 < 0) || (x1 > width && x2 > width) || (y1 > height && y2 > height)) continue;
+      ctx.moveTo(x1, y1);
+      ctx.lineTo(x2, y2);
+      if (++count % CHUNK === 0) {
+        ctx.stroke();
+        ctx.beginPath();
+      }
+    }
+    for (const entity of batch.curves) {
+      const curve = curveOf(entity, v);
+      if (curve) trace(ctx, curve, view);
+      if (++count % CHUNK === 0) {
+        ctx.stroke();
+        ctx.beginPath();
+      }
+    }
+    ctx.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette */
+  _drawMarks(ctx, view, palette) {
+    const v = this.store.values;
+    const crowded = this.meanLength * view.scale < MARKED;
+    for (const { state, large, offsets } of this.marks) {
+      if (crowded && !large && (state === "free" || state === "defined")) continue;
+      const look = STATES[state] ?? STATES.defined;
+      const r = large ? 3.4 : 2.7;
+      ctx.beginPath();
+      for (const at of offsets) {
+        const px = view.x + view.scale * v[at];
+        const py = view.y - view.scale * v[at + 1];
+        if (px < -9 || py < -9 || px > view.width + 9 || py > view.height + 9) continue;
+        pointMark(ctx, look.end, px, py, r);
+      }
+      ctx.fillStyle = look.end === "disc" ? colour(palette, state) : palette.background;
+      ctx.strokeStyle = colour(palette, state);
+      ctx.lineWidth = look.end === "cross" ? 2.2 : 1.5;
+      if (look.end !== "cross") ctx.fill();
+      if (look.end !== "disc") ctx.stroke();
+    }
+  }
+}
+
+/**
+ * How an entity or point is shown: conflicts before the selection, the selection before freedom.
+ * @param {Store} store
+ * @param {string} handle
+ */
+export function stateOf(store, handle) {
+  const [name] = splitHandle(handle);
+  const { verdict, selection } = store;
+  const state = verdict.points[handle] ?? verdict.entities[name] ?? "free";
+  if (state === "impossible" || state === "redundant") return state;
+  if (selection.has(handle) || selection.has(name)) return "selected";
+  return state;
+}
+
+/** Construction lies behind the outline, what matters most in front. @param {Batch} a @param {Batch} b */
+function order(a, b) {
+  return Number(b.construction) - Number(a.construction) || RANK.indexOf(a.state) - RANK.indexOf(b.state);
+}
+
+/** @param {Palette} palette @param {string} name */
+const colour = (palette, name) => /** @type {Record<string, string>} */ (palette)[name] ?? palette.defined;

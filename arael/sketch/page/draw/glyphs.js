@@ -1,0 +1,169 @@
+/** Badges of constraints beside what they act on: laid out without overlaps, hidden where too small. */
+
+import { angleAt, conicPoint } from "../geometry/conics.js";
+import { curveOf, isClosed, lineEnds, nearest, pointAt, roughLength, tangentAt } from "../geometry/curves.js";
+import { meet } from "../geometry/intersect.js";
+import { splitHandle } from "../geometry/handles.js";
+import { left } from "../geometry/vectors.js";
+import { drawBadge } from "./symbols.js";
+
+/**
+ * @typedef {import("../types.js").Point} Point
+ * @typedef {import("../types.js").Curve} Curve
+ * @typedef {import("../types.js").Constraint} Constraint
+ * @typedef {{at: Point, normal: Point|null, size: number}} Anchor  in the sketch; size of what it belongs to
+ * @typedef {{name: string, kind: string, x: number, y: number, ring: boolean}} Glyph  in pixels
+ * @typedef {{store: import("../store.js").Store, view: import("../view.js").View, nudged?: Map<string, Point>}} Scene
+ */
+
+export const HALF = 8;
+/** What is shorter on the screen, in pixels, has no badge. */
+const SMALLEST = 30;
+const MOST = 1200;
+const ON_BOTH = new Set(["parallel", "equal", "collinear", "equal_angle", "symmetry", "image", "concentric"]);
+
+/**
+ * Badges of the constraints that are visible and large enough.
+ * @param {Scene} scene
+ * @param {import("./places.js").Places<string>} places
+ * @param {ReadonlySet<string>} always  names that are shown at any size
+ * @returns {Glyph[]}
+ */
+export function layoutGlyphs(scene, places, always) {
+  const { store, view } = scene;
+  /** @type {Glyph[]} */
+  const found = [];
+  for (const constraint of store.constraints.values()) {
+    const wanted = always.has(constraint.name);
+    if (found.length > MOST && !wanted) continue;
+    for (const anchor of anchors(constraint, store)) {
+      if (anchor.size * view.scale < SMALLEST && !wanted) continue;
+      const [x, y] = view.toScreen(anchor.at);
+      if (x < -40 || y < -40 || x > view.width + 40 || y > view.height + 40) continue;
+      const { name, kind } = constraint;
+      if (kind === "coincident") {
+        found.push({ name, kind, x, y, ring: true });
+        continue;
+      }
+      const by = scene.nudged?.get(name);
+      const spots = around(x, y, anchor.normal);
+      /** @type {Point} */
+      const moved = by ? [spots[0][0] + by[0], spots[0][1] + by[1]] : [0, 0];
+      const [gx, gy] = by ? moved : places.firstFree(spots, HALF + 1, HALF + 1);
+      places.take(gx, gy, HALF + 1, HALF + 1, name);
+      found.push({ name, kind, x: gx, y: gy, ring: false });
+    }
+  }
+  return found;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Glyph} glyph
+ * @param {{state: string, active: boolean, hovered: boolean}} look
+ * @param {import("./palette.js").Palette} palette
+ */
+export function drawGlyph(ctx, glyph, look, palette) {
+  const colours = /** @type {Record<string, string>} */ (palette);
+  const strong = look.state ? colours[look.state] : look.hovered ? palette.preview : "";
+  ctx.globalAlpha = look.active ? 1 : 0.45;
+  if (glyph.ring) {
+    if (strong) {
+      ctx.beginPath();
+      ctx.arc(glyph.x, glyph.y, 7, 0, 2 * Math.PI);
+      ctx.strokeStyle = strong;
+      ctx.lineWidth = 1.8;
+      ctx.setLineDash(look.state === "redundant" ? [2, 2.5] : look.state === "impossible" ? [5, 2.5] : []);
+      ctx.stroke();
+      ctx.setLineDash([]);
+    }
+  } else {
+    drawBadge(ctx, glyph.kind, glyph.x, glyph.y, {
+      half: HALF,
+      back: palette["glyph-back"],
+      edge: strong || palette["glyph-edge"],
+      ink: strong || palette.glyph,
+      width: strong ? 1.8 : 0.9,
+      dash: look.state === "redundant" ? [2, 2.5] : look.state === "impossible" ? [5, 2.5] : [],
+    });
+  }
+  ctx.globalAlpha = 1;
+}
+
+/**
+ * Where a constraint is shown.
+ * @param {Constraint} constraint
+ * @param {import("../store.js").Store} store
+ * @returns {Anchor[]}
+ */
+export function anchors(constraint, store) {
+  const { kind, args } = constraint;
+  if (kind === "perpendicular" || kind === "tangent") {
+    const [a, b] = args.map((arg) => curveNamed(store, arg));
+    const at = a && b ? meeting(a, b) : null;
+    if (a && b && at) return [{ at, normal: null, size: Math.min(roughLength(a), roughLength(b)) }];
+  }
+  const found = args.map((arg) => anchor(store, arg)).filter((one) => one !== null);
+  if (!ON_BOTH.has(kind)) return found.slice(0, 1);
+  return kind === "symmetry" ? found.filter((_, i) => i !== 1) : found;
+}
+
+/** @param {import("../store.js").Store} store @param {string} name @returns {Curve|null} */
+function curveNamed(store, name) {
+  const entity = store.entities.get(name);
+  return entity ? curveOf(entity, store.values) : null;
+}
+
+/** @param {import("../store.js").Store} store @param {string} handle @returns {Anchor|null} */
+function anchor(store, handle) {
+  const curve = curveNamed(store, handle);
+  if (curve) {
+    const t = isClosed(curve) ? 0.125 : 0.5;
+    return { at: pointAt(curve, t), normal: left(tangentAt(curve, t)), size: roughLength(curve) };
+  }
+  const at = store.point(handle);
+  if (!at) return null;
+  const owner = curveNamed(store, splitHandle(handle)[0]);
+  return { at, normal: null, size: owner ? roughLength(owner) : Infinity };
+}
+
+/** Where two curves touch or cross, if that is on or near both. @param {Curve} a @param {Curve} b @returns {Point|null} */
+function meeting(a, b) {
+  /** @type {Point|null} */
+  let at = null;
+  if (a.type === "line" && b.type === "line") at = meet(...lineEnds(a), ...lineEnds(b));
+  else if (a.type === "conic" || b.type === "conic") {
+    const conic = a.type === "conic" ? a : b;
+    const other = a.type === "conic" ? b : a;
+    if (conic.type !== "conic") return null;
+    at = nearest(other, [conic.cx, conic.cy]).at;
+    if (other.type === "conic") at = conicPoint(conic, angleAt(conic, [other.cx, other.cy]));
+  }
+  if (!at) return null;
+  const p = at;
+  const reach = 0.05 * Math.max(roughLength(a), roughLength(b));
+  return [a, b].every((curve) => nearest(curve, p).distance <= reach) ? p : null;
+}
+
+/** Places beside an anchor, the best first. @param {number} x @param {number} y @param {Point|null} normal @returns {Point[]} */
+function around(x, y, normal) {
+  /** @type {Point[]} */
+  const spots = [];
+  if (!normal) {
+    for (const r of [16, 25, 35, 47, 60]) {
+      for (const k of [1, 3, 5, 7, 0, 2, 4, 6]) {
+        spots.push([x + r * Math.cos((k * Math.PI) / 4), y - r * Math.sin((k * Math.PI) / 4)]);
+      }
+    }
+    return spots;
+  }
+  const [nx, ny] = [normal[0], -normal[1]];
+  for (const level of [14, 32, 50, 68]) {
+    for (const slide of [0, 19, -19, 38, -38, 57, -57]) {
+      for (const side of [1, -1]) {
+        spots.push([x + side * level * nx + slide * ny, y + side * level * ny - slide * nx]);
+      }
+    }
+  }
+  return spots;
+}

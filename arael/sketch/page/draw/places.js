@@ -1,0 +1,78 @@
+/** Rectangles on the screen that are taken, so that texts and glyphs do not overlap; found by cells. */
+
+/** @typedef {import("../types.js").Point} Point */
+
+const CELL = 32;
+
+/** @template T @typedef {{x: number, y: number, w: number, h: number, item: T|null}} Taken */
+
+/** @template T */
+export class Places {
+  constructor() {
+    /** @type {Map<number, Taken<T>[]>} */
+    this._cells = new Map();
+  }
+
+  /**
+   * Whether a rectangle of half sizes w, h overlaps none that is taken.
+   * @param {number} x @param {number} y @param {number} w @param {number} h
+   */
+  isFree(x, y, w, h) {
+    for (const key of cells(x, y, w, h)) {
+      for (const o of this._cells.get(key) ?? []) {
+        if (Math.abs(x - o.x) < w + o.w && Math.abs(y - o.y) < h + o.h) return false;
+      }
+    }
+    return true;
+  }
+
+  /**
+   * Mark a rectangle as taken, by something or by nothing that can be picked.
+   * @param {number} x @param {number} y @param {number} w @param {number} h
+   * @param {T|null} [item]
+   */
+  take(x, y, w, h, item = null) {
+    const taken = { x, y, w, h, item };
+    for (const key of cells(x, y, w, h)) {
+      const cell = this._cells.get(key);
+      if (cell) cell.push(taken);
+      else this._cells.set(key, [taken]);
+    }
+  }
+
+  /**
+   * The first free place; the first one if none is.
+   * @param {Point[]} spots
+   * @param {number} w @param {number} h
+   */
+  firstFree(spots, w, h) {
+    return spots.find(([x, y]) => this.isFree(x, y, w, h)) ?? spots[0];
+  }
+
+  /**
+   * Items within `slack` pixels of a point, the nearest centre first.
+   * @param {number} x @param {number} y @param {number} [slack]
+   * @returns {T[]}
+   */
+  at(x, y, slack = 0) {
+    /** @type {Map<T, number>} */
+    const found = new Map();
+    for (const key of cells(x, y, slack, slack)) {
+      for (const o of this._cells.get(key) ?? []) {
+        if (o.item && Math.abs(x - o.x) <= o.w + slack && Math.abs(y - o.y) <= o.h + slack) {
+          found.set(o.item, Math.hypot(x - o.x, y - o.y));
+        }
+      }
+    }
+    return [...found].sort((a, b) => a[1] - b[1]).map(([item]) => item);
+  }
+}
+
+/** @param {number} x @param {number} y @param {number} w @param {number} h */
+function cells(x, y, w, h) {
+  const keys = [];
+  for (let i = Math.floor((x - w) / CELL); i <= Math.floor((x + w) / CELL); i++) {
+    for (let j = Math.floor((y - h) / CELL); j <= Math.floor((y + h) / CELL); j++) keys.push(i * 65536 + j);
+  }
+  return keys;
+}

@@ -1,0 +1,214 @@
+/**
+ * Draws by requestAnimationFrame on three canvases: the ground (grid and what rests), what a drag
+ * moves, and the overlay. Only what changed is drawn anew.
+ */
+
+import { Annotations } from "./annotations.js";
+import { drawGrid, drawScaleBar } from "./background.js";
+import { Batches } from "./batches.js";
+import { drawOverlay } from "./overlay.js";
+import { readPalette } from "./palette.js";
+
+/** @typedef {import("../types.js").Point} Point */
+
+/** While more annotations than this move, they are hidden. */
+const MOST_MOVING = 80;
+/** Milliseconds after which a frame of a drag counts as late. */
+const LATE = 60;
+/** Milliseconds between frames of a drag that are drawn at once. */
+const REFRESH = 6;
+
+/** Event: "painted" after a frame, for measurements. */
+export class Renderer extends EventTarget {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    super();
+    this.app = app;
+    const layer = (/** @type {string} */ id) => {
+      const canvas = /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
+      const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+      return { canvas, ctx };
+    };
+    this.ground = layer("ground");
+    this.moving = layer("moving");
+    this.overlay = layer("overlay");
+    this.annotations = new Annotations(app.store, app.view);
+    this.palette = readPalette(app.canvas);
+    this.ratio = 1;
+    /** Entities that the drag moves. @type {Set<string>} */
+    this._moved = new Set();
+    /** Name of the entity that owns each number. @type {string[]} */
+    this._owners = [];
+    /** @type {Batches|null} */
+    this._resting = null;
+    /** @type {Batches|null} */
+    this._movingBatches = null;
+    this._dirty = { ground: true, moving: true, overlay: true };
+    this._request = 0;
+    /** @type {Point|null} */
+    this._cursor = null;
+    this._late = 0;
+    /** When it was last painted. */
+    this._drawn = 0;
+    new ResizeObserver(() => this.resize()).observe(app.canvas);
+    new MutationObserver(() => this.themeChanged()).observe(document.documentElement, {
+      attributes: true, attributeFilter: ["data-theme", "class"],
+    });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.themeChanged());
+  }
+
+  /** The element has another size or the screen another pixel ratio. */
+  resize() {
+    const { canvas, view } = this.app;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!width || !height) return;
+    this.ratio = window.devicePixelRatio || 1;
+    for (const { canvas: one } of [this.ground, this.moving, this.overlay]) {
+      one.width = Math.round(width * this.ratio);
+      one.height = Math.round(height * this.ratio);
+    }
+    view.resize(width, height);
+  }
+
+  themeChanged() {
+    this.palette = readPalette(this.app.canvas);
+    this.viewChanged();
+  }
+
+  viewChanged() {
+    this._schedule({ ground: true, moving: true, overlay: true });
+  }
+
+  /** Records changed. @param {import("../store.js").ChangeDetail} _detail */
+  changed(_detail) {
+    this._owners = [];
+    this._rest();
+  }
+
+  /** Verdict, selection or highlights changed. */
+  restyled() {
+    this._resting = this._movingBatches = null;
+    this.viewChanged();
+  }
+
+  /** Only the overlay changed: hovering, previews. */
+  overlayChanged() {
+    this._schedule({ ground: false, moving: false, overlay: true });
+  }
+
+  /** Numbers changed: those of a drag (offsets), or all. @param {Uint32Array|null} offsets */
+  moved(offsets) {
+    if (!offsets) {
+      this._rest();
+      return;
+    }
+    if (!this._owners.length) this._owners = ownersOf(this.app.store);
+    const before = this._moved.size;
+    for (let i = 0; i < offsets.length; i++) this._moved.add(this._owners[offsets[i]]);
+    const grown = this._moved.size > before;
+    if (grown) this._resting = this._movingBatches = null;
+    this._schedule({ ground: grown, moving: true, overlay: false });
+    // a frame of a drag is drawn as it comes, so that the next refresh of the screen has it; a second
+    // one before that refresh waits for it
+    if (performance.now() - this._drawn > REFRESH) this.paint();
+  }
+
+  /** A frame of the drag is so many milliseconds late; 0: it is there. @param {number} delay */
+  late(delay) {
+    const late = delay > LATE ? delay : 0;
+    if (late === this._late) return;
+    this._late = late;
+    this.overlayChanged();
+  }
+
+  /** Show the cursor of the commands. @param {Point|null} at */
+  setCursor(at) {
+    this._cursor = at;
+    this.overlayChanged();
+  }
+
+  /** Nothing moves any more: all is drawn on the ground. */
+  _rest() {
+    this._moved.clear();
+    this._late = 0;
+    this.restyled();
+  }
+
+  /** @param {{ground: boolean, moving: boolean, overlay: boolean}} what */
+  _schedule(what) {
+    this._dirty.ground ||= what.ground;
+    this._dirty.moving ||= what.moving;
+    this._dirty.overlay ||= what.overlay;
+    if (!this._request) this._request = requestAnimationFrame(() => this.paint());
+  }
+
+  /** Whether something waits for the next refresh of the screen. */
+  get pending() {
+    return this._request !== 0;
+  }
+
+  /** How many entities the drag moves. */
+  get movedCount() {
+    return this._moved.size;
+  }
+
+  /** Draw what has changed. */
+  paint() {
+    cancelAnimationFrame(this._request);
+    this._request = 0;
+    this._drawn = performance.now();
+    const dirty = this._dirty;
+    this._dirty = { ground: false, moving: false, overlay: false };
+    if (dirty.ground) this._paintGround();
+    if (dirty.moving) this._paintMoving();
+    if (dirty.overlay) {
+      this._ready(this.overlay.ctx);
+      drawOverlay(this.overlay.ctx, this.app, this.palette, { cursor: this._cursor, late: this._late });
+    }
+    this.dispatchEvent(new Event("painted"));
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx */
+  _ready(ctx) {
+    ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+  }
+
+  _paintGround() {
+    const { app, palette } = this;
+    const { ctx } = this.ground;
+    this._ready(ctx);
+    ctx.fillStyle = palette.background;
+    ctx.fillRect(0, 0, app.view.width, app.view.height);
+    drawGrid(ctx, app.view, palette);
+    this._resting ??= new Batches(app.store, (entity) => !this._moved.has(entity.name), app.shown);
+    this._resting.draw(ctx, app.view, palette);
+    if (!this._moved.size) {
+      this.annotations.layout(ctx);
+      this.annotations.draw(ctx, palette);
+    }
+    drawScaleBar(ctx, app.view, palette, app.store.unit);
+  }
+
+  _paintMoving() {
+    const { app, palette, annotations } = this;
+    const { ctx } = this.moving;
+    this._ready(ctx);
+    ctx.clearRect(0, 0, app.view.width, app.view.height);
+    if (!this._moved.size) return;
+    this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
+    this._movingBatches.draw(ctx, app.view, palette);
+    if (annotations.glyphs.length + annotations.dimensions.length > MOST_MOVING) return;
+    annotations.layout(ctx);
+    annotations.draw(ctx, palette);
+  }
+}
+
+/** @param {import("../store.js").Store} store */
+function ownersOf(store) {
+  /** @type {string[]} */
+  const owners = [];
+  for (const { name, at, size } of store.entities.values()) {
+    for (let i = at; i < at + size; i++) owners[i] = name;
+  }
+  return owners;
+}

@@ -1,0 +1,168 @@
+/** Menus of the top bar, made from the table of actions. */
+
+import { FORMATS } from "./actions/filing.js";
+import { LAYERS } from "./actions/viewing.js";
+import { fill, h, roving } from "./dom.js";
+import { icon } from "./icons.js";
+
+/**
+ * @typedef {import("./app.js").App} App
+ *
+ * @typedef {object} Item
+ * @property {string} title
+ * @property {string} [key]
+ * @property {boolean} [checked]
+ * @property {boolean} [enabled]
+ * @property {string} [role]
+ * @property {() => unknown} run
+ */
+
+const UNITS = Object.freeze(["mm", "cm", "m", "in"]);
+const THEMES = Object.freeze([
+  { id: "auto", title: "Theme as the system" },
+  { id: "light", title: "Light" },
+  { id: "dark", title: "Dark" },
+]);
+
+/** @param {App} app @param {string} id @returns {Item} */
+function action(app, id) {
+  const one = app.actions.get(id);
+  return {
+    title: one.title,
+    key: one.key,
+    checked: one.checked?.(app),
+    enabled: app.actions.isEnabled(one),
+    run: () => app.actions.run(id),
+  };
+}
+
+/** Items of each menu, null for a line between them. @type {Readonly<Record<string, (app: App) => (Item|null)[]>>} */
+const MENUS = Object.freeze({
+  File: (app) => [
+    action(app, "save"),
+    action(app, "import"),
+    null,
+    ...FORMATS.map(({ id }) => action(app, `export_${id}`)),
+  ],
+  Edit: (app) => [
+    action(app, "undo"),
+    action(app, "redo"),
+    null,
+    action(app, "select_all"),
+    action(app, "deselect"),
+    action(app, "delete"),
+    null,
+    action(app, "construction"),
+    action(app, "quiet"),
+    action(app, "freeze"),
+    action(app, "switch_off"),
+    action(app, "switch_on"),
+  ],
+  View: (app) => [
+    action(app, "fit"),
+    action(app, "grid"),
+    ...LAYERS.map(({ id }) => action(app, `show_${id}`)),
+    null,
+    ...UNITS.map((unit) => ({
+      title: `Unit: ${unit}`,
+      checked: app.store.unit === unit,
+      role: "menuitemradio",
+      run: () => app.run(`settings unit ${unit}`),
+    })),
+    null,
+    ...THEMES.map(({ id, title }) => ({
+      title,
+      checked: app.theme?.name === id,
+      role: "menuitemradio",
+      run: () => app.theme?.set(/** @type {import("./theme.js").ThemeName} */ (id)),
+    })),
+  ],
+  Help: (app) => [action(app, "manual"), action(app, "keys"), action(app, "tour")],
+});
+
+/** @param {App} app @param {HTMLElement} element */
+export function mountMenus(app, element) {
+  const menus = Object.entries(MENUS).map(([title, items]) => menu(app, title, items));
+  fill(element, ...menus);
+  element.setAttribute("role", "menubar");
+  element.setAttribute("aria-label", "menus");
+  roving(element, ".menu-title", "horizontal");
+}
+
+/** @param {App} app @param {string} title @param {(app: App) => (Item|null)[]} items */
+function menu(app, title, items) {
+  const list = h("div", { class: "menu", role: "menu", "aria-label": title, hidden: true });
+  const button = h(
+    "button",
+    {
+      type: "button",
+      class: "menu-title",
+      role: "menuitem",
+      "aria-haspopup": "menu",
+      "aria-expanded": "false",
+      onclick: () => (list.hidden ? open() : close()),
+    },
+    title,
+  );
+  const element = h("div", { class: "menu-holder" }, button, list);
+
+  function open() {
+    fill(list, ...items(app).map((item) => (item ? entry(item) : h("hr", {}))));
+    list.hidden = false;
+    button.setAttribute("aria-expanded", "true");
+    /** @type {HTMLElement|null} */ (list.querySelector(".menu-item"))?.focus();
+  }
+  function close() {
+    list.hidden = true;
+    button.setAttribute("aria-expanded", "false");
+  }
+  /** @param {Item} item */
+  function entry(item) {
+    const role = item.role ?? (item.checked === undefined ? "menuitem" : "menuitemcheckbox");
+    const run = () => {
+      close();
+      app.canvas.focus();
+      item.run();
+    };
+    return h(
+      "button",
+      {
+        type: "button",
+        class: "menu-item",
+        role,
+        "aria-checked": item.checked === undefined ? null : String(item.checked),
+        "aria-disabled": item.enabled === false ? "true" : null,
+        onclick: run,
+      },
+      h("span", { class: "menu-check" }, item.checked ? icon("check") : null),
+      h("span", { class: "menu-text" }, item.title),
+      item.key ? h("kbd", {}, item.key) : null,
+    );
+  }
+  roving(list, ".menu-item");
+  element.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !list.hidden) {
+      close();
+      button.focus();
+      event.stopPropagation();
+    } else if (event.key === "ArrowDown" && list.hidden) {
+      open();
+      event.preventDefault();
+      event.stopPropagation();
+    } else if (!list.hidden && (event.key === "ArrowLeft" || event.key === "ArrowRight")) {
+      const step = event.key === "ArrowLeft" ? "previousElementSibling" : "nextElementSibling";
+      const next = /** @type {HTMLElement|null} */ (element[step]?.querySelector(".menu-title") ?? null);
+      if (next) {
+        close();
+        next.focus();
+        next.click();
+      }
+      event.preventDefault();
+      event.stopPropagation();
+    }
+  });
+  element.addEventListener("focusout", (event) => {
+    if (!element.contains(/** @type {Node|null} */ (event.relatedTarget))) close();
+  });
+  return element;
+}

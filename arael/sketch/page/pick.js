@@ -1,0 +1,170 @@
+/** Finds what is under the pointer, within a tolerance in pixels, by a spatial index. */
+
+import { boxOf, boundsOfAll, contains, overlap } from "./geometry/boxes.js";
+import { curveOf, nearest, sample } from "./geometry/curves.js";
+import { Grid } from "./geometry/grid.js";
+import { pointHandles } from "./geometry/handles.js";
+
+/**
+ * @typedef {import("./types.js").Point} Point
+ * @typedef {import("./types.js").Entity} Entity
+ * @typedef {import("./view.js").Box} Box
+ * @typedef {{name: string, type: "point"|"curve"|"constraint"|"dimension", distance: number}} Pick
+ */
+
+/** Tolerances in pixels. */
+export const TOLERANCE = Object.freeze({ mouse: 7, touch: 18 });
+
+export class Picker {
+  /** @param {import("./store.js").Store} store @param {import("./view.js").View} view */
+  constructor(store, view) {
+    this.store = store;
+    this.view = view;
+    /** Reach of the pointer in pixels. @type {number} */
+    this.tolerance = TOLERANCE.mouse;
+    /** Glyphs and texts on the screen, set by the renderer. @type {() => import("./draw/places.js").Places<string>|null} */
+    this.annotations = () => null;
+    /** @type {Grid|null} */
+    this._grid = null;
+    /** Whether rectangles may have changed since they were entered. */
+    this._all = true;
+  }
+
+  /** Records changed. @param {import("./store.js").ChangeDetail} detail */
+  changed(detail) {
+    if (detail.all) this._grid = null;
+    for (const name of detail.removed.entities ?? []) {
+      this._grid?.remove(name);
+    }
+    // a solve may have moved anything: all rectangles are checked again, at the next pick
+    this.moved();
+  }
+
+  /** Numbers changed. */
+  moved() {
+    this._all = true;
+  }
+
+  /** The index, up to date. */
+  get grid() {
+    const { store } = this;
+    if (!this._grid) {
+      const box = boundsOfAll(store);
+      const size = box ? Math.max(box.xmax - box.xmin, box.ymax - box.ymin) : 1;
+      this._grid = new Grid(size / Math.min(Math.max(Math.sqrt(store.entities.size), 4), 200) || 1);
+      this._all = true;
+    }
+    if (this._all) {
+      for (const entity of store.entities.values()) this._grid.put(entity.name, boxOf(entity, store.values));
+      this._all = false;
+    }
+    return this._grid;
+  }
+
+  /** Entities whose rectangles may touch a circle around a point. @param {Point} at @param {number} reach @returns {Entity[]} */
+  near(at, reach) {
+    const box = { xmin: at[0] - reach, ymin: at[1] - reach, xmax: at[0] + reach, ymax: at[1] + reach };
+    const found = [];
+    for (const name of this.grid.near(box)) {
+      const entity = this.store.entities.get(name);
+      if (entity) found.push(entity);
+    }
+    return found;
+  }
+
+  /**
+   * Everything at a pixel, the best first: texts and glyphs, then points, then curves.
+   * @param {Point} screen
+   * @param {(pick: Pick) => boolean} [accept]
+   * @returns {Pick[]}
+   */
+  all(screen, accept = () => true) {
+    const { store, view, tolerance } = this;
+    const at = view.toWorld(screen);
+    const reach = tolerance / view.scale;
+    /** @type {Pick[]} */
+    const found = [];
+    for (const name of this.annotations()?.at(screen[0], screen[1], tolerance > 10 ? 8 : 0) ?? []) {
+      found.push({ name, type: store.dimensions.has(name) ? "dimension" : "constraint", distance: 0 });
+    }
+    /** @type {Pick[]} */
+    const points = [];
+    /** @type {Pick[]} */
+    const curves = [];
+    for (const entity of this.near(at, reach)) {
+      for (const handle of pointHandles(entity)) {
+        const p = store.point(handle);
+        const distance = p ? Math.hypot(p[0] - at[0], p[1] - at[1]) : Infinity;
+        if (distance <= 1.2 * reach) points.push({ name: handle, type: "point", distance });
+      }
+      const curve = curveOf(entity, store.values);
+      const distance = curve ? nearest(curve, at).distance : Infinity;
+      if (distance <= reach) curves.push({ name: entity.name, type: "curve", distance });
+    }
+    const by = (/** @type {Pick} */ a, /** @type {Pick} */ b) => a.distance - b.distance;
+    return [...found, ...points.sort(by), ...curves.sort(by)].filter(accept);
+  }
+
+  /**
+   * The best thing at a pixel.
+   * @param {Point} screen
+   * @param {(pick: Pick) => boolean} [accept]
+   * @returns {Pick|null}
+   */
+  at(screen, accept) {
+    return this.all(screen, accept)[0] ?? null;
+  }
+
+  /**
+   * Entities in a box of the screen: inside it, or with `touched` also those that it crosses.
+   * @param {Point} from
+   * @param {Point} to
+   * @param {boolean} touched
+   * @returns {string[]}
+   */
+  inBox(from, to, touched) {
+    const [a, b] = [this.view.toWorld(from), this.view.toWorld(to)];
+    const box = {
+      xmin: Math.min(a[0], b[0]), ymin: Math.min(a[1], b[1]),
+      xmax: Math.max(a[0], b[0]), ymax: Math.max(a[1], b[1]),
+    };
+    const found = [];
+    for (const name of this.grid.near(box)) {
+      const entity = this.store.entities.get(name);
+      if (entity && this._isIn(entity, box, touched)) found.push(name);
+    }
+    return found.sort(natural);
+  }
+
+  /** @param {Entity} entity @param {Box} box @param {boolean} touched */
+  _isIn(entity, box, touched) {
+    const own = boxOf(entity, this.store.values);
+    if (contains(box, own)) return true;
+    if (!touched || !overlap(box, own)) return false;
+    const curve = curveOf(entity, this.store.values);
+    if (!curve) return true;
+    const points = curve.type === "line" ? sample(curve, Infinity) : sample(curve, 3 / this.view.scale);
+    return points.some((p, i) => crosses(points[Math.max(i - 1, 0)], p, box));
+  }
+}
+
+/** Whether a segment touches a box (Liang and Barsky 1984). @param {Point} p @param {Point} q @param {Box} box */
+function crosses(p, q, box) {
+  let [low, high] = [0, 1];
+  for (const [d, before, after] of [
+    [q[0] - p[0], box.xmin - p[0], box.xmax - p[0]],
+    [q[1] - p[1], box.ymin - p[1], box.ymax - p[1]],
+  ]) {
+    if (d === 0) {
+      if (before > 0 || after < 0) return false;
+      continue;
+    }
+    const [s, t] = d > 0 ? [before / d, after / d] : [after / d, before / d];
+    low = Math.max(low, s);
+    high = Math.min(high, t);
+  }
+  return low <= high;
+}
+
+/** L2 before L10. @param {string} a @param {string} b */
+const natural = (a, b) => a.localeCompare(b, "en", { numeric: true });

@@ -1,0 +1,139 @@
+/** The dimension tool: what is picked and where the text is put decide which kind it is. */
+
+import { layoutDimension, measured } from "../draw/dimensions.js";
+import { Places } from "../draw/places.js";
+import { isAngle } from "../draw/texts.js";
+import { curveOf } from "../geometry/curves.js";
+import { splitHandle } from "../geometry/handles.js";
+import { short } from "./compose.js";
+import { kindsOf } from "./kinds.js";
+import { CURVES, PicksTool } from "./picks.js";
+
+/**
+ * @typedef {import("../types.js").Place} Place
+ * @typedef {import("../types.js").Dimension} Dimension
+ */
+
+export class DimensionTool extends PicksTool {
+  /** @type {import("../types.js").ToolSpec} */
+  static spec = {
+    id: "dimension", title: "Dimension", key: "d", group: "dimension",
+    hint: "pick a curve, or two things; then the place of the text; Space takes another kind",
+    make: (app) => new DimensionTool(app),
+  };
+
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    super(app, ["point", "pointlike", ...CURVES], 2);
+    /** Which of the kinds that fit is meant; -1: as the pointer lies. */
+    this.choice = -1;
+    const names = [...app.store.selection].filter((name) => app.store.entities.has(splitHandle(name)[0]));
+    if (names.length <= 2 && names.every((name) => !app.store.constraints.has(name))) this.names = names;
+  }
+
+  get hint() {
+    if (!this.names.length) return "a curve or a point";
+    return this.names.length === 1 ? "a second one, or the place of the text; Space: another kind" : "place of the text; Space: another kind";
+  }
+
+  get picks() {
+    return true;
+  }
+
+  /** @param {Place} place */
+  click(place) {
+    this.place = place;
+    const pick = this.picking ? this.app.picker.at(place.screen, (one) => this.accepts(one)) : null;
+    const names = pick ? [...this.names, pick.name] : [];
+    const first = pick?.type === "point" && !this.names.length;
+    if (pick && (first || kindsOf(this.app.store, names, place.at).length)) {
+      this.names.push(pick.name);
+      this.choice = -1;
+      this.stepped();
+    } else if (this.names.length) this.ask(place);
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    if (event.key !== " " || !this.names.length || !this.place) return false;
+    const count = kindsOf(this.app.store, this.names, this.place.at).length;
+    this.choice = count ? (this.choice + 1) % count : -1;
+    this.app.renderer.overlayChanged();
+    return true;
+  }
+
+  finish() {
+    if (this.names.length && this.place) this.ask(this.place);
+  }
+
+  /** The dimension as it would be made now. @returns {Dimension|null} */
+  get record() {
+    if (!this.place) return null;
+    const kinds = kindsOf(this.app.store, this.names, this.place.at);
+    const chosen = kinds[Math.max(this.choice, 0)];
+    if (!chosen) return null;
+    /** @type {Dimension} */
+    const d = { name: "", kind: chosen.kind, args: chosen.args };
+    const number = measured(this.app.store, d) ?? angleNow(this.app.store, d);
+    const value = Number((number ?? 0).toPrecision(6));
+    const full = { ...d, value: { text: String(value), number: value } };
+    const drawn = layoutDimension(this.pen, full, this.textOf(full));
+    return { ...full, ...drawn?.placeAt(this.place.screen) };
+  }
+
+  /** @param {Dimension} d */
+  textOf(d) {
+    return `${d.value?.text ?? ""}${isAngle(d.kind) ? "°" : ""}`;
+  }
+
+  /** Lays out the preview: nothing else is in its way. */
+  get pen() {
+    return {
+      store: this.app.store, view: this.app.view, places: new Places(),
+      middle: /** @type {[number, number]} */ ([0, 0]),
+      width: (/** @type {string} */ text) => 7 * text.length,
+    };
+  }
+
+  /** Ask for the value at the place of the text. @param {Place} place */
+  ask(place) {
+    this.place = place;
+    const { record } = this;
+    if (!record) return;
+    this.cancel();
+    this.stepped();
+    /** @type {string[]} */
+    const extras = [];
+    if (typeof record.offset === "number") extras.push(`dim_pos _ offset ${short(record.offset)}`);
+    if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos _ along ${short(record.along)}`);
+    this.app.openTyping({
+      at: place.screen, title: record.kind, text: record.value?.text ?? "",
+      commit: (text) => this.app.run(`${record.kind} ${record.args.join(" ")} ${text}`, { extras }),
+    });
+  }
+
+  cancel() {
+    super.cancel();
+    this.choice = -1;
+  }
+
+  preview() {
+    const preview = super.preview();
+    const { record } = this;
+    const drawn = record && layoutDimension(this.pen, record, this.textOf(record));
+    return drawn ? { ...preview, dimension: drawn } : preview;
+  }
+}
+
+/** Angle between two lines or from the x axis, degrees. @param {import("../store.js").Store} store @param {Dimension} d */
+function angleNow(store, d) {
+  const turns = d.args.map((name) => {
+    const entity = store.entities.get(name);
+    const curve = entity && curveOf(entity, store.values);
+    if (curve?.type === "line") return Math.atan2(curve.y2 - curve.y1, curve.x2 - curve.x1);
+    return curve?.type === "conic" ? curve.turn : 0;
+  });
+  if (d.kind === "xangle") return (turns[0] * 180) / Math.PI;
+  const turn = ((turns[1] - turns[0]) * 180) / Math.PI;
+  return Math.abs(((((turn + 180) % 360) + 360) % 360) - 180);
+}

@@ -1,0 +1,113 @@
+/** The table of tools, and the one that is active. */
+
+import { ARCS } from "./arcs.js";
+import { CIRCLES } from "./circles.js";
+import { CORNERS } from "./corners.js";
+import { CUTS } from "./cuts.js";
+import { DimensionTool } from "./dimension.js";
+import { ELLIPSES } from "./ellipses.js";
+import { LineTool } from "./line.js";
+import { MeasureTool } from "./measure.js";
+import { MirrorTool } from "./mirror.js";
+import { OffsetTool } from "./offset.js";
+import { PATTERNS } from "./patterns.js";
+import { PointTool } from "./point.js";
+import { PolygonTool } from "./polygon.js";
+import { RECTANGLES } from "./rectangles.js";
+import { SelectTool } from "./select.js";
+import { SlotTool } from "./slot.js";
+import { SplineTool } from "./spline.js";
+import { TextTool } from "./text.js";
+import { TRANSFORMS } from "./transforms.js";
+
+/**
+ * @typedef {import("../types.js").ToolSpec} ToolSpec
+ * @typedef {import("./tool.js").Tool} Tool
+ */
+
+/** All tools in the order in which they are offered. @type {readonly ToolSpec[]} */
+export const TOOLS = Object.freeze([
+  SelectTool.spec,
+  LineTool.spec,
+  ...RECTANGLES,
+  ...CIRCLES,
+  ...ARCS,
+  ...ELLIPSES,
+  SplineTool.spec,
+  SlotTool.spec,
+  PolygonTool.spec,
+  PointTool.spec,
+  TextTool.spec,
+  DimensionTool.spec,
+  MeasureTool.spec,
+  ...CORNERS,
+  ...CUTS,
+  OffsetTool.spec,
+  MirrorTool.spec,
+  ...PATTERNS,
+  ...TRANSFORMS,
+]);
+
+/** Events: "tool" when another one is active. */
+export class Toolbox extends EventTarget {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    super();
+    this.app = app;
+    this.table = TOOLS;
+    this.id = "select";
+    /** @type {Tool} */
+    this.current = SelectTool.spec.make(app);
+  }
+
+  /** The entry of a tool. @param {string} id */
+  spec(id) {
+    return TOOLS.find((tool) => tool.id === id) ?? SelectTool.spec;
+  }
+
+  /** Activate a tool. @param {string} id */
+  start(id) {
+    const place = this.current.place;
+    this.current.leave();
+    const spec = this.spec(id);
+    this.id = spec.id;
+    this.current = spec.make(this.app);
+    if (place) this.current.place = place;
+    this.dispatchEvent(new CustomEvent("tool", { detail: spec }));
+    this.current.stepped();
+  }
+
+  /** Escape: drop what was begun, else go back to selecting, else clear the selection. */
+  cancel() {
+    if (this.current.begun || this.current.typed.any) {
+      this.current.cancel();
+      this.current.stepped();
+    } else if (this.id !== "select") this.start("select");
+    else if (this.app.store.selection.size) this.app.store.select([]);
+  }
+
+  /**
+   * A key: typed values first, then the tool.
+   * @param {KeyboardEvent} event
+   * @returns {boolean} whether it was used
+   */
+  key(event) {
+    const tool = this.current;
+    if (event.key === "Escape") {
+      this.cancel();
+      return true;
+    }
+    const typed = tool.typed.key(event, tool.fields());
+    if (typed) {
+      if (typed === "enter") tool.text(tool.typed.text(tool.fields()[tool.typed.active]?.id ?? ""));
+      this.app.renderer.overlayChanged();
+      return true;
+    }
+    if (tool.key(event)) return true;
+    if (event.key === "Enter" && this.id !== "select") {
+      tool.finish();
+      return true;
+    }
+    return false;
+  }
+}

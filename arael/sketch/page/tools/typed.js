@@ -1,0 +1,77 @@
+/** Values typed while drawing: one text for every field, one of which takes the keys. */
+
+/** @typedef {import("../types.js").Field} Field */
+
+const FIRST = /^[0-9.\-+=(]$/;
+
+export class Typed {
+  constructor() {
+    /** @type {Map<string, string>} */
+    this.texts = new Map();
+    this.active = 0;
+    this.open = false;
+  }
+
+  clear() {
+    this.texts.clear();
+    this.active = 0;
+    this.open = false;
+  }
+
+  /**
+   * What was typed for a field, "" if nothing.
+   * @param {string} id
+   */
+  text(id) {
+    return (this.texts.get(id) ?? "").trim();
+  }
+
+  /**
+   * A plain number that was typed for a field, else what the pointer gives.
+   * @param {string} id
+   * @param {number} otherwise
+   */
+  number(id, otherwise) {
+    const text = this.text(id);
+    const number = text === "" ? NaN : Number(text);
+    return Number.isFinite(number) ? number : otherwise;
+  }
+
+  /** Whether anything was typed. */
+  get any() {
+    return [...this.texts.values()].some((text) => text.trim() !== "");
+  }
+
+  /**
+   * A key, given the fields of this step.
+   * @param {KeyboardEvent} event
+   * @param {Field[]} fields
+   * @returns {"" | "changed" | "enter"} empty if it was not for a value
+   */
+  key(event, fields) {
+    if (!fields.length || event.ctrlKey || event.metaKey || event.altKey) return "";
+    this.active = Math.min(this.active, fields.length - 1);
+    const id = fields[this.active].id;
+    const text = this.texts.get(id) ?? "";
+    if (event.key === "Tab") {
+      const step = event.shiftKey ? fields.length - 1 : 1;
+      if (this.open) this.active = (this.active + step) % fields.length;
+      this.open = true;
+      return "changed";
+    }
+    if (event.key === "Enter") {
+      if (!this.any) return "";
+      this.open = false;
+      return "enter";
+    }
+    if (event.key === "Backspace" && text) {
+      this.texts.set(id, text.slice(0, -1));
+      return "changed";
+    }
+    const writes = event.key.length === 1 && (this.open || text !== "" || FIRST.test(event.key));
+    if (!writes) return "";
+    this.texts.set(id, text + event.key);
+    this.open = true;
+    return "changed";
+  }
+}

@@ -1,0 +1,1 @@
+"""The editor's server: one document, several windows, a journal, over a WebSocket."""

@@ -1,0 +1,283 @@
+"""Panels, command field, typed values, menus and messages in a browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.sketch.browser.panels import RECTANGLE, connected, length, names, press, run, wait
+
+
+@pytest.fixture
+def page(editor: Any) -> Iterator[Any]:
+    found = connected(editor.page)
+    run(found, RECTANGLE)
+    found.evaluate("app.canvas.focus()")
+    yield found
+
+
+def show(page: Any, panel: str) -> Any:
+    page.evaluate("id => app.panels.show(id)", panel)
+    return page.locator(f"#panel-{panel}")
+
+
+def test_a_parameter_is_added_edited_renamed_and_deleted(page: Any) -> None:
+    panel = show(page, "parameters")
+    panel.get_by_label("name of the new parameter").fill("width")
+    panel.get_by_label("value of the new parameter").fill("40")
+    press(page, "Enter")
+    value = panel.get_by_label("value of width", exact=True)
+    value.wait_for()
+    run(page, "length L0 width")
+    value.fill("25 + 5")
+    press(page, "Enter")
+    wait(page, "Math.abs(app.store.numbers('L0')[2] - app.store.numbers('L0')[0] - 30) < 1e-9")
+    panel.get_by_label("name of width", exact=True).fill("w")
+    press(page, "Enter")
+    wait(page, "app.store.parameters.has('w') && !app.store.parameters.has('width')")
+    assert page.evaluate("app.store.dimensions.get('d0').value.text") == "w"
+    panel.get_by_label("delete w").click()
+    wait(page, "app.store.parameters.size === 0")
+
+
+def test_an_expression_that_is_refused_says_so_below_its_row(page: Any) -> None:
+    run(page, "param width 40")
+    panel = show(page, "parameters")
+    value = panel.get_by_label("value of width", exact=True)
+    value.fill("40 / 0")
+    press(page, "Enter")
+    problem = panel.locator(".param .row-problem .failure-text")
+    problem.wait_for()
+    assert "division by zero" in problem.inner_text()
+    assert value.get_attribute("aria-invalid") is not None
+    assert page.evaluate("app.store.parameters.get('width').amount.text") == "40"
+
+
+def test_a_constraint_is_found_switched_off_and_deleted(page: Any) -> None:
+    panel = show(page, "relations")
+    panel.get_by_label("search constraints").fill("horizontal L0")
+    rows = panel.locator("li.relation")
+    wait(page, "document.querySelectorAll('#panel-relations li.relation').length === 1")
+    rows.first.hover()
+    assert page.evaluate("[...app.store.hovered]") == ["CL0H", "L0"]
+    panel.get_by_label("switch off CL0H").click()
+    panel.get_by_label("switch on CL0H").wait_for()
+    assert page.evaluate("app.store.constraints.get('CL0H').active") is False
+    panel.get_by_label("delete CL0H").click()
+    wait(page, "!app.store.constraints.has('CL0H')")
+
+
+def test_a_value_is_edited_from_the_list(page: Any) -> None:
+    run(page, "length L0 40")
+    panel = show(page, "relations")
+    panel.get_by_label("value of d0").click()
+    page.locator("#typed").fill("32 mm")
+    press(page, "Enter")
+    wait(page, "app.store.dimensions.get('d0').value.text === '32 mm'")
+    assert length(page, "L0") == pytest.approx(32.0)
+
+
+def test_sentences_on_freedom_point_at_the_drawing(page: Any) -> None:
+    panel = show(page, "freedom")
+    sentence = panel.locator(".motions .sentence").first
+    sentence.wait_for()
+    sentence.hover()
+    assert page.evaluate("[...app.store.hovered].sort()") == ["L0", "L1", "L2", "L3"]
+    assert panel.locator(".freedoms").inner_text().split() == ["4", "degrees", "of", "freedom"]
+
+
+def test_a_redundant_constraint_is_listed_with_what_may_be_dropped(page: Any) -> None:
+    run(page, "parallel L0 L2 force")
+    panel = show(page, "freedom")
+    conflict = panel.locator(".conflict")
+    conflict.wait_for()
+    assert "CL0H" in conflict.inner_text()
+    assert page.locator(".freedoms-button").inner_text() == "1 redundant"
+    conflict.get_by_role("button", name="Delete C").first.click()
+    wait(page, "Object.keys(app.store.verdict.constraints).length === 0")
+
+
+def test_the_history_goes_back_and_forth(page: Any) -> None:
+    run(page, "length L0 40", "length L1 20")
+    panel = show(page, "history")
+    panel.get_by_role("button", name=RECTANGLE).click()
+    wait(page, "app.store.dimensions.size === 0")
+    panel.get_by_role("button", name="length L1 20").click()
+    wait(page, "app.store.dimensions.size === 2")
+    assert page.get_by_role("button", name="Undo: length L1 20").count() == 1
+    panel.get_by_role("button", name="Start").click()
+    wait(page, "app.store.entities.size === 0")
+
+
+def test_the_selection_is_described(page: Any) -> None:
+    page.evaluate("app.store.select(['L0'])")
+    panel = show(page, "selection")
+    wait(page, "document.querySelector('#panel-selection .facts').innerText.includes('length 40')")
+    assert "CL0H: horizontal L0" in panel.inner_text()
+
+
+def test_the_command_field_completes_runs_and_keeps_its_history(page: Any) -> None:
+    run(page, "param width 40")
+    press(page, "/")
+    page.keyboard.type("length L0 wid")
+    page.locator(".field ~ .words, #field .words li").first.wait_for()
+    press(page, "Tab")
+    assert page.input_value("#command") == "length L0 width"
+    press(page, "Enter")
+    wait(page, "app.store.dimensions.size === 1")
+    assert "Added d0" in page.locator("#field .output").inner_text()
+    press(page, "ArrowUp")
+    assert page.input_value("#command") == "length L0 width"
+    press(page, "Escape")
+    assert page.evaluate("document.activeElement.id") == "canvas"
+
+
+def test_an_error_of_the_command_field_is_marked_at_its_place(page: Any) -> None:
+    press(page, "/")
+    page.keyboard.type("length L0 breadth")
+    press(page, "Enter")
+    mark = page.locator("#field .output mark")
+    mark.wait_for()
+    assert mark.inner_text() == "breadth"
+    assert page.input_value("#command") == "length L0 breadth"
+
+
+def test_what_is_refused_stays_and_offers_the_cheapest_to_drop(page: Any) -> None:
+    run(page, "length L0 40")
+    page.evaluate("() => { app.run('length L2 30'); }")
+    note = page.locator(".note.error")
+    note.wait_for()
+    assert "impossible together with CL1V, CL3V and d0" in note.inner_text()
+    note.hover()
+    assert "d0" in page.evaluate("[...app.store.hovered]")
+    note.get_by_role("button", name="delete d0 and repeat").click()
+    wait(page, "app.store.dimensions.size === 1 && !document.querySelector('.note.error')")
+    assert length(page, "L0") == pytest.approx(30.0)
+
+
+def test_a_dimension_is_typed_in_place_with_tab_to_the_next(page: Any) -> None:
+    run(page, "length L0 40", "length L1 20", "param h 15")
+    page.evaluate("app.typing.edit('d0')")
+    page.locator("#typed").fill("2 * h + 6 mm")
+    wait(page, "document.querySelector('.typing-value').textContent === '= 36'")
+    press(page, "Tab")
+    wait(page, "document.querySelector('.typing-title').textContent.startsWith('d1')")
+    page.locator("#typed").fill("h")
+    press(page, "Enter")
+    wait(page, "document.querySelector('.typing').hidden")
+    assert length(page, "L0") == pytest.approx(36.0)
+    assert length(page, "L1") == pytest.approx(15.0)
+
+
+def test_a_refused_value_stays_in_its_place(page: Any) -> None:
+    run(page, "length L0 40")
+    page.evaluate("app.typing.edit('d0')")
+    page.locator("#typed").fill("nothing")
+    press(page, "Enter")
+    problem = page.locator(".typing-problem .failure-text")
+    problem.wait_for()
+    assert "nothing" in problem.inner_text()
+    assert page.locator("#typed").is_visible()
+    press(page, "Escape")
+    assert not page.locator(".typing").is_visible()
+    assert page.evaluate("app.store.dimensions.get('d0').value.text") == "40"
+
+
+def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
+    page.evaluate("app.store.select(['L0'])")
+    press(page, "q")
+    page.locator(".note").wait_for()
+    assert "Parallel needs two or more lines" in page.locator(".note").inner_text()
+
+
+def test_menus_set_unit_theme_and_what_is_shown(page: Any) -> None:
+    def choose(menu: str, item: str) -> None:
+        page.get_by_role("menuitem", name=menu, exact=True).click()
+        page.locator(".menu:not([hidden])").get_by_text(item, exact=True).click()
+
+    choose("View", "Unit: in")
+    wait(page, "app.store.unit === 'in'")
+    choose("View", "Dark")
+    assert page.evaluate("getComputedStyle(document.body).colorScheme") == "dark"
+    choose("View", "Constraint marks")
+    assert page.evaluate("app.renderer.annotations.shown.glyphs") is False
+    choose("View", "Theme as the system")
+    assert page.evaluate("document.documentElement.dataset.theme") is None
+
+
+@pytest.mark.parametrize("kind", ["svg", "json"])
+def test_the_drawing_is_exported(page: Any, kind: str) -> None:
+    page.get_by_role("menuitem", name="File", exact=True).click()
+    with page.expect_download() as waiting:
+        page.locator(".menu:not([hidden])").get_by_text(f"Export {kind.upper()}").click()
+    download = waiting.value
+    assert download.suggested_filename == f"sketch.{kind}"
+    text = Path(download.path()).read_text("utf-8")
+    assert "<svg" in text if kind == "svg" else json.loads(text)
+
+
+def test_a_drawing_is_imported_and_its_relations_are_offered(page: Any) -> None:
+    svg = (
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 30 30'>"
+        "<path d='M0 0 H20 V10' fill='none' stroke='black'/></svg>"
+    )
+    run(page, "clear")
+    assert base64.b64encode(svg.encode())
+    page.locator("input[type=file]").set_input_files(
+        {"name": "part.svg", "mimeType": "image/svg+xml", "buffer": svg.encode()}
+    )
+    page.get_by_role("dialog", name="relations that were found").wait_for()
+    assert len(names(page, "entities")) == 2
+    page.get_by_role("button", name="Accept").click()
+    wait(page, "app.store.constraints.size >= 2")
+
+
+def test_help_is_searched_and_runs_an_action(page: Any) -> None:
+    press(page, "?")
+    page.get_by_label("search the help").fill("three corners")
+    press(page, "Enter")
+    assert page.evaluate("app.tools.id") == "rect3"
+    press(page, "Escape", "F1")
+    page.get_by_label("search the help").fill("add_slot")
+    page.locator(".help-command summary").first.click()
+    assert "add_slot x1,y1 x2,y2 RADIUS" in page.locator(".help-command").first.inner_text()
+
+
+def test_an_agent_is_refused_or_allowed(page: Any) -> None:
+    ask = "message => app.store.receive(message)"
+    page.evaluate(
+        "() => { window.sent = []; app.wire.answer = (...given) => window.sent.push(given); }"
+    )
+    question = {"type": "agent", "id": 7, "what": "delete L0", "tool": "execute_command"}
+    for button, answer in {
+        "Allow": [7, True, False],
+        "Refuse": [7, False, False],
+        "Always allow": [7, True, True],
+    }.items():
+        page.evaluate(ask, question)
+        note = page.locator(".note.warning")
+        assert "delete L0" in note.inner_text()
+        note.get_by_role("button", name=button, exact=True).click()
+        assert page.evaluate("window.sent.pop()") == answer
+        assert note.count() == 0
+
+
+def test_what_runs_long_is_shown_and_can_be_broken_off(page: Any) -> None:
+    page.evaluate("() => { app.wire._receive = () => {}; }")  # nothing but what follows
+    page.evaluate("() => { window.broken = 0; app.wire.breakOff = () => window.broken++; }")
+    page.evaluate("app.store.receive({type: 'busy', since_ms: 150, what: 'freeze'})")
+    page.get_by_role("button", name="Break off").click()
+    assert page.evaluate("window.broken") == 1
+    page.evaluate("app.store.receive({type: 'idle'})")
+    assert not page.locator(".status-busy").is_visible()
+
+
+def test_that_it_was_saved_is_shown(page: Any) -> None:
+    press(page, "Control+s")
+    wait(page, "document.querySelector('.saved').textContent === 'saved'")
+    assert page.locator(".file-name").inner_text() == "sketch.json"
