@@ -1,6 +1,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arael.runtime.levels.newton import Interruption
 from arael.runtime.levels.outcome import Outcome
 from arael.runtime.levels.rows import Rows
 
@@ -22,6 +23,7 @@ class Levels:
     rounds: int
     factors: int
     linearisations: int
+    interruption: Interruption
     def __init__(
         self,
         rows: Rows,
@@ -31,7 +33,9 @@ class Levels:
         scales: ArrayLike | None = None,
         step_limit: int = 100,
         pivot_tolerance: float = ...,
+        interruption: Interruption | None = None,
     ) -> None: ...
+    def interrupt(self) -> None: ...
     @property
     def components(self) -> int: ...
     @property
@@ -78,4 +82,5 @@ class Levels:
         low: ArrayLike | None = None,
         high: ArrayLike | None = None,
         limit: int = 60,
+        seconds: float | None = None,
     ) -> Outcome: ...

@@ -11,14 +11,15 @@ exact rows are solved again, so that a lower level never costs accuracy in a hig
 
 import numpy as np
 
-from libc.math cimport fabs, isfinite, sqrt
+from libc.math cimport INFINITY, fabs, isfinite, sqrt
 from libc.stdint cimport int32_t
 from libc.string cimport memcpy, memset
 
 from arael.runtime.address cimport address, writable
 from arael.runtime.levels.factor cimport RowFactor
-from arael.runtime.levels.newton cimport SOLVED, Component, Newton
+from arael.runtime.levels.newton cimport SOLVED, Component, Interruption, Newton
 from arael.runtime.levels.rows cimport Rows
+from arael.runtime.levenberg.clock cimport seconds as clock
 
 from arael.runtime.levels.outcome import STATUSES, ComponentOutcome, Outcome
 from arael.runtime.levels.structure import analyse
@@ -87,6 +88,9 @@ cdef class Levels(Newton):
     pivot_tolerance : float
         Squared sine of the angle between a row of the Jacobian and the span of other rows below
         which it is taken as redundant.
+    interruption : Interruption, optional
+        Requests to break off, shared with other solvers; they last until they are withdrawn.
+        By default the solver's own: requests then concern the solve in progress only.
 
     Notes
     -----
@@ -117,10 +121,12 @@ cdef class Levels(Newton):
     cdef double* before             # [n]
     cdef double* sign               # [guards] at the start of a lower level
     cdef double soft_tolerance
+    cdef bint _shared               # whether others withdraw requests to break off
 
     def __init__(
         self, Rows rows not None, Rows soft=None, *, Rows guards=None, scales=None,
         int step_limit=100, double pivot_tolerance=PIVOT_TOLERANCE,
+        Interruption interruption=None,
     ):
         self.rows, self.soft, self.guards = rows, soft, guards
         for other in (soft, guards):
@@ -129,6 +135,17 @@ cdef class Levels(Newton):
         self.scales = None if scales is None else np.array(scales, dtype=np.float64)
         self.limit, self.pivot_tolerance = step_limit, pivot_tolerance
         self._key = None
+        self._shared = interruption is not None
+        self.interruption = interruption if interruption is not None else Interruption()
+        self.deadline = INFINITY
+
+    def interrupt(self):
+        """Break off the solve in progress, from another thread.
+
+        It ends before its next step with the status ``interrupted``, and x is put back. With an
+        interruption of its own, a solver that is not at work ignores it.
+        """
+        self.interruption.raised = 1
 
     # ---- analysis
 
@@ -189,6 +206,8 @@ cdef class Levels(Newton):
     def _begin(self, x, tolerance, fixed, active, basic, low, high):
         """Check arguments and make everything ready."""
         n, m = self.rows.n, self.rows.m
+        if not self._shared:
+            self.interruption.raised = 0
         if not isinstance(x, np.ndarray) or x.dtype != np.float64 or x.shape != (n,):
             raise ValueError(f"expected x as an array of {n} float64, which is changed in place")
         fixed, active = _mask(fixed, n, "fixed unknowns"), _mask(active, m, "active rows")
@@ -342,7 +361,7 @@ cdef class Levels(Newton):
 
     def drag(
         self, x, at, target, home=None, tolerance=1e-10, *, fixed=None, active=None, basic=None,
-        low=None, high=None, limit=60,
+        low=None, high=None, limit=60, seconds=None,
     ):
         """Bring unknowns to targets as closely as the exact rows allow, moving little else.
 
@@ -360,13 +379,21 @@ cdef class Levels(Newton):
             The state when the drag began.
         limit : int
             Steps of each lower level in this frame.
+        seconds : float, optional
+            Time for the lower levels of this frame, after which the last state that is better is
+            kept: the exact rows hold, `converged` is false, and the next frame goes on from there.
+            One step is made in any case.
         tolerance, fixed, active, basic, low, high
             As in `solve`.
         """
         rows = CursorRows(self.rows.n, at, target)
-        return self._lower(
-            rows, x, tolerance, home, None, fixed, active, basic, low, high, limit
-        )
+        self.deadline = INFINITY if seconds is None else clock() + <double>seconds
+        try:
+            return self._lower(
+                rows, x, tolerance, home, None, fixed, active, basic, low, high, limit
+            )
+        finally:
+            self.deadline = INFINITY
 
     def _lower(
         self, Rows soft, x, tolerance, home, soft_tolerance, fixed, active, basic, low, high,
@@ -396,8 +423,8 @@ cdef class Levels(Newton):
             for j in range(self.live_count):
                 exact = exact and self.part[self.live[j]].status == SOLVED
             if exact and not self.stopped:
-                converged = self._soft_level(at, limit)
-                if towards != NULL and not self.stopped:
+                converged = self._soft_level(at, limit, True)
+                if towards != NULL and not self.stopped and (converged or not self.late()):
                     converged = self._home_level(at, towards, limit) and converged
                 self.target.residuals(at, self.r2)
                 f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
@@ -662,7 +689,7 @@ cdef class Levels(Newton):
                 found += 1
         return found > 0
 
-    cdef bint _soft_level(self, double* x, int limit) noexcept nogil:
+    cdef bint _soft_level(self, double* x, int limit, bint timed) noexcept nogil:
         """Make the soft rows' sum of squares least, on the exact rows; whether it converged."""
         cdef Py_ssize_t k, i, _t
         cdef double damping = 0.0, f2, new, predicted, slope, curvature, along, whole, norm, size
@@ -675,6 +702,8 @@ cdef class Levels(Newton):
         for _t in range(limit):
             if self.interrupted():
                 return False
+            if timed and _t > 0 and self.late():
+                return left <= NEARLY
             if renew:
                 if self.refactor(x, self.live, self.live_count) != 0:
                     return False
@@ -773,7 +802,7 @@ cdef class Levels(Newton):
         f2 = sqrt(_dot(self.r2, self.r2, self.target.m))
         slack = max(f2 * (1.0 + 1e-9), 10.0 * self.soft_tolerance)
         for _t in range(limit):
-            if self.interrupted():
+            if self.interrupted() or (_t > 0 and self.late()):
                 return False
             if self.refactor(x, self.live, self.live_count) != 0:
                 return False
@@ -816,7 +845,7 @@ cdef class Levels(Newton):
                     break
                 self._into(self.further, x, self.toward, along)
                 if self._restore(self.further):
-                    self._soft_level(self.further, 8)
+                    self._soft_level(self.further, 8, False)
                     if self.stopped:
                         return False
                     self.target.residuals(self.further, self.r2)

@@ -40,6 +40,10 @@ cdef struct Component:
     int tried_row
 
 
+cdef class Interruption:
+    cdef volatile int raised    # written by any thread, read between steps
+
+
 cdef class Newton:
     cdef readonly Rows rows
     cdef readonly Rows guards
@@ -64,6 +68,8 @@ cdef class Newton:
     cdef readonly int rounds, factors, limit, linearisations
     cdef double _last_check
     cdef object _failure
+    cdef readonly Interruption interruption
+    cdef double deadline        # lower levels end then; infinite without one
     cdef bint stopped           # interrupted, or a row raised
 
     cdef void restart(self, Py_ssize_t c, const double* x) noexcept nogil
@@ -81,3 +87,4 @@ cdef class Newton:
     cdef bint hold(self, Py_ssize_t c, const double* at, double* x) noexcept nogil
     cdef bint release(self, Py_ssize_t c) noexcept nogil
     cdef bint interrupted(self) noexcept nogil
+    cdef bint late(self) noexcept nogil

@@ -31,6 +31,26 @@ cdef int POLISHING = 3
 cdef double SIGNAL_INTERVAL = 0.02
 
 
+cdef class Interruption:
+    """A request to break off; of any number of solvers, by any thread.
+
+    It lasts until it is withdrawn: all solves of an edit that takes several end by one request.
+    """
+
+    def request(self):
+        """Break off what is in progress, before its next step."""
+        self.raised = 1
+
+    def withdraw(self):
+        """Let solves go on."""
+        self.raised = 0
+
+    @property
+    def requested(self):
+        """Whether solves are to be broken off."""
+        return self.raised != 0
+
+
 cdef class Newton:
     """Exact rows of a system; `Levels` is its use from Python."""
 
@@ -415,6 +435,8 @@ cdef class Newton:
 
     cdef bint interrupted(self) noexcept nogil:
         cdef double now
+        if self.interruption.raised:
+            self.stopped = True
         if self.stopped:
             return True
         now = seconds()
@@ -428,6 +450,9 @@ cdef class Newton:
                 self._failure = problem
                 self.stopped = True
         return self.stopped
+
+    cdef bint late(self) noexcept nogil:
+        return isfinite(self.deadline) and seconds() >= self.deadline
 
     def trace_rows(self):
         """(rounds + 1, 3) largest residual relative to tolerance, factors made, damping."""

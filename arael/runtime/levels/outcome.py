@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 #: ``solved``: all active rows hold; ``stalled``: no step makes the residuals smaller;
 #: ``side``: every step that does would change the sign of a guard; ``not_finite``: a residual or
-#: derivative is not a number; ``step_limit``; ``interrupted``: by Ctrl-C.
+#: derivative is not a number; ``step_limit``; ``interrupted``: by Ctrl-C, or by
+#: `Levels.interrupt`.
 Status = Literal["solved", "stalled", "side", "not_finite", "step_limit", "interrupted"]
 
 #: In the order of the numbers in newton.pxd.

@@ -190,6 +190,11 @@ class Document:
             self.history.add(mine)
 
     @property
+    def open_transaction(self) -> Transaction | None:
+        """The step of undo that is being made, or None."""
+        return self._open
+
+    @property
     def is_changing(self) -> bool:
         """Whether a transaction is open."""
         return self._open is not None

@@ -188,9 +188,13 @@ class Editor:
             label = self._label(cause) if cause else ""
             check_remains(self.document, outcome.moved, before, size, label)
             return outcome
+        if outcome.status == "interrupted":
+            raise refusals.broken_off()
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
         members = self.judge.conflict(cause)
+        if self.solver.interrupted:  # trials that were broken off prove nothing
+            raise refusals.broken_off()
         if members:
             main = cause if cause in members else members[-1]
             others = [member for member in members if member != main]
@@ -255,6 +259,8 @@ class Editor:
                     with self.document.transaction("connect"):
                         found.append(self.constrain("coincident", (handle, other)))
                 except AraelError:
+                    if self.solver.interrupted:
+                        raise
                     continue  # not connected: the ends cannot be one point
         return found
 
@@ -286,6 +292,8 @@ class Editor:
                         raise _Pretended
                     found.append(one)
             except (AraelError, _Pretended):
+                if self.solver.interrupted:
+                    raise
                 continue
         return found
 
@@ -420,6 +428,8 @@ class Editor:
         return f"{record.kind} {' '.join(record.args)}{value}"
 
     def _refuse(self, verdict: Verdict, force: bool, label: str = "") -> None:
+        if self.solver.interrupted:
+            raise refusals.broken_off()
         name = verdict.name
         label = label or self._label(name)
         others = [member for member in verdict.members if member != name]
@@ -606,6 +616,8 @@ class Editor:
             at = [self.document.point_at(handle) for handle in spelt]
             before, size = self.document.values.copy(), self.layout.size
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
+            if outcome.status == "interrupted":
+                raise refusals.broken_off()
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
             check_remains(self.document, outcome.moved, before, size)
@@ -628,16 +640,17 @@ class Dragging:
         self._size = editor.layout.size
         self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
 
-    def to(self, *places: tuple[float, float]) -> Outcome:
+    def to(self, *places: tuple[float, float], seconds: float | None = None) -> Outcome:
         """One frame: every point as near to its place as the constraints let it.
 
-        A frame without a solution leaves everything where it was.
+        A frame without a solution leaves everything where it was. One whose time is over goes as
+        near as it came; with the same places the next goes on.
         """
-        return self._frame(lambda: self._drag.move(np.array(places, dtype=np.float64)))
+        return self._frame(lambda: self._drag.move(np.array(places, dtype=np.float64), seconds))
 
-    def by(self, dx: float, dy: float) -> Outcome:
+    def by(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
         """One frame: every point to where it was at the beginning, moved by a vector."""
-        return self._frame(lambda: self._drag.shift(dx, dy))
+        return self._frame(lambda: self._drag.shift(dx, dy, seconds))
 
     def _frame(self, move: Callable[[], Outcome]) -> Outcome:
         """A frame in which something would collapse is not made."""

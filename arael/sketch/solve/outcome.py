@@ -24,6 +24,7 @@ class Outcome:
     steps : Newton steps of the component that took most
     fraction : share of the way from the old to the new values that could be gone, 1 if solved
     distance : of a drag: from where the cursor is, a length
+    converged : of a drag: whether nothing nearer was left to be found; false if its time was over
     """
 
     status: Status
@@ -35,6 +36,7 @@ class Outcome:
     steps: int = 0
     fraction: float = 1.0
     distance: float = 0.0
+    converged: bool = True
 
     @property
     def solved(self) -> bool:

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from arael.runtime.levels.follow import follow
 from arael.runtime.levels.levels import Levels
+from arael.runtime.levels.newton import Interruption
+from arael.sketch.document.history import Transaction
 from arael.sketch.layout.layout import Layout
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.tolerances import TOLERANCE, Tolerances
@@ -57,6 +59,33 @@ class Solver:
         self._version = -1
         self._size = np.inf  # of the drawing, for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
+        self._interruption = Interruption()
+        self._broken: Transaction | None = None  # the step of undo that was to be broken off
+
+    # --- breaking off -----------------------------------------------------------------------
+
+    def interrupt(self) -> None:
+        """Break off the document's transaction in progress, from any thread.
+
+        The solve at work ends before its next step, and all further ones of the transaction do not
+        begin: nothing of them is written. Without a transaction nothing is broken off.
+        """
+        broken = self.layout.document.open_transaction
+        if broken is not None:
+            self._broken = broken
+            self._interruption.request()
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the transaction in progress is to be broken off."""
+        if not self._interruption.requested:
+            return False
+        if self._broken is self.layout.document.open_transaction:
+            return True
+        # That transaction has ended.
+        self._broken = None
+        self._interruption.withdraw()
+        return False
 
     # --- after an edit ----------------------------------------------------------------------
 
@@ -69,11 +98,13 @@ class Solver:
         ----------
         touched : not needed: what holds is recognised by its residuals
         """
+        if self.interrupted:
+            return Outcome("interrupted", fraction=0.0)
         found, last = self._once()
         share = found.fraction
         for _ in range(MOST_KNOTS):
             # A point on a spline has come to the end of a piece: on the next one it may go on.
-            crossed = {} if found.solved else self.layout.cross_knots()
+            crossed = {} if found.solved or self.interrupted else self.layout.cross_knots()
             if not crossed:
                 break
             share = min(share + 2.0 * SMALLEST_STEP, 1.0)
@@ -177,11 +208,11 @@ class Solver:
         # Trials have analyses of their own: that of the sketch is kept.
         levels = self.levels
         if not guarded:
-            levels = Levels(layout.rows, scales=self.levels.scales)
+            levels = self._new_levels(self.levels.scales, guarded=False)
         if active is not None:
             key = (layout.version, active.tobytes())
             if self._trial is None or self._trial[0] != key:
-                trial = Levels(layout.rows, guards=layout.guards, scales=levels.scales)
+                trial = self._new_levels(levels.scales)
                 self._trial = (key, trial)
             levels = self._trial[1]
         tolerance = self.tolerances.at(x)
@@ -236,12 +267,21 @@ class Solver:
                 scales[angles] = 1.0 / size
                 # Slacks follow the geometry, not the reverse.
                 scales[slacks] = SLACK_SCALE
-            self._levels = Levels(layout.rows, guards=layout.guards, scales=scales)
+            self._levels = self._new_levels(scales)
             self._key = key
             self._tolerances = None
         if self._tolerances is None or self._version != layout.version:
             self._tolerances = Tolerances(layout)
             self._version = layout.version
+
+    def _new_levels(self, scales: Array | None, guarded: bool = True) -> Levels:
+        layout = self.layout
+        return Levels(
+            layout.rows,
+            guards=layout.guards if guarded else None,
+            scales=scales,
+            interruption=self._interruption,
+        )
 
     @property
     def levels(self) -> Levels:
@@ -277,7 +317,7 @@ class Solver:
         """
         layout = self.layout
         x = layout.gather().copy()
-        if layout.impossible.keys() & set(names):
+        if layout.impossible.keys() & set(names) or self.interrupted:
             return False
         self.prepare(x)
         document = layout.document
@@ -352,30 +392,42 @@ class Drag:
         self.began = layout.document.values.copy()
         self.points = np.asarray(at, dtype=np.int64).ravel()
 
-    def shift(self, dx: float, dy: float) -> Outcome:
+    def shift(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
         """All points to where they were when the drag began, moved by a vector."""
         began = np.column_stack([self.began[self.points], self.began[self.points + 1]])
-        return self.move(began + np.array([dx, dy]))
+        return self.move(began + np.array([dx, dy]), seconds)
 
-    def move(self, targets: ArrayLike) -> Outcome:
+    def move(self, targets: ArrayLike, seconds: float | None = None) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.
 
         The result is written into the document; where there is none, nothing is.
+
+        Parameters
+        ----------
+        targets : (k, 2) places of the points
+        seconds : time for the frame, after which the nearest state so far is taken: `converged` of
+            the outcome is false, and another frame goes on from there
         """
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
-        return self.pull(np.column_stack([self.points, self.points + 1]).ravel(), wanted.ravel())
+        offsets = np.column_stack([self.points, self.points + 1]).ravel()
+        return self.pull(offsets, wanted.ravel(), seconds)
 
-    def pull(self, offsets: NDArray[np.int64], places: Array) -> Outcome:
+    def pull(
+        self, offsets: NDArray[np.int64], places: Array, seconds: float | None = None
+    ) -> Outcome:
         """One frame: numbers of the document as near to `places` as the equations let them.
 
         Parameters
         ----------
         offsets : (k,) in ``document.values``: coordinates of points, or a radius
         places : (k,) what they are to be
+        seconds : as of `move`
         """
         solver, layout = self.solver, self.solver.layout
+        if solver.interrupted:
+            return Outcome("interrupted", fraction=0.0)
         layout.cross_knots()
         x = layout.gather().copy()
         if layout.impossible:
@@ -398,6 +450,7 @@ class Drag:
             tolerance if len(tolerance) else TOLERANCE * layout.size,
             low=layout.low,
             high=layout.high,
+            seconds=seconds,
         )
-        outcome = solver.named(found, x, tolerance)
+        outcome = replace(solver.named(found, x, tolerance), converged=found.converged)
         return solver.written(x, outcome) if outcome.solved else outcome
