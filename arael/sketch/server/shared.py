@@ -319,9 +319,7 @@ class SharedSketch:
     def interrupt(self) -> None:
         """Break off what runs; by any thread."""
         self._break = True
-        interrupt = getattr(self.session.editor.solver, "interrupt", None)
-        if interrupt is not None:
-            interrupt()
+        self.session.editor.solver.interrupt()
 
     def _follow(self, by: str, state: State, view: int, selection: list[str]) -> None:
         """Send the view and selection that commands set to the window that ran them."""
