@@ -15,6 +15,8 @@ import { readPalette } from "./palette.js";
 const MOST_MOVING = 80;
 /** Milliseconds after which a frame of a drag counts as late. */
 const LATE = 60;
+/** Milliseconds between frames of a drag that are drawn at once. */
+const REFRESH = 6;
 
 /** Event: "painted" after a frame, for measurements. */
 export class Renderer extends EventTarget {
@@ -46,6 +48,8 @@ export class Renderer extends EventTarget {
     /** @type {Point|null} */
     this._cursor = null;
     this._late = 0;
+    /** When it was last painted. */
+    this._drawn = 0;
     new ResizeObserver(() => this.resize()).observe(app.canvas);
     new MutationObserver(() => this.themeChanged()).observe(document.documentElement, {
       attributes: true, attributeFilter: ["data-theme", "class"],
@@ -104,6 +108,9 @@ export class Renderer extends EventTarget {
     const grown = this._moved.size > before;
     if (grown) this._resting = this._movingBatches = null;
     this._schedule({ ground: grown, moving: true, overlay: false });
+    // a frame of a drag is drawn as it comes, so that the next refresh of the screen has it; a second
+    // one before that refresh waits for it
+    if (performance.now() - this._drawn > REFRESH) this.paint();
   }
 
   /** A frame of the drag is so many milliseconds late; 0: it is there. @param {number} delay */
@@ -135,9 +142,21 @@ export class Renderer extends EventTarget {
     if (!this._request) this._request = requestAnimationFrame(() => this.paint());
   }
 
+  /** Whether something waits for the next refresh of the screen. */
+  get pending() {
+    return this._request !== 0;
+  }
+
+  /** How many entities the drag moves. */
+  get movedCount() {
+    return this._moved.size;
+  }
+
   /** Draw what has changed. */
   paint() {
+    cancelAnimationFrame(this._request);
     this._request = 0;
+    this._drawn = performance.now();
     const dirty = this._dirty;
     this._dirty = { ground: false, moving: false, overlay: false };
     if (dirty.ground) this._paintGround();
