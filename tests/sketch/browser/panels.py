@@ -48,7 +48,7 @@ def press(page: Any, *keys: str) -> None:
 def length(page: Any, name: str) -> float:
     """Length of a line as it is shown."""
     found: float = page.evaluate(
-        "name => { const n = app.store.numbers(name); return Math.hypot(n[2] - n[0], n[3] - n[1]); }",
+        "name => { const n = app.store.numbers(name); return Math.hypot(n[2] - n[0], n[3] - n[1]) }",
         name,
     )
     return found
