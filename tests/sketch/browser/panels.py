@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 RECTANGLE = "add_rect 0,0 40,20 hv"
@@ -47,8 +48,5 @@ def press(page: Any, *keys: str) -> None:
 
 def length(page: Any, name: str) -> float:
     """Length of a line as it is shown."""
-    found: float = page.evaluate(
-        "name => { const n = app.store.numbers(name); return Math.hypot(n[2] - n[0], n[3] - n[1]) }",
-        name,
-    )
-    return found
+    x1, y1, x2, y2 = page.evaluate("name => [...app.store.numbers(name)]", name)
+    return math.hypot(x2 - x1, y2 - y1)
