@@ -107,7 +107,9 @@ def test_a_chain_of_lines_is_connected_and_level_as_shown_before_the_click(page:
     page.mouse.move(*at(page, 20, 0.2))
     assert page.evaluate("app.tools.current.place.snap.extras") == ["horizontal {c}"]
     click(page, 20, 0.2)
+    wait(page, "app.store.entities.size === 1")
     click(page, 20.1, 12)
+    wait(page, "app.store.entities.size === 2")
     click(page, 0, 0)
     wait(page, "app.store.entities.size === 3")
     page.wait_for_timeout(200)
