@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 import threading
 import time
 from collections import deque
@@ -121,7 +122,7 @@ class Server:
         await socket.accept()
         loop = asyncio.get_running_loop()
         link = SocketLink(loop)
-        name = socket.query_params.get("window", "")[:64] or f"window{id(link)}"
+        name = socket.query_params.get("window", "")[:64] or f"window-{secrets.token_hex(8)}"
         since = socket.query_params.get("since", "")
         revision = int(since) if since.isdigit() and len(since) < 12 else -1
         try:

@@ -19,14 +19,12 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.agents.http import HttpAgents
 from arael.sketch.agents.tools import Agents
 from arael.sketch.commands.session import Session
+from arael.sketch.server.addresses import listening_for
 from arael.sketch.server.app import Server
 from arael.sketch.server.keeping import Keeper
 from arael.sketch.server.protocol import MAX_MESSAGE
 from arael.sketch.server.shared import SharedSketch
-from arael.sketch.server.tokens import tokens
 from arael.sketch.server.worker import Worker
-
-HOST = "127.0.0.1"
 
 
 def serve(
@@ -43,7 +41,7 @@ def serve(
     ----------
     file : ``.json``, need not be there; ``.cmd``: it is run, and kept as ``.json`` beside it;
         None: a new one in the working folder
-    port : a free one if 0
+    port : 0 for the one that the file's server had last, or a free one
     open_browser : whether a browser is opened, where there is a display
     allow_agents : whether agents may change the sketch without asking
     say : prints a line
@@ -91,25 +89,23 @@ def opened(
 
     `by_agent`: an agent started it, so that no person sees what is printed.
     """
-    listener = listening(port)
+    shared = shared_sketch(file, say)
+    keeper = shared.keeper
+    assert keeper is not None
     try:
-        shared = shared_sketch(file, say)
+        listener, address = listening_for(keeper.path, port)
     except BaseException:
-        listener.close()
+        keeper.close(keeper.document)
         raise
     shared.agent_allowed = allow_agents
-    assert shared.keeper is not None
-    token, agent_token = tokens(shared.keeper.path, port)
-    base = f"http://{HOST}:{listener.getsockname()[1]}"
-    address = f"{base}/?token={token}"
     worker = Worker(shared)
-    agents = Agents(worker, address if by_agent else "the address that the server printed")
-    guarded = {"/socket": token, "/mcp": agent_token}
-    server = Server(worker, guarded, HttpAgents(agents))
-    say(f"editing {shared.keeper.path}")
-    say(f"open {address}")
-    say(f"agents connect to {base}/mcp?token={agent_token}")
-    return Opened(server, agents, listener, address)
+    agents = Agents(worker, address.page if by_agent else "the address that the server printed")
+    tokens = {"/socket": address.token, "/mcp": address.agent_token}
+    server = Server(worker, tokens, HttpAgents(agents))
+    say(f"editing {keeper.path}")
+    say(f"open {address.page}")
+    say(f"agents connect to {address.agents}")
+    return Opened(server, agents, listener, address.page)
 
 
 def config(app: Any) -> uvicorn.Config:
@@ -177,26 +173,6 @@ def _free_name(folder: Path) -> Path:
 
 def _not_served(path: Path, reason: str, *help_: str) -> AraelError:
     return AraelError(Diagnostic("E1411", reason, origin=str(path), help=help_))
-
-
-def listening(port: int) -> socket.socket:
-    """A socket that listens on this machine only."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((HOST, port))
-        listener.listen(64)
-    except (OSError, OverflowError) as error:
-        listener.close()
-        reason = (getattr(error, "strerror", "") or str(error)).lower()
-        raise AraelError(
-            Diagnostic(
-                "E1413",
-                f"port {port} cannot be used: {reason}",
-                help=("leave `--port` out for a free one",),
-            )
-        ) from None
-    return listener
 
 
 def has_display() -> bool:

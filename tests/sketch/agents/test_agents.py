@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
+import os
 import sys
 import threading
 from collections.abc import Awaitable, Callable, Iterator
@@ -35,7 +36,8 @@ def http(server: ServerProcess) -> str:
 
 def stdio(folder: Path, *options: str) -> StdioServerParameters:
     arguments = ["-m", "arael", "sketch", "mcp", "a.json", *options]
-    return StdioServerParameters(command=sys.executable, args=arguments, cwd=str(folder))
+    env = {**os.environ, "ARAEL_STATE_DIR": str(folder / ".state")}
+    return StdioServerParameters(command=sys.executable, args=arguments, cwd=str(folder), env=env)
 
 
 def use(target: Any, function: Use) -> Any:

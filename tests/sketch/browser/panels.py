@@ -15,7 +15,7 @@ def run(page: Any, *lines: str) -> None:
 
 
 def wait(page: Any, expression: str, *, seconds: float = 15.0) -> Any:
-    """Wait until an expression of the page is true; the page's policy forbids `wait_for_function`."""
+    """Wait until an expression of the page is true; its policy forbids `wait_for_function`."""
     for _ in range(int(seconds * 20)):
         found = page.evaluate(expression)
         if found:
@@ -48,7 +48,7 @@ def press(page: Any, *keys: str) -> None:
 def length(page: Any, name: str) -> float:
     """Length of a line as it is shown."""
     found: float = page.evaluate(
-        "name => { const [a, b, c, d] = app.store.numbers(name); return Math.hypot(c - a, d - b); }",
+        "name => { const n = app.store.numbers(name); return Math.hypot(n[2] - n[0], n[3] - n[1]); }",
         name,
     )
     return found

@@ -39,6 +39,7 @@ class ServerProcess:
         ]
         self._folder = folder
         self.file = str(file or "")
+        self._state = str(Path(self._folder or ".") / ".state")
         self.port, self.token, self.address, self.agents = 0, "", "", ""
         self.output = ""
 
@@ -50,7 +51,7 @@ class ServerProcess:
             stderr=subprocess.STDOUT,
             text=True,
             cwd=self._folder,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "ARAEL_STATE_DIR": self._state},
         )
         assert self.process.stdout is not None
         end = time.monotonic() + STARTED_WITHIN

@@ -23,7 +23,7 @@ optional.require("websockets")
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
-from arael.sketch.server.serving import listening  # noqa: E402
+from arael.sketch.server.addresses import listening, listening_for  # noqa: E402
 from tests.sketch.server.client import Page, encoded, place  # noqa: E402
 from tests.sketch.server.process import ServerProcess  # noqa: E402
 
@@ -148,6 +148,49 @@ def test_without_a_file_a_new_one_is_taken(tmp_path: Path) -> None:
         page.run("add_point 1,1")
     assert (tmp_path / "sketch.json").read_text() == "mine"
     assert len(load(tmp_path / "sketch2.json").entities) == 1
+
+
+def test_a_server_that_comes_back_has_its_address(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    with ServerProcess(path, folder=tmp_path) as server:
+        first = (server.address, server.agents)
+        assert server.token not in server.agents
+        page = Page(server.socket).start()
+        page.run("add_point 1,2")
+        server.kill()
+    with ServerProcess(path, folder=tmp_path) as server:
+        assert (server.address, server.agents) == first
+        with Page(server.socket, since=page.revision) as again:
+            assert again.start().shown() == page.shown()
+        with ServerProcess(tmp_path / "b.json", folder=tmp_path) as other:
+            assert other.address != server.address
+    (place, _) = sorted(tmp_path.glob(".state/sketch_servers/*.json"))
+    assert place.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize(
+    "text", ['{"port": 0}', "x", '{"port": 80, "token": "a", "agent_token": "b"}', "readable"]
+)
+def test_a_damaged_address_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    monkeypatch.setenv("ARAEL_STATE_DIR", str(tmp_path))
+    listener, first = listening_for(tmp_path / "a.json")
+    listener.close()
+    listener, again = listening_for(tmp_path / "a.json")
+    assert again == first
+    busy, other = listening_for(tmp_path / "a.json")
+    assert other.port != first.port and other.token == first.token
+    listener.close()
+    busy.close()
+    (place,) = (tmp_path / "sketch_servers").iterdir()
+    if text == "readable":
+        place.chmod(0o644)  # others may have read the tokens
+    else:
+        place.write_text(text)
+    listener, new = listening_for(tmp_path / "a.json")
+    listener.close()
+    assert new.token != first.token and len(new.token) > 20 and new.token != new.agent_token
 
 
 def refused(*arguments: str, folder: Path) -> str:
