@@ -107,7 +107,9 @@ def test_a_chain_of_lines_is_connected_and_level_as_shown_before_the_click(page:
     page.mouse.move(*at(page, 20, 0.2))
     assert page.evaluate("app.tools.current.place.snap.extras") == ["horizontal {c}"]
     click(page, 20, 0.2)
+    wait(page, "app.store.entities.size === 1")
     click(page, 20.1, 12)
+    wait(page, "app.store.entities.size === 2")
     click(page, 0, 0)
     wait(page, "app.store.entities.size === 3")
     page.wait_for_timeout(200)
@@ -194,9 +196,9 @@ def test_tangent_circles_and_arcs(page: Any) -> None:
     press(page, "Enter")
     wait(page, "app.store.entities.has('A1') || app.store.entities.has('A0')")
     start(page, "arc_tangent")
-    run(page, "add_line 30,0 40,0")
-    click(page, 40, 0)
-    click(page, 45, 6)
+    run(page, "add_line -30,-10 -20,-10")
+    click(page, -20, -10)
+    click(page, -15, -4)
     wait(page, "[...app.store.entities.values()].some((e) => e.kind === 'arc')")
     wait(
         page, "[...app.store.constraints.values()].filter((c) => c.kind === 'tangent').length >= 3"
@@ -313,8 +315,8 @@ def test_the_wheel_zooms_at_the_pointer_and_the_middle_button_pans(page: Any) ->
     page.mouse.wheel(0, -300)
     page.wait_for_timeout(100)
     assert page.evaluate("app.view.scale") > 1.3 * scale
-    assert at(page, 7, 3) == pytest.approx((x, y), abs=0.1)
+    assert at(page, 7, 3) == pytest.approx((x, y), abs=1.0)  # wheels report whole pixels
     page.mouse.down(button="middle")
     page.mouse.move(x + 50, y + 20)
     page.mouse.up(button="middle")
-    assert at(page, 7, 3) == pytest.approx((x + 50, y + 20), abs=0.1)
+    assert at(page, 7, 3) == pytest.approx((x + 50, y + 20), abs=1.0)

@@ -135,7 +135,7 @@ def test_the_files_of_the_page_are_sent(view: View) -> None:
     (found,) = view.other
     assert {"index.html", "main.js", "wire.js"} <= set(found["files"])
     assert not any("test" in path or "eslint" in path for path in found["files"])
-    assert sum(map(len, found["files"].values())) < 400_000
+    assert sum(map(len, found["files"].values())) < 800_000
     assert found["files"] == files()
 
 
