@@ -62,8 +62,3 @@ def mentioned(texts: Sequence[str], document: Document) -> list[str]:
             if document.find(name) is not None:
                 found[name] = None
     return list(found)
-
-
-def plain_numbers(value: Any) -> Any:
-    """A number of NumPy as one of Python, for JSON."""
-    return value.item()

@@ -6,6 +6,7 @@ Little endian: u32 kind, u32 sequence, u32 count, u32 revision.
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,18 @@ MAX_MESSAGE = 64 * 1024 * 1024
 
 _HEAD = struct.Struct("<IIII")
 _PLACE = struct.Struct("<dd")
-_ENCODER = msgspec.json.Encoder()
+
+
+def _plain(value: Any) -> Any:
+    """A number or array of NumPy, or another mapping, as JSON has it."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise NotImplementedError(type(value).__name__)
+
+
+_ENCODER = msgspec.json.Encoder(enc_hook=_plain)
 _DECODER = msgspec.json.Decoder(dict[str, Any])
 
 

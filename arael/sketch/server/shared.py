@@ -190,7 +190,13 @@ class SharedSketch:
         except Exception as error:  # a mistake of arael: the document is as it was before
             traceback.print_exc(file=sys.stderr)
             found = refusal(internal(error), self.session.document)
-        if found is not None:
+        if found is None:
+            return
+        try:
+            window.send({"type": "reply", "id": number, **found}, self.revision)
+        except (TypeError, ValueError, NotImplementedError) as error:  # not JSON
+            traceback.print_exc(file=sys.stderr)
+            found = refusal(internal(error), self.session.document)
             window.send({"type": "reply", "id": number, **found}, self.revision)
 
     # --- commands -----------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -29,6 +30,12 @@ def test_the_head_of_json_has_its_size_and_the_revision() -> None:
     data = json_message({"type": "idle"}, 2**32 + 5)
     assert HEAD.unpack_from(data) == (1, 0, len(data) - 16, 5)
     assert json.loads(data[16:]) == {"type": "idle"}
+
+
+def test_numbers_of_numpy_are_json() -> None:
+    content = {"a": np.float64(1.5), "b": np.int64(2), "c": np.bool_(True), "d": np.arange(2)}
+    found = json.loads(json_message({**content, "e": MappingProxyType({"x": 1})})[16:])
+    assert found == {"a": 1.5, "b": 2, "c": True, "d": [0, 1], "e": {"x": 1}}
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])

@@ -233,6 +233,14 @@ def test_a_mistake_of_arael_is_a_message(
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
+def test_a_reply_that_is_not_json_is_a_message(
+    page: Local, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(SharedSketch, "run", lambda *_: {"ok": True, "data": object()})
+    assert page.run("add_point 1,1")["error"]["code"] == "E1409"
+    assert "NotImplementedError" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "message",
     [
