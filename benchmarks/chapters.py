@@ -27,6 +27,7 @@ from benchmarks import (
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
 from benchmarks.sketch import chapter as sketch
+from benchmarks.sketch import frames
 from benchmarks.systems import SUITES as BESIDE
 from benchmarks.systems import Measured, Plan, measure_suite
 
@@ -48,6 +49,7 @@ OWN: dict[str, Chapter] = {
     "cold": cold.run,
     "optimum": optimum.run,
     "sketch": sketch.run,
+    "sketch-frames": frames.run,
     "demo-seeds": demo_seeds.run,
 }
 SUITES = (*BESIDE, *OWN)

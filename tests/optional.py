@@ -7,6 +7,7 @@ skip into a failure.
 from __future__ import annotations
 
 import importlib
+import shutil
 from collections.abc import Iterable
 from functools import cache
 from types import ModuleType
@@ -52,6 +53,18 @@ def is_installed(part: str) -> bool:
     except ImportError:
         return False
     return True
+
+
+PROGRAMS = {"node": "apt install nodejs", "npm": "apt install npm"}
+"""Programs that some tests call, and how to install them."""
+
+
+def program(name: str) -> str:
+    """Path of a program of `PROGRAMS`; the calling test is skipped where it is absent."""
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"needs {name}: {PROGRAMS[name]}")
+    return found
 
 
 def reason(part: str) -> str:

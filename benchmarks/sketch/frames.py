@@ -123,8 +123,12 @@ def _page(file: Path) -> Iterator[Any]:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.address)
-        page.wait_for_function("window.app && app.store.entities.size > 0")
-        page.wait_for_timeout(1500)
+        # the page's policy forbids `wait_for_function`
+        for _ in range(300):
+            if page.evaluate("!!window.app && app.store.verdict.revision > 0"):
+                break
+            page.wait_for_timeout(100)
+        page.wait_for_timeout(500)
         yield page
         browser.close()
 

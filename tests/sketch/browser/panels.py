@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 RECTANGLE = "add_rect 0,0 40,20 hv"
@@ -15,7 +16,7 @@ def run(page: Any, *lines: str) -> None:
 
 
 def wait(page: Any, expression: str, *, seconds: float = 15.0) -> Any:
-    """Wait until an expression of the page is true; the page's policy forbids `wait_for_function`."""
+    """Wait until an expression of the page is true; its policy forbids `wait_for_function`."""
     for _ in range(int(seconds * 20)):
         found = page.evaluate(expression)
         if found:
@@ -47,8 +48,5 @@ def press(page: Any, *keys: str) -> None:
 
 def length(page: Any, name: str) -> float:
     """Length of a line as it is shown."""
-    found: float = page.evaluate(
-        "name => { const [a, b, c, d] = app.store.numbers(name); return Math.hypot(c - a, d - b); }",
-        name,
-    )
-    return found
+    x1, y1, x2, y2 = page.evaluate("name => [...app.store.numbers(name)]", name)
+    return math.hypot(x2 - x1, y2 - y1)

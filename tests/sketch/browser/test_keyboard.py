@@ -130,7 +130,9 @@ def test_no_motion_where_the_person_wants_none(browser: Any, server: Any) -> Non
     context.add_init_script("localStorage.setItem('arael-sketch-tour', 'seen')")
     page = connected_page(context, server)
     page.evaluate("() => { app.notes.show({level: 'info', text: 'a note'}); }")
-    assert page.evaluate("getComputedStyle(document.querySelector('.note')).animationName") == "none"
+    assert (
+        page.evaluate("getComputedStyle(document.querySelector('.note')).animationName") == "none"
+    )
     context.close()
 
 

@@ -109,7 +109,7 @@ def test_the_history_goes_back_and_forth(page: Any) -> None:
     wait(page, "app.store.dimensions.size === 0")
     panel.get_by_role("button", name="length L1 20").click()
     wait(page, "app.store.dimensions.size === 2")
-    assert page.get_by_role("button", name="Undo: length L1 20").count() == 1
+    page.get_by_role("button", name="Undo: length L1 20").wait_for()
     panel.get_by_role("button", name="Start").click()
     wait(page, "app.store.entities.size === 0")
 

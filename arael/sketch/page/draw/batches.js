@@ -150,18 +150,24 @@ export class Batches {
       if (crowded && !large && (state === "free" || state === "defined")) continue;
       const look = STATES[state] ?? STATES.defined;
       const r = large ? 3.4 : 2.7;
+      ctx.fillStyle = look.end === "disc" ? colour(palette, state) : palette.background;
+      ctx.strokeStyle = colour(palette, state);
+      ctx.lineWidth = look.end === "cross" ? 2.2 : 1.5;
+      const draw = () => {
+        if (look.end !== "cross") ctx.fill();
+        if (look.end !== "disc") ctx.stroke();
+        ctx.beginPath();
+      };
+      let count = 0;
       ctx.beginPath();
       for (const at of offsets) {
         const px = view.x + view.scale * v[at];
         const py = view.y - view.scale * v[at + 1];
         if (px < -9 || py < -9 || px > view.width + 9 || py > view.height + 9) continue;
         pointMark(ctx, look.end, px, py, r);
+        if (++count % CHUNK === 0) draw();
       }
-      ctx.fillStyle = look.end === "disc" ? colour(palette, state) : palette.background;
-      ctx.strokeStyle = colour(palette, state);
-      ctx.lineWidth = look.end === "cross" ? 2.2 : 1.5;
-      if (look.end !== "cross") ctx.fill();
-      if (look.end !== "disc") ctx.stroke();
+      draw();
     }
   }
 }

@@ -73,6 +73,7 @@ export function linear(pen, d, text, a, b, heading) {
   extension(drawn, view.toScreen(a), p);
   extension(drawn, view.toScreen(b), q);
   arrowed(drawn, p, q);
+  takeLine(pen, p, q);
   drawn.text = { x: at[0], y: at[1], angle: -upright, text };
   drawn.placeAt = (screen) => {
     const [x, y] = view.toWorld(screen);
@@ -96,6 +97,15 @@ function extension(drawn, from, to) {
   if (length <= 6) return;
   const [ux, uy] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
   drawn.thin.push([from[0] + 4 * ux, from[1] + 4 * uy, to[0] + 4 * ux, to[1] + 4 * uy]);
+}
+
+/** Texts of other dimensions keep off a line. @param {Pen} pen @param {Point} p @param {Point} q */
+function takeLine(pen, p, q) {
+  const count = Math.min(Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / 16), 100);
+  for (let i = 1; i < count; i++) {
+    const [x, y] = mix(p, q, i / count);
+    pen.places.take(x, y, 2, 2);
+  }
 }
 
 /** @param {Drawn} drawn @param {Point} p @param {Point} q */

@@ -31,7 +31,8 @@ export function drawOverlay(ctx, app, palette, state) {
   drawPreview(ctx, view, preview, palette);
   if (state.cursor) drawCursor(ctx, view.toScreen(state.cursor), palette);
   const { place } = tool;
-  if (place && place.snap && !tool.picks) drawSnap(ctx, view, place, palette);
+  // a typed value moves the point away from what it had snapped to
+  if (place && place.snap && !tool.picks && !tool.typed.any) drawSnap(ctx, view, place, palette);
   if (place) drawFields(ctx, tool, place.screen, palette);
   for (const { at, text } of preview.labels ?? []) label(ctx, view.toScreen(at), text, palette);
   if (state.late > 0 && place) drawLate(ctx, place.screen, palette);

@@ -39,6 +39,8 @@ export class Renderer extends EventTarget {
     this._moved = new Set();
     /** Name of the entity that owns each number. @type {string[]} */
     this._owners = [];
+    /** Which numbers the drag has moved already. */
+    this._seen = new Uint8Array(0);
     /** @type {Batches|null} */
     this._resting = null;
     /** @type {Batches|null} */
@@ -103,8 +105,14 @@ export class Renderer extends EventTarget {
       return;
     }
     if (!this._owners.length) this._owners = ownersOf(this.app.store);
+    if (this._seen.length < this._owners.length) this._seen = new Uint8Array(this._owners.length);
     const before = this._moved.size;
-    for (let i = 0; i < offsets.length; i++) this._moved.add(this._owners[offsets[i]]);
+    for (let i = 0; i < offsets.length; i++) {
+      const offset = offsets[i];
+      if (this._seen[offset]) continue;
+      this._seen[offset] = 1;
+      this._moved.add(this._owners[offset]);
+    }
     const grown = this._moved.size > before;
     if (grown) this._resting = this._movingBatches = null;
     this._schedule({ ground: grown, moving: true, overlay: false });
@@ -130,6 +138,7 @@ export class Renderer extends EventTarget {
   /** Nothing moves any more: all is drawn on the ground. */
   _rest() {
     this._moved.clear();
+    this._seen.fill(0);
     this._late = 0;
     this.restyled();
   }

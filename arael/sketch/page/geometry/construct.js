@@ -35,7 +35,7 @@ export function arcAbout(m, from, to, clockwise = false) {
 export function arcThrough(start, end, through) {
   const m = circumcentre(start, through, end);
   if (!m) return null;
-  return arcAbout(m, start, end, cross(sub(through, start), sub(end, start)) > 0 ? true : false);
+  return arcAbout(m, start, end, cross(sub(through, start), sub(end, start)) < 0);
 }
 
 /** Middle point of an arc. @param {Conic} c @returns {Point} */

@@ -104,8 +104,10 @@ export class DimensionTool extends PicksTool {
     this.stepped();
     /** @type {string[]} */
     const extras = [];
-    if (typeof record.offset === "number") extras.push(`dim_pos _ offset ${short(record.offset)}`);
-    if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos _ along ${short(record.along)}`);
+    // the name that the next dimension gets
+    const name = nextName(this.app.store);
+    if (typeof record.offset === "number") extras.push(`dim_pos ${name} offset ${short(record.offset)}`);
+    if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos ${name} along ${short(record.along)}`);
     this.app.openTyping({
       at: place.screen, title: record.kind, text: record.value?.text ?? "",
       commit: (text) => this.app.run(`${record.kind} ${record.args.join(" ")} ${text}`, { extras }),
@@ -123,6 +125,12 @@ export class DimensionTool extends PicksTool {
     const drawn = record && layoutDimension(this.pen, record, this.textOf(record));
     return drawn ? { ...preview, dimension: drawn } : preview;
   }
+}
+
+/** The name that the next dimension gets, if none of a higher number was deleted. @param {import("../store.js").Store} store */
+function nextName(store) {
+  const used = [...store.dimensions.keys()].map((name) => Number(name.slice(1)) + 1);
+  return `d${Math.max(Number(store.settings["counter:d"] ?? 0), ...used)}`;
 }
 
 /** Angle between two lines or from the x axis, degrees. @param {import("../store.js").Store} store @param {Dimension} d */

@@ -1,0 +1,106 @@
+"""A page 390 px wide, by touch; dark and light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from tests.sketch.browser.conftest import Editor
+from tests.sketch.browser.panels import RECTANGLE, connected, run, wait
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+@pytest.fixture
+def page(browser: Any, server: Any) -> Iterator[Any]:
+    editor = Editor(browser, server, **PHONE)
+    yield connected(editor.page)
+    editor.close()
+    assert editor.errors == []
+
+
+def test_nothing_is_wider_than_the_page(page: Any) -> None:
+    run(page, RECTANGLE, "param width 40", "length L0 width")
+    page.evaluate("app.store.select(['L0', 'L1'])")
+    for panel in ("", "selection", "parameters", "relations", "freedom", "history"):
+        page.evaluate("id => app.panels.show(id)", panel)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        wide = page.evaluate(
+            """() => [...document.querySelectorAll("#right *, .bar *, #field *")]
+                .filter((one) => one.getBoundingClientRect().right > 390.5)
+                .map((one) => one.outerHTML.slice(0, 80))"""
+        )
+        assert wide == [], panel
+
+
+def test_targets_are_at_least_40_px(page: Any) -> None:
+    run(page, RECTANGLE, "length L0 40")
+    page.evaluate("() => { app.store.select(['L0']); app.panels.show('relations'); }")
+    small = page.evaluate(
+        """() => [...document.querySelectorAll("#left .tool, #bottom .tab, .bar button,"
+                + ".strip button, #right button:not(.name), .send")]
+            .filter((one) => one.offsetParent && !one.matches(".freedoms-button"))
+            .map((one) => [one.getBoundingClientRect(), one.outerHTML.slice(0, 90)])
+            .filter(([box]) => box.width < 39.5 || box.height < 39.5)
+            .map(([box, text]) => `${box.width} x ${box.height}: ${text}`)"""
+    )
+    assert small == []
+
+
+def test_panels_are_a_sheet_from_below_that_a_tab_opens_and_closes(page: Any) -> None:
+    sheet, tab = page.locator("#right"), page.locator("#bottom .tab[data-panel=relations]")
+    assert not sheet.is_visible()
+    tab.tap()
+    assert sheet.is_visible()
+    box = sheet.bounding_box()
+    assert box["width"] == 390
+    assert box["y"] > 844 * 0.4
+    tab.tap()
+    assert not sheet.is_visible()
+
+
+def test_a_line_is_drawn_by_touch(page: Any) -> None:
+    page.locator("#left [data-action=tool_line]").tap()
+    box = page.locator("#canvas").bounding_box()
+    for x, y in ((90, 200), (290, 320)):
+        page.touchscreen.tap(box["x"] + x, box["y"] + y)
+    wait(page, "app.store.entities.size === 1")
+
+
+def test_what_fits_the_selection_is_offered_without_moving_the_drawing(page: Any) -> None:
+    run(page, RECTANGLE)
+    before = page.locator("#canvas").bounding_box()
+    assert not page.locator(".strip").is_visible()
+    page.evaluate("app.store.select(['L0'])")
+    assert page.locator(".strip [data-action=length]").is_visible()
+    assert not page.locator(".strip [data-action=radius]").is_visible()
+    assert page.locator("#canvas").bounding_box() == before
+    page.locator(".strip [data-action=length]").tap()
+    page.locator(".typing").wait_for()
+    box = page.locator(".typing").bounding_box()
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_drawing_follows_the_theme(browser: Any, server: Any, scheme: str) -> None:
+    editor = Editor(browser, server, color_scheme=scheme)
+    page = connected(editor.page)
+    pixel = """() => {
+        const canvas = document.querySelector("#ground");
+        return [...canvas.getContext("2d").getImageData(3, 3, 1, 1).data].slice(0, 3);
+    }"""
+
+    def brightness() -> float:
+        page.wait_for_timeout(100)
+        return float(sum(page.evaluate(pixel))) / (3 * 255)
+
+    assert (brightness() > 0.7) == (scheme == "light")
+    page.evaluate("app.theme.set('dark')")
+    assert brightness() < 0.3
+    page.evaluate("app.theme.set('light')")
+    assert brightness() > 0.7
+    editor.close()
+    assert editor.errors == []
