@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Amount, Constraint, Dimension, Entity
+from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.editing.operands import same_relation
 
 Floats = NDArray[np.float64]
@@ -70,8 +70,8 @@ def check_remains(
         E1220
     """
     least = COLLAPSED * size
-    for entity in _suspects(document, names, least):
-        name = entity.name
+    for name in names:
+        entity = document.entities[name]
         before = old[entity.at : entity.at + entity.size].tolist()
         now = _extents(entity.kind, document.numbers_of(name).tolist())
         for (what, found), (_, was) in zip(now, _extents(entity.kind, before), strict=True):
@@ -85,22 +85,6 @@ def check_remains(
                         help=(f"`info {name}` lists what holds it",),
                     )
                 )
-
-
-def _suspects(document: Document, names: Sequence[str], least: float) -> list[Entity]:
-    """Entities that may have collapsed: of lines, circles and arcs those that have, all others."""
-    entities, values = document.entities, document.values
-    moved = [entities[name] for name in names]
-    found = [one for one in moved if one.kind not in ("line", "circle", "arc")]
-    lines = [one for one in moved if one.kind == "line"]
-    at = np.array([one.at for one in lines], dtype=np.int64)
-    lengths = np.hypot(values[at + 2] - values[at], values[at + 3] - values[at + 1])
-    found += [lines[k] for k in np.flatnonzero(~(lengths > least))]
-    rounds = [one for one in moved if one.kind in ("circle", "arc")]
-    radii = values[np.array([one.at + one.size - 1 for one in rounds], dtype=np.int64)]
-    found += [rounds[k] for k in np.flatnonzero(~(radii > least))]
-    suspects = {one.name for one in found}
-    return [one for one in moved if one.name in suspects] if suspects else []
 
 
 def _extents(kind: str, numbers: list[float]) -> list[tuple[str, float]]:

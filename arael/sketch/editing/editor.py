@@ -368,7 +368,7 @@ class Editor:
     def check_remains_since(self, before: Floats, size: float) -> None:
         """Refuse what leaves nothing of a line or circle, placing included; AraelError E1220."""
         check_largest([float(np.abs(self.document.values).max(initial=0.0))])
-        check_remains(self.document, list(self.document.entities), before, size)
+        self.check_remains(list(self.document.entities), before, size)
 
     # --- constraints ------------------------------------------------------------------------
 
