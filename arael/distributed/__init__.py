@@ -1,0 +1,1 @@
+"""Many problems, and one in parts, on Dask."""

@@ -1,0 +1,376 @@
+"""Solve one problem in parts."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.compiled_model import CompiledModel
+from arael.config import LmConfig
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.parts.data import (
+    Columns,
+    columns_of,
+    is_columnar,
+    rows_of_share,
+    whole_skeleton,
+)
+from arael.distributed.parts.executors import Executor, InProcess, OnDask
+from arael.distributed.parts.graph import Graph, graph_of
+from arael.distributed.parts.part import empty_structure
+from arael.distributed.parts.requests import PartRecipe
+from arael.distributed.parts.shares import Share, lenient, shares_of, skeleton
+from arael.distributed.parts.split import BOUNDARY, by_labels, by_separators, part_of_instances
+from arael.distributed.parts.team import Team, Traffic
+from arael.result import Plan, Result, joined
+from arael.runtime.assembly.union_find import connected
+from arael.runtime.evaluation.states import write_back
+from arael.runtime.layout import Layout, LayoutPass
+from arael.runtime.levenberg.remote import RemoteBox, RemoteEvaluation, RemoteSolver
+from arael.runtime.problem import Problem
+from arael.runtime.solve import minimise, to_stderr
+from arael.runtime.store import Store
+from arael.runtime.system import System, build_system, free_scalars
+from arael.schedule import check_paths, chosen_passes, frozen_after, held_by
+from arael.statuses import ENDING
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class RemoteProblem(Problem):
+    """The parameters of a problem whose constraints are evaluated in parts."""
+
+    evaluation_type = RemoteEvaluation
+    box_type = RemoteBox
+
+
+@dataclass(frozen=True)
+class Split:
+    """How a problem was split.
+
+    Attributes
+    ----------
+    parts : number of parts
+    instances : (parts,) rows of constraints of each
+    interior : (parts,) scalars that each eliminates
+    boundary : (parts,) scalars of the boundary that each reads
+    between : scalars of the boundary
+    size : scalars of the problem
+    """
+
+    parts: int
+    instances: Ints
+    interior: Ints
+    boundary: Ints
+    between: int
+    size: int
+
+    @property
+    def share(self) -> float:
+        """Part of all scalars that is boundary."""
+        return self.between / max(self.size, 1)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.parts} parts of {self.interior.min(initial=0)} to "
+            f"{self.interior.max(initial=0)} scalars; boundary of {self.between} "
+            f"({100 * self.share:.2g} % of {self.size})"
+        )
+
+
+@dataclass
+class Solved:
+    """A solve in parts.
+
+    Attributes
+    ----------
+    result : as of a solve on one machine
+    split : how the problem was split
+    traffic : bytes that were sent
+    store : parameters and refs of all rows, solved
+    """
+
+    result: Result
+    split: Split
+    traffic: Traffic
+    store: Store
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def check_splittable(layout: Layout) -> None:
+    """Refuse what a solve in parts cannot do.
+
+    Raises
+    ------
+    AraelError
+        E0890: sums over rows, f32, native functions, bounds.
+    """
+    why = ""
+    help_ = "solve it on one machine"
+    if layout.precision != "f64":
+        why, help_ = "parts are solved in f64, the model is f32", "load it with precision='f64'"
+    elif layout.summed or layout.totals or any(group.lengths for group in layout.groups):
+        why = "a constraint sums over the rows of a list, which may be in several parts"
+    elif any(function.native for function in layout.functions):
+        why = "it calls native functions, which workers do not have"
+    elif layout.marginalize and False:
+        why = ""
+    if why:
+        raise refusal(layout, why, help_)
+
+
+def refusal(layout: Layout, why: str, help_: str) -> AraelError:
+    """E0890 for a model or data that cannot be solved in parts."""
+    return AraelError(
+        Diagnostic(
+            "E0890",
+            f"`{layout.name}` cannot be solved in parts: {why}",
+            origin="partition",
+            help=(help_,),
+        )
+    )
+
+
+@dataclass
+class Prepared:
+    """A problem that is split and not yet solved."""
+
+    compiled: CompiledModel
+    layout: Layout  # of the parameters
+    store: Store
+    shares: list[Share]
+    split: Split
+    path: str | None
+    arrays: list[dict[str, NDArray[Any]] | None]
+    seconds: float
+
+
+def prepare(
+    compiled: CompiledModel,
+    data: str | os.PathLike[str] | Mapping[str, NDArray[Any]],
+    partition: int | None,
+    partition_by: str | None,
+    frozen: frozenset[str] = frozenset(),
+) -> Prepared:
+    """Read parameters and refs, and split the problem.
+
+    Parameters
+    ----------
+    data : an NPZ file or a folder of such, or arrays by name as they are in one
+    partition : number of parts
+    partition_by : name of a column of integers or strings that tables of entities have
+    frozen : paths of parameters that never move
+    """
+    began = time.perf_counter()
+    layout = compiled.layout
+    check_splittable(layout)
+    slim = skeleton(layout)
+    columns = (
+        columns_of(data) if isinstance(data, str | os.PathLike) else Columns([dict(data)], "data")
+    )
+    store = whole_skeleton(lenient(layout), slim, columns)
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    system = build_system(store, free)
+    if np.isfinite(system.low).any() or np.isfinite(system.high).any():
+        raise refusal(
+            layout, "its parameters have bounds", "solve it on one machine, or remove the bounds"
+        )
+    graph = graph_of(store, layout.groups, system)
+    _refuse_components(layout, graph)
+    if partition_by is not None:
+        labels = labels_of(layout, columns, store, system, partition_by)
+        parts = by_labels(graph, labels, partition)
+    else:
+        parts = by_separators(graph, partition or 1)
+    count = int(parts.max(initial=0)) + 1
+    of_instances = part_of_instances(graph.blocks, parts, count)
+    shares = shares_of(store, layout, system, graph, parts, of_instances)
+    path = None
+    if isinstance(data, str | os.PathLike):
+        path = os.path.abspath(data)
+    arrays: list[dict[str, NDArray[Any]] | None] = [
+        rows_of_share(lenient(layout), columns, share) if path is None else None for share in shares
+    ]
+    return Prepared(
+        compiled,
+        slim,
+        store,
+        shares,
+        _described(shares, parts, of_instances, system),
+        path,
+        arrays,
+        time.perf_counter() - began,
+    )
+
+
+def _described(
+    shares: list[Share], parts: Ints, of_instances: list[Ints], system: System
+) -> Split:
+    sizes = system.sizes
+    return Split(
+        len(shares),
+        np.array([sum(int((of == k).sum()) for of in of_instances) for k in range(len(shares))]),
+        np.array([int(sizes[s.blocks[s.interior]].sum()) for s in shares]),
+        np.array([int(sizes[s.blocks[s.boundary]].sum()) for s in shares]),
+        int(sizes[parts == BOUNDARY].sum()),
+        int(sizes.sum()),
+    )
+
+
+def _refuse_components(layout: Layout, graph: Graph) -> None:
+    """Refuse problems of several connected components: each has its own steps on one machine."""
+    read = graph.weights > 1
+    owner = np.repeat(np.arange(graph.size), np.diff(graph.start))
+    # imported here: start-up time
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    ones = np.ones(len(owner), dtype=np.int8)
+    matrix = coo_array((ones, (owner, graph.neighbours)), shape=(graph.size, graph.size))
+    labels = connected_components(matrix, directed=False)[1]
+    count = len(np.unique(labels[read]))
+    if count > 1:
+        raise refusal(
+            layout,
+            f"its data are {count} problems that have nothing to do with each other",
+            "solve them as many problems: one file each, `arael solve MODEL 'data/*.npz'`",
+        )
+
+
+def labels_of(
+    layout: Layout, columns: Columns, store: Store, system: System, name: str
+) -> Ints:
+    """(blocks,) label of each block from a column; -1 where its table lacks it.
+
+    Raises
+    ------
+    AraelError
+        E0891: no table of entities has the column, or it holds neither integers nor strings.
+    """
+    found = np.full(len(system.sizes), -1, dtype=np.int64)
+    parts, places = [], []
+    names = set(columns.names())
+    for entity, blocks in zip(layout.entities, system.blocks, strict=True):
+        path = f"{entity.table}.{name}" if entity.table else name
+        if path not in names or not entity.table:
+            continue
+        values = columns.take(lenient(layout), entity.table, path)
+        if values.ndim != 1 or values.dtype.kind not in "iuUb":
+            continue
+        solved = blocks.block >= 0
+        parts.append(values[solved].astype(np.str_) if values.dtype.kind == "U" else values[solved])
+        places.append(blocks.block[solved])
+    if not parts:
+        tables = sorted({entity.table for entity in layout.entities if entity.table})
+        raise AraelError(
+            Diagnostic(
+                "E0891",
+                f"no collection with parameters has a column `{name}` of integers or strings",
+                origin="--partition-by",
+                notes=(f"collections with parameters are {', '.join(tables)}",),
+                help=("name such a column of the data, or leave `--partition-by` out",),
+            )
+        )
+    kinds = {p.dtype.kind == "U" for p in parts}
+    joint = np.concatenate([p.astype(np.str_) if len(kinds) > 1 else p for p in parts])
+    found[np.concatenate(places)] = np.unique(joint, return_inverse=True)[1]
+    return found
+
+
+def run(
+    prepared: Prepared,
+    executor: Executor,
+    config: LmConfig | None = None,
+    passes: Any = None,
+    freeze: Any = (),
+    **settings: Any,
+) -> Solved:
+    """Solve a prepared problem."""
+    layout, store = prepared.compiled.layout, prepared.store
+    base = config.with_() if config is not None else LmConfig.of()
+    schedule = chosen_passes(layout, passes)
+    configs = [base.with_(**{**one.config, **settings}) for one in schedule]
+    frozen = held_by(layout, [freeze] if isinstance(freeze, str) else freeze)
+    name = uuid4().hex
+    results: list[Result] = []
+    traffic = Traffic()
+    given: tuple[Any, ...] = ()
+    assert prepared.compiled.recipe is not None
+    for turn, (one, own) in enumerate(zip(schedule, configs, strict=True)):
+        if one.freeze or one.free:
+            frozen = frozen_after(layout, frozen, one)
+        given += tuple(one.settings)
+        problem = RemoteProblem(
+            prepared.layout, store, None, structure=empty_structure(store, frozen)
+        )
+        sizes = problem.structure.system.sizes
+        widths = [entity.stored for entity in layout.entities]
+        shares = prepared.shares
+        recipes = [
+            PartRecipe(
+                name,
+                turn,
+                prepared.compiled.recipe,
+                share,
+                prepared.path,
+                arrays,
+                frozen,
+                given,
+                _base(share, problem.states, widths) if turn else None,
+            )
+            for share, arrays in zip(shares, prepared.arrays, strict=True)
+        ]
+        team = Team(executor, recipes, sizes, widths)
+        team.traffic = traffic
+        outcome = solve_pass(problem, team, own, prepared.split)
+        problem.write_back()
+        results.append(_result(outcome, one.name))
+        if outcome.status in ENDING:
+            break
+    return Solved(joined(results, layout.name), prepared.split, traffic, store)
+
+
+def solve_pass(problem: RemoteProblem, team: Team, config: LmConfig, split: Split) -> Any:
+    """Run the loop on a problem in parts."""
+    guarded = any(one[1] for one in team.describe())
+    problem.evaluation.is_guarded(guarded)
+    problem.evaluation.parts = problem.box.parts = team
+    solver = RemoteSolver(problem.structure.pattern, team)
+    solver.plan.update(
+        solver="parts", n=problem.size, why=str(split), parts=split.parts, boundary=split.between
+    )
+    return minimise(problem, config, solver)
+
+
+def _base(share: Share, states: list[Floats], widths: list[int]) -> Floats:
+    found = [np.zeros(0)]
+    for state, rows, width in zip(states, share.entity_rows, widths, strict=True):
+        found.append(state[rows, :width].ravel())
+    return np.concatenate(found)
+
+
+def _result(outcome: Any, name: str) -> Result:
+    return Result(
+        outcome.status,
+        outcome.start_cost,
+        outcome.end_cost,
+        outcome.iterations,
+        outcome.accepted_iterations,
+        outcome.x,
+        outcome.final_lambda,
+        Plan(outcome.plan),
+        outcome.timing,
+        outcome.history,
+        name=name,
+        predicted_decrease=outcome.predicted_decrease,
+        gradient_norm=outcome.gradient_norm,
+        noise_floor=outcome.noise_floor,
+    )
