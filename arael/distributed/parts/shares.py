@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import msgspec
 import numpy as np
@@ -126,6 +126,26 @@ def _share(
         (parts[blocks_here] == number) & touched[blocks_here],
         (parts[blocks_here] == BOUNDARY) & touched[blocks_here],
         tuple(entity_rows),
+    )
+
+
+def restricted(share: Share, layout: Layout, whole: System, system: System) -> Share:
+    """The share of a pass in which fewer scalars move: `system` has some of the blocks of `whole`."""
+    blocks, kept, entity_rows = [np.zeros(0, dtype=np.int64)], [], []
+    for entity, before, now in zip(layout.entities, whole.blocks, system.blocks, strict=True):
+        rows = share.rows[entity.table]
+        rows = rows[before.block[rows] >= 0]
+        moves = now.block[rows] >= 0
+        kept.append(moves)
+        entity_rows.append(rows[moves])
+        blocks.append(now.block[rows[moves]])
+    which = np.concatenate([np.zeros(0, dtype=bool), *kept])
+    return replace(
+        share,
+        blocks=np.concatenate(blocks),
+        interior=share.interior[which],
+        boundary=share.boundary[which],
+        entity_rows=tuple(entity_rows),
     )
 
 

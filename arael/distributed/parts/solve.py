@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 from uuid import uuid4
 
@@ -18,24 +18,21 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.distributed.parts.data import (
     Columns,
     columns_of,
-    is_columnar,
     rows_of_share,
     whole_skeleton,
 )
-from arael.distributed.parts.executors import Executor, InProcess, OnDask
+from arael.distributed.parts.executors import Executor
 from arael.distributed.parts.graph import Graph, graph_of
 from arael.distributed.parts.part import empty_structure
 from arael.distributed.parts.requests import PartRecipe
-from arael.distributed.parts.shares import Share, lenient, shares_of, skeleton
+from arael.distributed.parts.shares import Share, lenient, restricted, shares_of, skeleton
 from arael.distributed.parts.split import BOUNDARY, by_labels, by_separators, part_of_instances
 from arael.distributed.parts.team import Team, Traffic
 from arael.result import Plan, Result, joined
-from arael.runtime.assembly.union_find import connected
-from arael.runtime.evaluation.states import write_back
-from arael.runtime.layout import Layout, LayoutPass
+from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import RemoteBox, RemoteEvaluation, RemoteSolver
 from arael.runtime.problem import Problem
-from arael.runtime.solve import minimise, to_stderr
+from arael.runtime.solve import minimise
 from arael.runtime.store import Store
 from arael.runtime.system import System, build_system, free_scalars
 from arael.schedule import check_paths, chosen_passes, frozen_after, held_by
@@ -80,8 +77,8 @@ class Split:
 
     def __str__(self) -> str:
         return (
-            f"{self.parts} parts of {self.interior.min(initial=0)} to "
-            f"{self.interior.max(initial=0)} scalars; boundary of {self.between} "
+            f"{self.parts} parts of {min(self.interior, default=0)} to "
+            f"{max(self.interior, default=0)} scalars; boundary of {self.between} "
             f"({100 * self.share:.2g} % of {self.size})"
         )
 
@@ -121,8 +118,6 @@ def check_splittable(layout: Layout) -> None:
         why = "a constraint sums over the rows of a list, which may be in several parts"
     elif any(function.native for function in layout.functions):
         why = "it calls native functions, which workers do not have"
-    elif layout.marginalize and False:
-        why = ""
     if why:
         raise refusal(layout, why, help_)
 
@@ -146,6 +141,7 @@ class Prepared:
     compiled: CompiledModel
     layout: Layout  # of the parameters
     store: Store
+    system: System
     shares: list[Share]
     split: Split
     path: str | None
@@ -203,6 +199,7 @@ def prepare(
         compiled,
         slim,
         store,
+        system,
         shares,
         _described(shares, parts, of_instances, system),
         path,
@@ -313,7 +310,10 @@ def run(
         )
         sizes = problem.structure.system.sizes
         widths = [entity.stored for entity in layout.entities]
-        shares = prepared.shares
+        shares = [
+            restricted(share, layout, prepared.system, problem.structure.system)
+            for share in prepared.shares
+        ]
         recipes = [
             PartRecipe(
                 name,
