@@ -119,7 +119,9 @@ def _rows(layout: Layout, piece: Any, path: str) -> int:
     if table.parent:
         own = np.asarray(piece[f"{path}.offsets"]) if f"{path}.offsets" in piece else np.zeros(1)
         return int(own[-1])
-    for name in [f"{path}.{c.path}" for c in table.columns] + [f"{path}.{v.path}" for v in table.values]:
+    for name in [f"{path}.{c.path}" for c in table.columns] + [
+        f"{path}.{v.path}" for v in table.values
+    ]:
         if name in piece:
             return _length(piece, name)
     return 0

@@ -243,7 +243,11 @@ def empty_structure(store: Store, frozen: frozenset[str]) -> Structure:
 
 
 def _structure(
-    store: Store, frozen: frozenset[str], active: list[Ints], slot_rows: list[list[Ints]], system: Any
+    store: Store,
+    frozen: frozenset[str],
+    active: list[Ints],
+    slot_rows: list[list[Ints]],
+    system: Any,
 ) -> Structure:
     layout = store.layout
     return Structure(

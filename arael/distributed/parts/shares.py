@@ -47,7 +47,12 @@ class Share:
 
 
 def shares_of(
-    store: Store, layout: Layout, system: System, graph: Graph, parts: Ints, of_instances: list[Ints]
+    store: Store,
+    layout: Layout,
+    system: System,
+    graph: Graph,
+    parts: Ints,
+    of_instances: list[Ints],
 ) -> list[Share]:
     """The shares of all parts.
 
@@ -65,7 +70,9 @@ def shares_of(
         if column.role == "ref"
     }
     count = int(max(parts.max(initial=0), *(p.max(initial=0) for p in of_instances), 0)) + 1
-    return [_share(store, layout, system, graph, parts, of_instances, refs, p) for p in range(count)]
+    return [
+        _share(store, layout, system, graph, parts, of_instances, refs, p) for p in range(count)
+    ]
 
 
 def _share(
@@ -130,7 +137,7 @@ def _share(
 
 
 def restricted(share: Share, layout: Layout, whole: System, system: System) -> Share:
-    """The share of a pass in which fewer scalars move: `system` has some of the blocks of `whole`."""
+    """The share in a pass with fewer blocks: `system` has some of those of `whole`."""
     blocks, kept, entity_rows = [np.zeros(0, dtype=np.int64)], [], []
     for entity, before, now in zip(layout.entities, whole.blocks, system.blocks, strict=True):
         rows = share.rows[entity.table]
@@ -176,7 +183,7 @@ def table_behind(layout: Layout, path: str, steps: tuple[Step, ...]) -> str:
 
 
 def skeleton(layout: Layout) -> Layout:
-    """The model without data and constraints: parameters, refs and presence, which refs may lack."""
+    """The model without data and constraints: parameters, presence, and refs that may be null."""
     return _with_tables(layout, ("param", "ref", "present"), groups=())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 from uuid import uuid4
 
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from arael.compiled_model import CompiledModel
 from arael.config import LmConfig
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.parts.checkpoint import Checkpoint, mark_of
+from arael.distributed.parts.checkpoint import read as read_checkpoint
 from arael.distributed.parts.data import (
     Columns,
     columns_of,
@@ -23,19 +25,23 @@ from arael.distributed.parts.data import (
 )
 from arael.distributed.parts.executors import Executor
 from arael.distributed.parts.graph import Graph, graph_of
+from arael.distributed.parts.marginals import PartCovariance
 from arael.distributed.parts.part import empty_structure
 from arael.distributed.parts.requests import PartRecipe
 from arael.distributed.parts.shares import Share, lenient, restricted, shares_of, skeleton
 from arael.distributed.parts.split import BOUNDARY, by_labels, by_separators, part_of_instances
 from arael.distributed.parts.team import Team, Traffic
+from arael.io.columns import full_path
+from arael.io.files import write_whole
 from arael.result import Plan, Result, joined
+from arael.runtime.evaluation.states import stored_scalars
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import RemoteBox, RemoteEvaluation, RemoteSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.runtime.store import Store
 from arael.runtime.system import System, build_system, free_scalars
-from arael.schedule import check_paths, chosen_passes, frozen_after, held_by
+from arael.schedule import chosen_passes, frozen_after, held_by
 from arael.statuses import ENDING
 
 Floats = NDArray[np.float64]
@@ -93,13 +99,36 @@ class Solved:
     split : how the problem was split
     traffic : bytes that were sent
     store : parameters and refs of all rows, solved
+    problem, team : of the last pass
+    seconds : spent on reading refs and splitting
     """
 
     result: Result
     split: Split
     traffic: Traffic
     store: Store
-    seconds: dict[str, float] = field(default_factory=dict)
+    problem: Problem
+    team: Team
+    seconds: float = 0.0
+
+    def covariance(self) -> PartCovariance:
+        """Marginal covariances at the solution, from the factors of the parts."""
+        return PartCovariance(self.problem, self.team)
+
+    def parameters(self) -> dict[str, NDArray[Any]]:
+        """Solved parameters of all rows, by name: ``poses.pos`` (rows, 3)."""
+        found = {}
+        for path, table in self.store.tables.items():
+            for column in table.data.values():
+                if column.role == "param":
+                    values = np.array(table.column(column.path))
+                    found[full_path(table, column.path)] = values if path else values[0]
+        return found
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the solved parameters, and nothing else, as an NPZ file."""
+        arrays = self.parameters()
+        write_whole(path, lambda file: np.savez(file, **arrays))
 
 
 def check_splittable(layout: Layout) -> None:
@@ -108,7 +137,7 @@ def check_splittable(layout: Layout) -> None:
     Raises
     ------
     AraelError
-        E0890: sums over rows, f32, native functions, bounds.
+        E0895: sums over rows, f32, native functions, bounds.
     """
     why = ""
     help_ = "solve it on one machine"
@@ -123,10 +152,10 @@ def check_splittable(layout: Layout) -> None:
 
 
 def refusal(layout: Layout, why: str, help_: str) -> AraelError:
-    """E0890 for a model or data that cannot be solved in parts."""
+    """E0895 for a model or data that cannot be solved in parts."""
     return AraelError(
         Diagnostic(
-            "E0890",
+            "E0895",
             f"`{layout.name}` cannot be solved in parts: {why}",
             origin="partition",
             help=(help_,),
@@ -208,9 +237,7 @@ def prepare(
     )
 
 
-def _described(
-    shares: list[Share], parts: Ints, of_instances: list[Ints], system: System
-) -> Split:
+def _described(shares: list[Share], parts: Ints, of_instances: list[Ints], system: System) -> Split:
     sizes = system.sizes
     return Split(
         len(shares),
@@ -242,15 +269,13 @@ def _refuse_components(layout: Layout, graph: Graph) -> None:
         )
 
 
-def labels_of(
-    layout: Layout, columns: Columns, store: Store, system: System, name: str
-) -> Ints:
+def labels_of(layout: Layout, columns: Columns, store: Store, system: System, name: str) -> Ints:
     """(blocks,) label of each block from a column; -1 where its table lacks it.
 
     Raises
     ------
     AraelError
-        E0891: no table of entities has the column, or it holds neither integers nor strings.
+        E0896: no table of entities has the column, or it holds neither integers nor strings.
     """
     found = np.full(len(system.sizes), -1, dtype=np.int64)
     parts, places = [], []
@@ -269,7 +294,7 @@ def labels_of(
         tables = sorted({entity.table for entity in layout.entities if entity.table})
         raise AraelError(
             Diagnostic(
-                "E0891",
+                "E0896",
                 f"no collection with parameters has a column `{name}` of integers or strings",
                 origin="--partition-by",
                 notes=(f"collections with parameters are {', '.join(tables)}",),
@@ -288,15 +313,36 @@ def run(
     config: LmConfig | None = None,
     passes: Any = None,
     freeze: Any = (),
+    checkpoint: str | os.PathLike[str] | None = None,
+    resume: bool = False,
     **settings: Any,
 ) -> Solved:
-    """Solve a prepared problem."""
+    """Solve a prepared problem.
+
+    Parameters
+    ----------
+    checkpoint : file that is written after each accepted attempt
+    resume : go on from that file
+
+    Raises
+    ------
+    SolveError
+        E1001-E1007, as of a solve on one machine.
+    AraelError
+        E0897 a checkpoint that does not fit; E0898 the cluster is lost.
+    """
     layout, store = prepared.compiled.layout, prepared.store
     base = config.with_() if config is not None else LmConfig.of()
     schedule = chosen_passes(layout, passes)
     configs = [base.with_(**{**one.config, **settings}) for one in schedule]
     frozen = held_by(layout, [freeze] if isinstance(freeze, str) else freeze)
     name = uuid4().hex
+    start = _stored(prepared.layout, store)
+    counts = {path: table.size for path, table in store.tables.items()}
+    mark = mark_of(prepared.compiled, start, counts) if checkpoint is not None else ""
+    before = read_checkpoint(checkpoint, mark) if resume and checkpoint is not None else None
+    if before is not None:
+        _store_values(prepared.layout, store, before.base)
     results: list[Result] = []
     traffic = Traffic()
     given: tuple[Any, ...] = ()
@@ -305,6 +351,8 @@ def run(
         if one.freeze or one.free:
             frozen = frozen_after(layout, frozen, one)
         given += tuple(one.settings)
+        if before is not None and turn < before.turn:
+            continue
         problem = RemoteProblem(
             prepared.layout, store, None, structure=empty_structure(store, frozen)
         )
@@ -324,18 +372,48 @@ def run(
                 arrays,
                 frozen,
                 given,
-                _base(share, problem.states, widths) if turn else None,
+                _base(share, problem.states, widths) if turn or before is not None else None,
             )
             for share, arrays in zip(shares, prepared.arrays, strict=True)
         ]
         team = Team(executor, recipes, sizes, widths)
         team.traffic = traffic
+        began_at = _stored(prepared.layout, store)
+        attempts = 0
+        if before is not None and turn == before.turn:
+            attempts = before.attempts
+            _start_at(prepared.layout, store, problem, before.x)
+            own = own.with_(max_iters=max(1, own.max_iters - attempts))
+            if own.chosen_strategy() == "damped" and before.damping > 0:
+                own = own.with_(initial_lambda=before.damping)
+        if checkpoint is not None:
+            own = replace(
+                own,
+                observer=_Saving(
+                    checkpoint,
+                    mark,
+                    turn,
+                    attempts,
+                    began_at,
+                    prepared.layout,
+                    problem,
+                    own.observer,
+                ),
+            )
         outcome = solve_pass(problem, team, own, prepared.split)
         problem.write_back()
         results.append(_result(outcome, one.name))
         if outcome.status in ENDING:
             break
-    return Solved(joined(results, layout.name), prepared.split, traffic, store)
+    return Solved(
+        joined(results, layout.name),
+        prepared.split,
+        traffic,
+        store,
+        problem,
+        team,
+        prepared.seconds,
+    )
 
 
 def solve_pass(problem: RemoteProblem, team: Team, config: LmConfig, split: Split) -> Any:
@@ -355,6 +433,74 @@ def _base(share: Share, states: list[Floats], widths: list[int]) -> Floats:
     for state, rows, width in zip(states, share.entity_rows, widths, strict=True):
         found.append(state[rows, :width].ravel())
     return np.concatenate(found)
+
+
+def _stored(layout: Layout, store: Store) -> Floats:
+    """Stored scalars of all rows with parameters, entity by entity."""
+    every = [stored_scalars(store, e, np.dtype(np.float64)).ravel() for e in layout.entities]
+    return np.concatenate([np.zeros(0), *every])
+
+
+def _slices(layout: Layout, store: Store, x: Floats) -> list[Floats]:
+    found, first = [], 0
+    for entity in layout.entities:
+        rows = store.tables[entity.table].size
+        found.append(x[first : first + rows * entity.stored].reshape(rows, entity.stored))
+        first += rows * entity.stored
+    return found
+
+
+def _store_values(layout: Layout, store: Store, x: Floats) -> None:
+    """Write stored scalars of all rows, as `_stored` gives them, into the store."""
+    for entity, values in zip(layout.entities, _slices(layout, store, x), strict=True):
+        table = store.tables[entity.table]
+        for use in entity.params:
+            column = table.column(use.column)
+            mine = values[:, use.stored_start : use.stored_start + use.stored]
+            column[...] = mine.reshape(column.shape)
+
+
+def _start_at(layout: Layout, store: Store, problem: Problem, x: Floats) -> None:
+    for number, values in enumerate(_slices(layout, store, x)):
+        problem.evaluation.start_at(number, values)
+
+
+class _Saving:
+    """An observer that writes a checkpoint after each accepted attempt."""
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        mark: str,
+        turn: int,
+        attempts: int,
+        base: Floats,
+        layout: Layout,
+        problem: Problem,
+        other: Any,
+    ) -> None:
+        self._path, self._mark, self._turn, self._attempts = path, mark, turn, attempts
+        self._base, self._layout, self._problem, self._other = base, layout, problem, other
+
+    def __call__(self, record: Any) -> bool | None:
+        self._attempts += 1
+        if record["accepted"]:
+            states = self._problem.states
+            x = [
+                state[: self._problem.store.tables[e.table].size, : e.stored].ravel()
+                for e, state in zip(self._layout.entities, states, strict=True)
+            ]
+            Checkpoint(
+                self._mark,
+                self._turn,
+                self._attempts,
+                float(record["next_damping"]),
+                float(record["radius"]),
+                float(record["trial_cost"]),
+                np.concatenate([np.zeros(0), *x]),
+                self._base,
+            ).write(self._path)
+        return None if self._other is None else self._other(record)
 
 
 def _result(outcome: Any, name: str) -> Result:

@@ -96,9 +96,11 @@ def by_labels(graph: Graph, labels: Ints, parts: int | None = None) -> Ints:
         known = np.minimum((before * parts / weight.sum()).astype(np.int64), parts - 1)[known]
     owner = np.repeat(np.arange(graph.size), np.diff(graph.start))
     crossing = known[owner] < known[graph.neighbours]
+    one, other = owner[crossing], graph.neighbours[crossing]
+    count = np.bincount(np.concatenate((one, other)), minlength=graph.size)
     found = np.asarray(known, dtype=np.int64)
-    # Of each pair between two parts the one in the later part.
-    found[np.unique(graph.neighbours[crossing])] = BOUNDARY
+    # Of each pair between two parts that with more such pairs: it saves others.
+    found[np.where(count[one] > count[other], one, other)] = BOUNDARY
     return with_inner_boundary(graph, _renumbered(found))
 
 
@@ -110,9 +112,7 @@ def _spread(graph: Graph, labels: Ints) -> Ints:
         open_ = (labels[owner] < 0) & (labels[graph.neighbours] >= 0)
         if not open_.any():
             break
-        votes = np.unique(
-            owner[open_] * top + labels[graph.neighbours[open_]], return_counts=True
-        )
+        votes = np.unique(owner[open_] * top + labels[graph.neighbours[open_]], return_counts=True)
         order = np.lexsort((votes[0], -votes[1]))
         vertex = votes[0][order] // top
         first = np.unique(vertex, return_index=True)[1]

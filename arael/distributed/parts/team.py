@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 
 @dataclass
 class Traffic:
-    """Bytes of arrays that were sent: to the parts, from them, and between them and the boundary."""
+    """Bytes of arrays: sent to the parts, back, and from the parts to the boundary."""
 
     out: int = 0
     back: int = 0
@@ -71,9 +71,7 @@ class Team:
         self._size = int(sizes.sum())
         self.boundary, self.scalars = boundary_of(self._shares, sizes)
         self._places = [places_of(s, sizes, self.boundary, k) for k, s in enumerate(self._shares)]
-        self._recipes = [
-            executor.submit(_same, recipe, part=k) for k, recipe in enumerate(recipes)
-        ]
+        self._recipes = [executor.submit(_same, recipe, part=k) for k, recipe in enumerate(recipes)]
         self._home_of_boundary = executor.submit(_same, self.boundary, part=0)
         self._number = 0
         self._points: dict[int, list[Any]] = {}
@@ -133,7 +131,9 @@ class Team:
             self._executor.submit(requests.eliminate, recipe, factor, ask, part=k)
             for k, (recipe, factor) in enumerate(zip(self._recipes, factors, strict=True))
         ]
-        self.traffic.reduced += sum(8 * len(at.boundary) * (len(at.boundary) + 1) for at in self._places)
+        self.traffic.reduced += sum(
+            8 * len(at.boundary) * (len(at.boundary) + 1) for at in self._places
+        )
         added = (damped - self._own)[self.scalars]
         self._factor = (number, factors, reduced, added)
         return self._substituted(ask, None, right)
@@ -157,6 +157,52 @@ class Team:
         if found is None:
             raise ArithmeticError(f"a factor failed when it was used again, at scalar {failed}")
         return found
+
+    def inverse(self, scalars: Ints) -> Floats:
+        """(k, k) entries of the inverse between scalars of one block, by the last factor.
+
+        Only the part that has the block is asked for its sweeps.
+        """
+        assert self._factor is not None
+        number, factors, reduced, added = self._factor
+        part = next(
+            (k for k, at in enumerate(self._places) if np.isin(scalars[0], at.interior)), -1
+        )
+        place = self._places[part] if part >= 0 else None
+        nothing = [np.zeros(len(at.boundary)) for at in self._places]
+        tops, found = [], []
+        for scalar in scalars:
+            swept: list[Any] = list(nothing)
+            right = (self.scalars == scalar).astype(np.float64)
+            if place is not None:
+                ask = Right(self._next(), (place.interior == scalar).astype(np.float64))
+                swept[part] = self._executor.submit(
+                    requests.sweep, self._recipes[part], factors[part], ask, part=part
+                )
+            top = self._executor.submit(
+                requests.solve_boundary,
+                self._run,
+                self._home_of_boundary,
+                number,
+                reduced,
+                swept,
+                added,
+                right,
+                part=0,
+            )
+            tops.append(top)
+            if place is not None:
+                recipe, factor = self._recipes[part], factors[part]
+                found.append(
+                    self._executor.submit(
+                        requests.substitute, recipe, factor, ask, top, place.on_boundary, part=part
+                    )
+                )
+        if place is not None:
+            at = np.searchsorted(place.interior, scalars)
+            return np.stack([x[at] for x in self._executor.gather(found)], axis=1)
+        at = np.searchsorted(self.scalars, scalars)
+        return np.stack([x[at] for _, x in self._executor.gather(tops)], axis=1)
 
     def _substituted(
         self, ask: Any, swept: list[Any] | None, right: Floats

@@ -19,7 +19,8 @@ struct Link {
     constraint apart loss cauchy(2) { b.h * (1 + 0.1 * b.s.x) - a.h * (1 + 0.1 * a.s.y) - d }
     constraint smooth { 0.3 * (a.s - b.s) }
 }
-struct Pin { node: ref Node in root.nodes; h: real; constraint at { [node.h - h, node.s - [1, 1]] } }
+struct Pin { node: ref Node in root.nodes; h: real
+    constraint at { [node.h - h, node.s - [1, 1]] } }
 root Field { nodes: list of Node; links: list of Link; pins: list of Pin }
 """
 
@@ -77,9 +78,7 @@ def loop(n: int = 60) -> Model:
     d = at[b] - at[a]
     t = np.stack((c * d[:, 0] + s * d[:, 1], c * d[:, 1] - s * d[:, 0]), 1)
     turned = (heading[b] - heading[a] + np.pi) % (2 * np.pi) - np.pi
-    graph.poses.extend(
-        t=at + rng.normal(0, 0.2, at.shape), th=heading + rng.normal(0, 0.05, n)
-    )
+    graph.poses.extend(t=at + rng.normal(0, 0.2, at.shape), th=heading + rng.normal(0, 0.05, n))
     graph.edges.extend(
         a=a,
         b=b,
@@ -133,7 +132,7 @@ def bundle(cameras: int = 12, points: int = 40) -> Model:
 
 
 def chain(n: int = 50) -> Model:
-    """Epochs of a receiver: optional refs, guards over data and parameters, outliers, fixed rows."""
+    """Epochs of a receiver: optional refs, guards over data and parameters, fixed rows."""
     rng = np.random.default_rng(4)
     receiver: Any = arael.loads(CHAIN, name="chain.arael", interpret=True)()
     satellites = np.array([[0.0, 40], [60, 30], [-20, 20], [30, -50]])
