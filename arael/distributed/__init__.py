@@ -1,1 +1,5 @@
-"""Many problems, and one in parts, on Dask."""
+"""One problem in parts on Dask."""
+
+from arael.distributed.parts.api import solve
+
+__all__ = ["solve"]

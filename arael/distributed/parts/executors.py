@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count
 from typing import Any, Protocol
 from uuid import uuid4
+
+from arael.diagnostics.records import AraelError, Diagnostic
 
 
 class Executor(Protocol):
@@ -50,19 +53,55 @@ class OnDask:
 
     def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
         """Submit a task under a name of its own."""
-        home = self._home(part)
-        return self.client.submit(
-            function,
-            *args,
-            key=f"arael-{function.__name__}-{part}-{self._name}-{next(self._number)}",
-            workers=None if home is None else [home],
-            allow_other_workers=home is not None,
-            pure=False,
-        )
+        with self._connected():
+            home = self._home(part)
+            return self.client.submit(
+                function,
+                *args,
+                key=f"arael-{function.__name__}-{part}-{self._name}-{next(self._number)}",
+                workers=None if home is None else [home],
+                allow_other_workers=home is not None,
+                pure=False,
+            )
 
     def gather(self, found: Sequence[Any]) -> list[Any]:
         """Wait for the results, each of which counts once."""
-        return list(self.client.gather(list(found)))
+        with self._connected():
+            return list(self.client.gather(list(found)))
+
+    @contextmanager
+    def _connected(self) -> Iterator[None]:
+        """Report a lost cluster by a message; E0898."""
+        # imported here: an optional part
+        from concurrent.futures import CancelledError
+
+        from distributed.comm import CommClosedError
+        from distributed.scheduler import KilledWorker
+
+        try:
+            yield
+        except AraelError:
+            raise
+        except KilledWorker as error:
+            raise AraelError(
+                Diagnostic(
+                    "E0898",
+                    "several workers died with the same part",
+                    origin="cluster",
+                    notes=(" ".join(str(error).split()),),
+                    help=("is a part too large for the memory of a worker? take more parts",),
+                )
+            ) from None
+        except (CancelledError, CommClosedError, OSError, TimeoutError) as error:
+            raise AraelError(
+                Diagnostic(
+                    "E0898",
+                    "the scheduler of the cluster is lost",
+                    origin="cluster",
+                    notes=(f"{type(error).__name__}: {error}",),
+                    help=("go on with `--resume`, if there is a checkpoint",),
+                )
+            ) from None
 
     def _home(self, part: int) -> str | None:
         workers = sorted(self.client.scheduler_info(n_workers=-1)["workers"])
