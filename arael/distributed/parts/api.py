@@ -126,7 +126,7 @@ def _check_instance(instance: Model) -> None:
     """Refuse residuals that are in no model text."""
     layout = instance._compiled.layout
     residuals = getattr(instance, "_residuals", None)
-    if residuals is not None and len(residuals):
+    if residuals is not None and (len(residuals) or residuals.code or residuals.updates):
         raise refusal(
             layout,
             "residuals were added at run time, which workers do not have",

@@ -364,7 +364,7 @@ def run(
         ]
         recipes = [
             PartRecipe(
-                name,
+                f"{name}-{turn}",
                 turn,
                 prepared.compiled.recipe,
                 share,
