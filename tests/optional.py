@@ -35,6 +35,7 @@ PARTS = {
     "evo": Part("evo.core.metrics", "pip install evo"),
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
+    "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "JAX": Part("jax", "pip install jax"),
 }
 

@@ -21,6 +21,9 @@ from arael.io import npz_writer
 from arael.model import Model
 from arael.runtime.store import Store
 
+PATIENCE = "10s"
+"""How long a scheduler may take to answer."""
+
 
 def solve(
     model: Model | type[Model] | str | os.PathLike[str],
@@ -94,9 +97,7 @@ def solve(
     else:
         compiled, source = loaded()._compiled, data
     if compiled.recipe is None:
-        raise refusal(
-            compiled.layout, "it was not loaded from a text", "load it with `arael.load`"
-        )
+        raise refusal(compiled.layout, "it was not loaded from a text", "load it with `arael.load`")
     with executor_for(client, scheduler, workers) as (executor, count):
         wanted = partition if partition is not None or partition_by is not None else count
         prepared = prepare(_ready(compiled), source, wanted, partition_by)
@@ -176,7 +177,7 @@ def executor_for(
         ) from None
     if scheduler is not None:
         try:
-            own = distributed.Client(scheduler, timeout="10s", set_as_default=False)
+            own = distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise AraelError(
                 Diagnostic(
@@ -195,7 +196,7 @@ def executor_for(
             n_workers=count,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address=":0",
             silence_logs=50,
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as own,

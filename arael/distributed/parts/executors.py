@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
@@ -9,6 +10,9 @@ from typing import Any, Protocol
 from uuid import uuid4
 
 from arael.diagnostics.records import AraelError, Diagnostic
+
+_FRESH = 0.5
+"""Seconds for which the list of workers is taken as it was."""
 
 
 class Executor(Protocol):
@@ -50,6 +54,8 @@ class OnDask:
         self._homes: dict[int, str] = {}
         self._number = count()
         self._name = uuid4().hex[:12]
+        self._workers: list[str] = []
+        self._asked = float("-inf")
 
     def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
         """Submit a task under a name of its own."""
@@ -69,6 +75,14 @@ class OnDask:
         with self._connected():
             return list(self.client.gather(list(found)))
 
+    def _present(self) -> list[str]:
+        """Addresses of the workers, asked for now and then: a question takes a round trip."""
+        now = time.monotonic()
+        if now - self._asked > _FRESH:
+            self._workers = sorted(self.client.scheduler_info(n_workers=-1).get("workers", {}))
+            self._asked = now
+        return self._workers
+
     @contextmanager
     def _connected(self) -> Iterator[None]:
         """Report a lost cluster by a message; E0898."""
@@ -79,6 +93,8 @@ class OnDask:
         from distributed.scheduler import KilledWorker
 
         try:
+            if self.client.status in ("closing", "closed"):
+                raise OSError("the connection is closed")
             yield
         except AraelError:
             raise
@@ -104,7 +120,7 @@ class OnDask:
             ) from None
 
     def _home(self, part: int) -> str | None:
-        workers = sorted(self.client.scheduler_info(n_workers=-1)["workers"])
+        workers = self._present()
         if not workers:
             return None
         known = self._homes.get(part)

@@ -152,7 +152,10 @@ def test_a_folder_without_archives_is_refused(tmp_path: Path) -> None:
 def test_a_sum_over_rows_is_refused() -> None:
     text = """
     struct K { v: real }
-    struct L { param x: real; ks: list of K; constraint c { x - sum(k in self.ks) { sin(k.v * x) } } }
+    struct L {
+        param x: real; ks: list of K
+        constraint c { x - sum(k in self.ks) { sin(k.v * x) } }
+    }
     root R { ls: list of L }
     """
     model: Any = arael.loads(text, interpret=True)()

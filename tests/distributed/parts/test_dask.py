@@ -1,0 +1,134 @@
+"""Parts on the workers of a Dask cluster, and what happens when some of it dies."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arael.diagnostics.records import AraelError
+from arael.distributed import solve
+from tests.optional import needs, require
+
+from .faults import kills
+from .problems import PROBLEMS, arrays_of, with_arrays
+
+pytestmark = needs("Dask")
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    distributed = require("Dask")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
+    model = PROBLEMS["loop"]()
+    other = with_arrays(model, arrays_of(model))
+    found = solve(model, partition=3, client=client)
+    result = other.solve(solver="sparse")
+    assert found.result.iterations == result.iterations
+    assert found.result.cost == pytest.approx(result.cost, rel=1e-9)
+    np.testing.assert_allclose(
+        found.covariance().marginal("poses", 30),
+        other.covariance().marginal(("poses", 30)),
+        rtol=1e-5,
+        atol=1e-8,
+    )
+
+
+def test_a_killed_worker_changes_nothing(client: Any) -> None:
+    count = kills(2, client, 2, seed=5)
+    assert count.equal == count.runs == 2
+
+
+class Cluster:
+    """A scheduler and two workers as processes of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir()
+        self.processes = []
+        file = folder / "scheduler.json"
+        head = [sys.executable, "-m", "dask"]
+        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
+        self._start([*head, "scheduler", "--no-dashboard", *where], folder, quiet)
+        until = time.monotonic() + 60
+        while not (file.exists() and file.read_text()):
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        self.address = json.loads(file.read_text())["address"]
+        for _ in range(2):
+            self._start(
+                [*head, "worker", self.address, "--no-nanny", "--nthreads", "1", "--no-dashboard"],
+                folder,
+                quiet,
+            )
+
+    def _start(self, command: list[str], folder: Path, quiet: dict[str, Any]) -> None:
+        self.processes.append(subprocess.Popen(command, cwd=folder, **quiet))
+
+    def kill_scheduler(self) -> None:
+        os.kill(self.processes[0].pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        for process in self.processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.slow
+def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: Path) -> None:
+    model = PROBLEMS["grid"]()
+    arrays = arrays_of(model)
+    alone = with_arrays(model, arrays).solve(solver="sparse")
+    checkpoint = tmp_path / "state.npz"
+    cluster = Cluster(tmp_path / "one")
+    seen = []
+
+    def observe(record: Any) -> None:
+        seen.append(record)
+        if len(seen) == 4:
+            cluster.kill_scheduler()
+
+    try:
+        with pytest.raises(AraelError) as caught:
+            solve(
+                with_arrays(model, arrays),
+                partition=3,
+                scheduler=cluster.address,
+                checkpoint=checkpoint,
+                observer=observe,
+            )
+    finally:
+        cluster.close()
+    assert caught.value.diagnostics[0].code == "E0898"
+    assert "--resume" in str(caught.value)
+    found = solve(
+        with_arrays(model, arrays), partition=3, workers=0, checkpoint=checkpoint, resume=True
+    )
+    assert found.result.cost == pytest.approx(alone.cost, rel=1e-9)
+    assert found.result.history["cost"][0] == pytest.approx(seen[-1]["trial_cost"], rel=1e-12)
+
+
+def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("arael.distributed.parts.api.PATIENCE", "1s")
+    model = PROBLEMS["grid"]()
+    with pytest.raises(AraelError) as caught:
+        solve(model, partition=2, scheduler="tcp://127.0.0.1:9")
+    assert caught.value.diagnostics[0].code == "E0898"
