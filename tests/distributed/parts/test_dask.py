@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,7 +13,7 @@ from arael.diagnostics.records import AraelError
 from arael.distributed import solve
 from tests.optional import needs, require
 
-from .faults import kills
+from .faults import Cluster, kills
 from .problems import PROBLEMS, arrays_of, with_arrays
 
 pytestmark = needs("Dask")
@@ -52,44 +46,9 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
     )
 
 
-def test_a_killed_worker_changes_nothing(client: Any) -> None:
-    count = kills(2, client, 2, seed=5)
+def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
+    count = kills(2, tmp_path / "cluster", seed=5)
     assert count.equal == count.runs == 2
-
-
-class Cluster:
-    """A scheduler and two workers as processes of their own."""
-
-    def __init__(self, folder: Path) -> None:
-        folder.mkdir()
-        self.processes = []
-        file = folder / "scheduler.json"
-        head = [sys.executable, "-m", "dask"]
-        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
-        self._start([*head, "scheduler", "--no-dashboard", *where], folder, quiet)
-        until = time.monotonic() + 60
-        while not (file.exists() and file.read_text()):
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        self.address = json.loads(file.read_text())["address"]
-        for _ in range(2):
-            self._start(
-                [*head, "worker", self.address, "--no-nanny", "--nthreads", "1", "--no-dashboard"],
-                folder,
-                quiet,
-            )
-
-    def _start(self, command: list[str], folder: Path, quiet: dict[str, Any]) -> None:
-        self.processes.append(subprocess.Popen(command, cwd=folder, **quiet))
-
-    def kill_scheduler(self) -> None:
-        os.kill(self.processes[0].pid, signal.SIGKILL)
-
-    def close(self) -> None:
-        for process in self.processes:
-            process.kill()
-            process.wait()
 
 
 @pytest.mark.slow
@@ -104,7 +63,7 @@ def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: P
     def observe(record: Any) -> None:
         seen.append(record)
         if len(seen) == 4:
-            cluster.kill_scheduler()
+            cluster.scheduler.kill()
 
     try:
         with pytest.raises(AraelError) as caught:
