@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -101,8 +102,6 @@ def solve(
     with executor_for(client, scheduler, workers) as (executor, count):
         wanted = partition if partition is not None or partition_by is not None else count
         prepared = prepare(_ready(compiled), source, wanted, partition_by)
-        if partition_by is not None and partition is None and prepared.split.parts < 1:
-            raise refusal(compiled.layout, "there is nothing to split", "")
         found = run(
             prepared,
             executor,
@@ -164,8 +163,7 @@ def executor_for(
         yield OnDask(client), max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
         return
     try:
-        # imported here: an optional part
-        import distributed
+        distributed: Any = import_module("distributed")  # an optional part
     except ImportError:
         raise AraelError(
             Diagnostic(

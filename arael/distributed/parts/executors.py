@@ -89,7 +89,7 @@ class OnDask:
         # imported here: an optional part
         from concurrent.futures import CancelledError
 
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
         from distributed.scheduler import KilledWorker
 
         try:

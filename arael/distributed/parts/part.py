@@ -17,15 +17,14 @@ sweeps: M y = (g_i, 0) has (S + D_bb) y_b = r, and M x = (g_i, (S + D_bb) x_b - 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
-from arael.runtime.assembly.scatter_plan import scatter_plan
-from arael.runtime.assembly.structure import Structure, _slot_rows, active_rows
-from arael.runtime.evaluation.natives import NativeTable
+from arael.runtime.assembly.structure import Structure, structure_of_chosen
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import curvature_of
 from arael.runtime.linear.analysis import analyse_order
@@ -33,8 +32,7 @@ from arael.runtime.linear.minimum_degree import minimum_degree
 from arael.runtime.linear.sparse import SparseSolver
 from arael.runtime.linear.symbolic import adjacency
 from arael.runtime.problem import Problem
-from arael.runtime.store import Store
-from arael.runtime.system import build_system, free_scalars
+from arael.runtime.store import Store, Table
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,6 +52,37 @@ class Reduced:
     failed: int
     matrix: Floats
     right: Floats
+
+
+class PartProblem(Problem):
+    """A problem whose messages name rows as the whole data set numbers them."""
+
+    share: Share
+
+    def instance_name(self, group: int, instance: int) -> str:
+        """Name of an instance of a constraint: ``PointFrine.bearing[17]``."""
+        one = self.layout.groups[group]
+        row = self.share.rows[one.table][self.structure.active[group][instance]]
+        return f"{one.label}[{row}]"
+
+
+def number_as_whole(store: Store, share: Share) -> None:
+    """Let the rows of a part have the names that they have in the whole data set."""
+    for path, table in store.tables.items():
+        if path:
+            table.row_name = partial(_row_name, table, share)  # type: ignore[method-assign]
+            table.row_names = partial(_row_names, table, share)  # type: ignore[method-assign]
+
+
+def _row_name(table: Table, share: Share, row: int) -> str:
+    if not table.layout.parent:
+        return f"{table.layout.path}[{share.rows[table.layout.path][row]}]"
+    owner = table.parent.row_name(int(table.parent_rows()[row]))
+    return f"{owner}.{table.layout.field}[{share.places[table.layout.path][row]}]"
+
+
+def _row_names(table: Table, share: Share, rows: Ints) -> list[str]:
+    return [_row_name(table, share, int(row)) for row in rows]
 
 
 class Part:
@@ -76,8 +105,9 @@ class Part:
         frozen: frozenset[str] = frozenset(),
     ) -> None:
         self.share = share
-        self.structure = structure_of_share(store, share, frozen)
-        self.problem = Problem(layout, store, kernels, structure=self.structure)
+        self.structure = structure_of_chosen(store, share.active, frozen)
+        self.problem = PartProblem(layout, store, kernels, structure=self.structure)
+        self.problem.share = share
         system = self.structure.system
         self.solved = [blocks.first >= 0 for blocks in system.blocks]
         self.widths = [entity.stored for entity in layout.entities]
@@ -114,9 +144,9 @@ class Part:
         """Cost, J'r and the diagonal of J'J at the present states, (n,) each."""
         cost, gradient, values = self.problem.evaluation.linearised(self._workspace)
         self._values = values
-        self._gradient = np.array(gradient)
+        self.gradient = np.array(gradient)
         self._diagonal = np.array(values[self.problem.diagonal_at])
-        return float(cost), self._gradient, self._diagonal
+        return float(cost), self.gradient, self._diagonal
 
     def curvature(self, step: Floats) -> float:
         """``step' H step`` with the present linearisation."""
@@ -158,9 +188,10 @@ class Part:
         """What the boundary system gets, for the right-hand side (interior,)."""
         matrix = self._shifted.copy()
         matrix[np.diag_indices_from(matrix)] -= self._shift
-        return Reduced(0, matrix, self._sweep(right))
+        return Reduced(0, matrix, self.sweep(right))
 
-    def _sweep(self, right: Floats) -> Floats:
+    def sweep(self, right: Floats) -> Floats:
+        """What the right-hand side (interior,) adds to that of the boundary."""
         whole = np.zeros(self.structure.system.size)
         whole[self.interior] = right
         return np.asarray(self._shifted @ self.solver.solved(whole)[self.boundary])
@@ -221,42 +252,8 @@ def _fronts_of(solver: SparseSolver, place: Ints) -> list[tuple[Any, ...]]:
     return found
 
 
-def structure_of_share(store: Store, share: Share, frozen: frozenset[str]) -> Structure:
-    """The structure of the instances of a share; of these those whose guards hold."""
-    layout = store.layout
-    natives = NativeTable([f for f in layout.functions if f.native], store.bindings)
-    active = [
-        np.intersect1d(active_rows(store, group, natives), mine, assume_unique=True)
-        for group, mine in zip(layout.groups, share.active, strict=True)
-    ]
-    slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
-    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
-    return _structure(store, frozen, active, slot_rows, build_system(store, free))
-
-
 def empty_structure(store: Store, frozen: frozenset[str]) -> Structure:
     """The structure of a store without constraints: only the system."""
-    free = [free_scalars(store, entity, frozen) for entity in store.layout.entities]
-    found = _structure(store, frozen, [], [], build_system(store, free))
+    found = structure_of_chosen(store, (), frozen)
     found.partition.append(None)  # it is solved as one
     return found
-
-
-def _structure(
-    store: Store,
-    frozen: frozenset[str],
-    active: list[Ints],
-    slot_rows: list[list[Ints]],
-    system: Any,
-) -> Structure:
-    layout = store.layout
-    return Structure(
-        store.structure_version,
-        tuple(store.tables[entity.table].flags_version for entity in layout.entities),
-        tuple(store.tables[entity.table].bounds_version for entity in layout.entities),
-        frozen,
-        tuple(slot_rows),
-        system,
-        scatter_plan(layout, slot_rows, active, system),
-        layout.coupled,
-    )

@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.compiled_model import CompiledModel, Recipe
+from arael.diagnostics.records import Diagnostic
 from arael.distributed.parts.boundary import Boundary, BoundarySystem
 from arael.distributed.parts.data import columns_of, rows_of_share
-from arael.distributed.parts.part import Part, Reduced
+from arael.distributed.parts.part import Part, Reduced, number_as_whole
 from arael.distributed.parts.shares import Share, lenient
 from arael.io import npz
 from arael.runtime.layout import PassSetting
+from arael.runtime.levenberg.diagnosis import find_non_finite, non_finite
 from arael.runtime.store import Store
 
 Floats = NDArray[np.float64]
@@ -113,7 +115,7 @@ def compiled(recipe: Recipe) -> CompiledModel:
             from arael.loading import loads
 
             interpret = True if recipe.interpret == "meanwhile" else recipe.interpret
-            made = loads(
+            made: Any = loads(
                 recipe.text,
                 name=recipe.name,
                 precision=recipe.precision,
@@ -163,6 +165,7 @@ def made(recipe: PartRecipe) -> Part:
     else:
         assert recipe.arrays is not None
         npz.adopt(store, dict(recipe.arrays), "part of the data")
+    number_as_whole(store, recipe.share)
     root = store.tables[""]
     for one in recipe.settings:
         column = root.column(one.column)
@@ -201,6 +204,17 @@ def linearise(recipe: PartRecipe, point: Point) -> tuple[float, Floats, Floats]:
     one = kept(recipe)
     with one.lock:
         return _linearise(one, point)
+
+
+def explain(recipe: PartRecipe, point: Point, derivatives: bool) -> Diagnostic | None:
+    """The first residual (or derivative) of a part that is not finite at a state."""
+    one = kept(recipe)
+    with one.lock:
+        _move(one, point)
+        problem = one.part.problem
+        if find_non_finite(problem, derivatives) is None:
+            return None
+        return non_finite(problem, derivatives)
 
 
 def curvature(recipe: PartRecipe, point: Point, step: Floats) -> float:
@@ -261,7 +275,7 @@ def _factorise(one: Kept, damped: Damped) -> int:
             _linearise(one, damped.at)
         one.failed = one.part.eliminate(damped.diagonal)
         one.factor, one.right = damped.number, (-1, -1)
-        one.gradient = one.part._gradient[one.part.interior].copy()
+        one.gradient = one.part.gradient[one.part.interior].copy()
     return one.failed
 
 
@@ -274,7 +288,7 @@ def _swept(one: Kept, damped: Damped, right: Right) -> Floats:
     number = (damped.number, right.number)
     if one.factor != damped.number or one.right != number:
         _factorise(one, damped)
-        one.swept = one.part._sweep(_values(one, right))
+        one.swept = one.part.sweep(_values(one, right))
         one.right = number
     return one.swept
 

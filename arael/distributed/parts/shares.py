@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -33,6 +33,8 @@ class Share:
         numbers
     blocks : (local blocks,) block of the whole system for each of the part
     interior, boundary : (local blocks,) bool; the others take no step here
+    entity_rows : per entity, its rows that are solved for, of the whole data set
+    places : nested table -> (rows,) number within its owner, of the whole data set
     """
 
     number: int
@@ -43,7 +45,8 @@ class Share:
     blocks: Ints
     interior: NDArray[np.bool_]
     boundary: NDArray[np.bool_]
-    entity_rows: tuple[Ints, ...] = field(default=())
+    entity_rows: tuple[Ints, ...]
+    places: dict[str, Ints]
 
 
 def shares_of(
@@ -133,6 +136,11 @@ def _share(
         (parts[blocks_here] == number) & touched[blocks_here],
         (parts[blocks_here] == BOUNDARY) & touched[blocks_here],
         tuple(entity_rows),
+        {
+            t.path: np.asarray(store.tables[t.path].index_in_parent())[rows_of[t.path]]
+            for t in layout.tables
+            if t.parent
+        },
     )
 
 

@@ -35,6 +35,7 @@ from arael.io.columns import full_path
 from arael.io.files import write_whole
 from arael.result import Plan, Result, joined
 from arael.runtime.evaluation.states import stored_scalars
+from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import RemoteBox, RemoteEvaluation, RemoteSolver
 from arael.runtime.problem import Problem
@@ -53,6 +54,13 @@ class RemoteProblem(Problem):
 
     evaluation_type = RemoteEvaluation
     box_type = RemoteBox
+
+    def ask(self, team: Team, guarded: bool) -> None:
+        """Take costs and linearisations from parts; `guarded`: guards read parameters."""
+        evaluation, box = self.evaluation, self.box
+        assert isinstance(evaluation, RemoteEvaluation) and isinstance(box, RemoteBox)
+        evaluation.is_guarded(guarded)
+        evaluation.parts = box.parts = team
 
 
 @dataclass(frozen=True)
@@ -127,7 +135,7 @@ class Solved:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the solved parameters, and nothing else, as an NPZ file."""
-        arrays = self.parameters()
+        arrays: dict[str, Any] = self.parameters()
         write_whole(path, lambda file: np.savez(file, **arrays))
 
 
@@ -419,13 +427,23 @@ def run(
 def solve_pass(problem: RemoteProblem, team: Team, config: LmConfig, split: Split) -> Any:
     """Run the loop on a problem in parts."""
     guarded = any(one[1] for one in team.describe())
-    problem.evaluation.is_guarded(guarded)
-    problem.evaluation.parts = problem.box.parts = team
+    problem.ask(team, guarded)
     solver = RemoteSolver(problem.structure.pattern, team)
     solver.plan.update(
         solver="parts", n=problem.size, why=str(split), parts=split.parts, boundary=split.between
     )
-    return minimise(problem, config, solver)
+    try:
+        return minimise(problem, config, solver)
+    except SolveError as error:
+        code = error.diagnostics[0].code
+        found = None
+        if code in ("E1001", "E1002"):
+            found = team.explain(problem.states, derivatives=code == "E1002")
+        if found is None:
+            raise
+        named = SolveError(found)
+        named.best = error.best
+        raise named from None
 
 
 def _base(share: Share, states: list[Floats], widths: list[int]) -> Floats:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.records import Diagnostic
 from arael.distributed.parts import requests
 from arael.distributed.parts.boundary import Boundary, scalars_of
 from arael.distributed.parts.executors import Executor
@@ -83,6 +84,12 @@ class Team:
     def describe(self) -> list[tuple[int, bool, int]]:
         """Of each part `requests.describe`."""
         return self._ask(requests.describe, [() for _ in self._shares])
+
+    def explain(self, states: list[Floats], derivatives: bool) -> Diagnostic | None:
+        """The first residual (or derivative) that is not finite at some states."""
+        points = self._point(states)
+        found = self._ask(requests.explain, [(point, derivatives) for point in points])
+        return next((one for one in found if one is not None), None)
 
     # --- what the loop asks for ----------------------------------------------------------------
 

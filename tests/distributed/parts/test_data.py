@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -194,3 +195,36 @@ def test_an_unknown_column_is_refused() -> None:
 
 def test_a_wrong_number_of_parts_is_refused() -> None:
     refused("E0828", PROBLEMS["grid"](), partition=0)
+
+
+def test_a_residual_that_is_not_finite_is_named_as_on_one_machine() -> None:
+    model: Any = PROBLEMS["bundle"]()
+    model.points[30].x.value = model.cameras[7].c.value
+    model.cameras[7].th.value = 0.0
+    model.points[30].seen.append(camera=7, u=1.0)
+    other = with_arrays(model, arrays_of(model))
+    with pytest.raises(AraelError) as alone:
+        other.solve()
+    with pytest.raises(AraelError) as found:
+        solve(model, partition=4, workers=0)
+    assert str(found.value) == str(alone.value)
+    assert "points[30].seen[" in str(found.value)
+
+
+def test_an_unread_parameter_is_named() -> None:
+    model: Any = PROBLEMS["loop"]()
+    model.poses.append(t=[0, 0], th=0.0)
+    with pytest.raises(AraelError) as found:
+        solve(model, partition=3, workers=0)
+    assert found.value.diagnostics[0].code == "E1003"
+    assert "poses[60]" in str(found.value)
+
+
+def test_failures_of_workers_reach_the_caller_whole() -> None:
+    # Dask pickles exceptions.
+    model: Any = PROBLEMS["loop"]()
+    model.poses[3].t.value = [1e200, 0]
+    with pytest.raises(AraelError) as found:
+        solve(model, partition=3, workers=0)
+    again = pickle.loads(pickle.dumps(found.value))
+    assert str(again) == str(found.value)
