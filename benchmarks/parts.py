@@ -145,7 +145,7 @@ def alone(name: str, path: str) -> None:
     before = _memory()
     model: Any = kind()
     model.read(path)
-    result = model.solve(solver="sparse", passes=[])
+    result = model.solve(solver="sparse", passes=[], max_iters=6)
     inside = sum(v for k, v in result.timing.items() if k not in ("prepare", "analyse", "total"))
     print(
         json.dumps(
@@ -191,6 +191,7 @@ def in_parts(name: str, kind: Any, path: Path, parts: int) -> dict[str, Any]:
             partition=parts,
             client=client,
             passes=[],
+            max_iters=6,
             observer=lambda record: stamps.append(time.perf_counter()),
         )
         after = client.run(_memory)

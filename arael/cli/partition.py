@@ -116,7 +116,7 @@ def solve_columns(
     as_json: bool,
 ) -> int:
     """Solve a data set that no process reads whole; the output has the parameters only."""
-    # imported here: an optional part
+    # imported here: start-up time
     from arael.distributed import solve
 
     if output is not None and not output.endswith(".npz"):

@@ -158,7 +158,7 @@ def command(
     if start is not None and not as_json:
         click.echo(str(start), err=True)
     if parts.wanted:
-        # imported here: an optional part
+        # imported here: start-up time
         from arael.distributed import solve
 
         chosen = _loop_settings(strategy, passes, max_iters, verbose)

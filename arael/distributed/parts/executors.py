@@ -86,7 +86,7 @@ class OnDask:
     @contextmanager
     def _connected(self) -> Iterator[None]:
         """Report a lost cluster by a message; E0898."""
-        # imported here: an optional part
+        # imported here: start-up time
         from concurrent.futures import CancelledError
 
         from distributed.comm.core import CommClosedError
