@@ -23,6 +23,7 @@ class Graph:
     ----------
     start, neighbours : undirected graph without loops, as `linear.symbolic.adjacency` makes it
     weights : (blocks,) int64, 1 + the number of instances that read each
+    sizes : (blocks,) int64, scalars of each
     blocks : per group (instances, uses) int64, the block of each entity that an instance reads;
         -1 for one that is not solved for, or is behind a null ref
     """
@@ -30,6 +31,7 @@ class Graph:
     start: Ints
     neighbours: Ints
     weights: Ints
+    sizes: Ints
     blocks: tuple[Ints, ...]
 
     @property
@@ -60,7 +62,7 @@ def graph_of(store: StoreLike, groups: Sequence[Group], system: System) -> Graph
     one, other = np.concatenate((low, high)), np.concatenate((high, low))
     order = np.lexsort((other, one))
     start = np.searchsorted(one[order], np.arange(count + 1)).astype(np.int64)
-    return Graph(start, other[order].astype(np.int64), weights, blocks)
+    return Graph(start, other[order].astype(np.int64), weights, system.sizes, blocks)
 
 
 def _blocks_read(store: StoreLike, group: Group, system: System) -> Ints:

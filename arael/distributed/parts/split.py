@@ -64,7 +64,8 @@ def _halves(graph: Graph, vertices: Ints, local: Ints) -> tuple[Ints, Ints]:
     local[vertices] = np.arange(len(vertices))
     start, inside = _subgraph(graph, vertices, local)
     local[vertices] = -1
-    side = find_separator(start, inside, np.minimum(graph.weights[vertices], 1 << 20))
+    # By scalars, as those of the boundary count; a camera is read by more instances than a point.
+    side = find_separator(start, inside, np.maximum(graph.sizes[vertices], 1))
     left, right, between = (vertices[side == k] for k in range(3))
     if _THIN * len(between) > len(vertices):
         return vertices, vertices[:0]

@@ -52,7 +52,11 @@ def path(n: int) -> Graph:
     start = np.concatenate(([0], np.cumsum([1, *[2] * (n - 2), 1])))
     ends = [[k for k in (v - 1, v + 1) if 0 <= k < n] for v in range(n)]
     return Graph(
-        start, np.array([other for both in ends for other in both]), np.ones(n, dtype=np.int64), ()
+        start,
+        np.array([other for both in ends for other in both]),
+        np.ones(n, dtype=np.int64),
+        np.ones(n, dtype=np.int64),
+        (),
     )
 
 
@@ -78,3 +82,12 @@ def test_a_path_is_split_into_even_parts() -> None:
     assert len(sizes) == 4
     assert sizes.max() < 1.5 * sizes.min()
     assert (parts == BOUNDARY).sum() == 3
+
+
+def test_cameras_separate_points() -> None:
+    # A camera is read by many instances, and still a smaller boundary than its points.
+    model = PROBLEMS["bundle"](24, 400)
+    parts = by_separators(whole(model)[3], 3)
+    between = np.flatnonzero(parts == BOUNDARY)
+    assert 0 < len(between) <= 16
+    assert (between >= 25).sum() <= 3
