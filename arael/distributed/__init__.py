@@ -1,0 +1,7 @@
+"""Many problems, and problems in parts, on a Dask cluster (extra ``distributed``)."""
+
+from __future__ import annotations
+
+from arael.distributed.cluster import connect
+
+__all__ = ["connect"]
