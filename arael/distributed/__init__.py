@@ -1,5 +1,8 @@
-"""One problem in parts on Dask."""
+"""Many problems, and problems in parts, on a Dask cluster (extra ``distributed``)."""
 
+from __future__ import annotations
+
+from arael.distributed.cluster import connect
 from arael.distributed.parts.api import solve
 
-__all__ = ["solve"]
+__all__ = ["connect", "solve"]

@@ -14,7 +14,7 @@ import arael
 from arael.compiled_model import CompiledModel
 from arael.config import LmConfig
 from arael.diagnostics.arguments import wrong_argument
-from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.cluster import connect, require_dask
 from arael.distributed.parts.data import is_columnar
 from arael.distributed.parts.executors import Executor, InProcess, OnDask
 from arael.distributed.parts.solve import Solved, prepare, refusal, run
@@ -22,8 +22,8 @@ from arael.io import npz_writer
 from arael.model import Model
 from arael.runtime.store import Store
 
-PATIENCE = "10s"
-"""How long a scheduler may take to answer."""
+PATIENCE = 10.0
+"""Seconds that a scheduler may take to answer."""
 
 
 def solve(
@@ -73,8 +73,8 @@ def solve(
     ------
     AraelError
         E0895 a model or data that cannot be split, E0896 no such column, E0897 a checkpoint that
-        does not fit, E0898 the cluster is lost, E0899 Dask is not installed; and what reading and
-        solving raise.
+        does not fit, E0898 the cluster is lost; of `arael.distributed.connect` E0880 Dask is not
+        installed, E0881 no scheduler answers; and what reading and solving raise.
     """
     if partition is not None and (isinstance(partition, bool) or partition < 1):
         raise wrong_argument("solve", "partition", "a number of parts from 1 up", partition)
@@ -162,32 +162,13 @@ def executor_for(
     if client is not None:
         yield OnDask(client), max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
         return
-    try:
-        distributed: Any = import_module("distributed")  # an optional part
-    except ImportError:
-        raise AraelError(
-            Diagnostic(
-                "E0899",
-                "solving in parts needs Dask, which is not installed",
-                origin="partition",
-                help=("pip install 'arael[distributed]'",),
-            )
-        ) from None
+    require_dask()
     if scheduler is not None:
-        try:
-            own = distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise AraelError(
-                Diagnostic(
-                    "E0898",
-                    f"no scheduler answers: {error}",
-                    origin=scheduler,
-                    help=("start one with `dask scheduler`, and workers with `dask worker`",),
-                )
-            ) from None
-        with own:
+        with connect(workers, scheduler, timeout=PATIENCE) as own:
             yield OnDask(own), max(1, len(own.scheduler_info(n_workers=-1)["workers"]))
         return
+    # Not `connect`: there a task whose worker dies is not run again.
+    distributed: Any = import_module("distributed")
     count = workers or os.cpu_count() or 1
     with (
         distributed.LocalCluster(

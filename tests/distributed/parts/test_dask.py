@@ -86,8 +86,8 @@ def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: P
 
 
 def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("arael.distributed.parts.api.PATIENCE", "1s")
+    monkeypatch.setattr("arael.distributed.parts.api.PATIENCE", 1.0)
     model = PROBLEMS["grid"]()
     with pytest.raises(AraelError) as caught:
         solve(model, partition=2, scheduler="tcp://127.0.0.1:9")
-    assert caught.value.diagnostics[0].code == "E0898"
+    assert caught.value.diagnostics[0].code == "E0881"
