@@ -2,9 +2,9 @@
 """A problem whose constraints are evaluated, and whose system is solved, somewhere else.
 
 The loop (`loop.pyx`) holds the states and the vectors of the whole problem. Cost, gradient,
-diagonal and curvature are sums over parts, and a step is the solution of a system in parts; each is asked of
-one Python object, once an attempt. So a problem in parts is solved by the same loop as any other:
-the same steps, attempts and ends.
+diagonal and curvature are sums over parts, and a step is the solution of a system in parts; each is
+asked of one Python object, once an attempt. So a problem in parts is solved by the same loop as any
+other: the same steps, attempts and ends.
 """
 
 import numpy as np
