@@ -41,6 +41,7 @@ PARTS = {
     "mcp": Part("mcp", 'pip install "arael[sketch]"'),
     "anywidget": Part("anywidget", 'pip install "arael[notebook]"'),
     "playwright": Part("playwright.sync_api", "pip install playwright"),
+    "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "JAX": Part("jax", "pip install jax"),
 }
 

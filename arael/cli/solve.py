@@ -27,6 +27,7 @@ from arael.cli.options import (
     strategy_option,
     threads_option,
 )
+from arael.cli.partition import Partition, check_partition, partition_options, solve_columns
 from arael.cli.progress import Progress, progress_wanted
 from arael.cli.solution import check_shown, solution_of
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
 @click.option(
     "--max-iters", type=click.IntRange(min=1), help="Maximum of attempted steps per pass."
 )
+@partition_options
 @click.option("--interpret", is_flag=True, help="Run on the expression machine.")
 @click.option("--compiled", is_flag=True, help="Fail if kernels cannot be compiled.")
 @click.option("-v", "--verbose", is_flag=True, help="Trace every step on stderr.")
@@ -101,6 +103,12 @@ def command(
     precision: str | None,
     threads: int,
     max_iters: int | None,
+    partition: int | None,
+    partition_by: str | None,
+    scheduler: str | None,
+    workers: int | None,
+    checkpoint: str | None,
+    resume: bool,
     interpret: bool,
     compiled: bool,
     verbose: bool,
@@ -123,7 +131,22 @@ def command(
     _check_targets(output, covariance, plot, report)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)
+    parts = Partition(partition, partition_by, scheduler, workers, checkpoint, resume)
+    check_partition(parts, {"--solver": solver != "auto"})
     loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
+    if parts.wanted and len(data) == 1 and _in_columns(data[0], format):
+        unused = {
+            "--set": settings,
+            "--covariance": covariance,
+            "--show": shown,
+            "--summary": summary,
+            "--plot": plot,
+            "--report": report,
+            "--init": init not in ("auto", "file"),
+        }
+        check_partition(parts, unused)
+        chosen = _loop_settings(strategy, passes, max_iters, verbose)
+        return solve_columns(loaded, data[0], parts, chosen, output, (model, data[0]), as_json)
     instance = loaded()
     read_data(instance, data, format, collection, fields)
     apply_settings(instance, loaded.layout, settings)
@@ -134,7 +157,14 @@ def command(
     start = _initialise(instance, init)
     if start is not None and not as_json:
         click.echo(str(start), err=True)
-    result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
+    if parts.wanted:
+        # imported here: start-up time
+        from arael.distributed import solve
+
+        chosen = _loop_settings(strategy, passes, max_iters, verbose)
+        result = solve(instance, **parts.options(), **chosen).result
+    else:
+        result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
     solution = solution_of(instance, loaded.layout, shown)
     details = instance.report(scale) if summary else None
     if not as_json:
@@ -166,6 +196,19 @@ def command(
         for path in written:
             click.echo(f"wrote {path}")
     return Exit.OK if outcome.has_converged(result) else Exit.NOT_CONVERGED
+
+
+def _in_columns(path: str, format: str | None) -> bool:
+    """Whether each part can read its rows of a data set."""
+    return format in (None, "npz") and (os.path.isdir(path) or path.endswith(".npz"))
+
+
+def _loop_settings(
+    strategy: str | None, passes: tuple[str, ...], max_iters: int | None, verbose: bool
+) -> dict[str, Any]:
+    """Settings of the loop that were given."""
+    given = {"strategy": strategy, "max_iters": max_iters, "passes": list(passes) or None}
+    return {"verbose": verbose, **{k: v for k, v in given.items() if v is not None}}
 
 
 def _initialise(instance: Any, init: str) -> Any:

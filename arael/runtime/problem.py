@@ -44,6 +44,7 @@ class Problem:
     bindings : what is bound to the native functions of the model
     earlier : problem of the same model, from which all that has not changed is taken over
     keep_idle : whether parameters fixed since `earlier` may stay in the system, held (a session)
+    structure : of chosen instances of the store; by default all that act
 
     Attributes
     ----------
@@ -63,6 +64,9 @@ class Problem:
         E0820: nothing is bound to a native function that a constraint calls.
     """
 
+    evaluation_type: type[Evaluation] = Evaluation
+    box_type: type[Box] = Box
+
     def __init__(
         self,
         layout: Layout,
@@ -75,6 +79,7 @@ class Problem:
         bindings: Mapping[str, Binding] | None = None,
         earlier: Problem | None = None,
         keep_idle: bool = False,
+        structure: Structure | None = None,
     ) -> None:
         began = time.perf_counter()
         if layout.summed:
@@ -91,14 +96,16 @@ class Problem:
             known = earlier.structure
         if keep_idle and earlier is not None:
             known = earlier.upcoming or known
-        self.structure: Structure = structure_of(store, frozen, known, self.natives, keep_idle)
+        self.structure: Structure = structure or structure_of(
+            store, frozen, known, self.natives, keep_idle
+        )
         self.upcoming: Structure | None = None
         self.gathered = 0
         self._watch = Watch(layout)
         self.hooks = Hooks.of(store, self.structure)
         self.instances: list[Instances] = self._instances(earlier)
         self.diagonal_at = self.structure.plan.diagonal_at
-        self.evaluation = Evaluation(
+        self.evaluation = self.evaluation_type(
             layout,
             self.structure,
             self.instances,
@@ -110,7 +117,7 @@ class Problem:
             programs,
             self.hooks,
         )
-        self.box = Box(self.evaluation, self.structure, self.diagonal_at)
+        self.box = self.box_type(self.evaluation, self.structure, self.diagonal_at)
         self._loaded = [store.tables[e.table].values_version for e in layout.entities]
         self.state_dirty = False
         self.number_instances()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +104,35 @@ def structure_of(
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     system = _same_system(store, free, known) or build_system(store, free)
+    return Structure(
+        store.structure_version,
+        tuple(store.tables[entity.table].flags_version for entity in layout.entities),
+        _bounds_versions(store),
+        frozen,
+        tuple(slot_rows),
+        system,
+        scatter_plan(layout, slot_rows, active, system),
+        layout.coupled,
+    )
+
+
+def structure_of_chosen(
+    store: StoreLike, chosen: Sequence[Ints], frozen: frozenset[str] = frozenset()
+) -> Structure:
+    """The structure of some instances of a store: of these, the active ones.
+
+    Parameters
+    ----------
+    chosen : per group, rows of its table; for a layout without groups none
+    """
+    layout = store.layout
+    active = [
+        np.intersect1d(active_rows(store, group), rows, assume_unique=True)
+        for group, rows in zip(layout.groups, chosen, strict=True)
+    ]
+    slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
+    free = [free_scalars(store, entity, frozen) for entity in layout.entities]
+    system = build_system(store, free)
     return Structure(
         store.structure_version,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),

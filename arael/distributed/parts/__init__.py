@@ -1,0 +1,1 @@
+"""One problem in parts: see README.md."""

@@ -1,0 +1,259 @@
+"""One part: its constraints at given states, and the elimination of its interior.
+
+With the interior i and the boundary b of the part, A = J'J of its rows:
+
+    S = A_bb - A_bi A_ii^-1 A_ib,    r = -A_bi A_ii^-1 g_i,    x_i = A_ii^-1 (g_i - A_ib x_b)
+
+S may be singular, since other parts hold the boundary too. So not A is factorised but
+
+    M = A + D,   D_bb = diag(A_bb) (1 where that is 0),   D_ii: the damping,
+
+with b last in the order of elimination. Its Cholesky factor L contains that of S + D_bb, which is
+well conditioned: L_bb L_bb' = S + D_bb. D_bb is of the size of what S was computed from, so that
+its subtraction loses no more digits than the elimination itself. Whole solves with M then give both
+sweeps: M y = (g_i, 0) has (S + D_bb) y_b = r, and M x = (g_i, (S + D_bb) x_b - r) has the wanted x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.distributed.parts.shares import Share
+from arael.runtime.assembly.structure import Structure, structure_of_chosen
+from arael.runtime.layout import Layout
+from arael.runtime.levenberg.remote import curvature_of
+from arael.runtime.linear.analysis import analyse_order
+from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.linear.sparse import SparseSolver
+from arael.runtime.linear.symbolic import adjacency
+from arael.runtime.problem import Problem
+from arael.runtime.store import Store, Table
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """What a part contributes to the boundary system.
+
+    Attributes
+    ----------
+    failed : 0, or 1 + the scalar of the part at whose pivot the factorisation failed
+    matrix : (b, b) S
+    right : (b,) r
+    """
+
+    failed: int
+    matrix: Floats
+    right: Floats
+
+
+class PartProblem(Problem):
+    """A problem whose messages name rows as the whole data set numbers them."""
+
+    share: Share
+
+    def instance_name(self, group: int, instance: int) -> str:
+        """Name of an instance of a constraint: ``PointFrine.bearing[17]``."""
+        one = self.layout.groups[group]
+        row = self.share.rows[one.table][self.structure.active[group][instance]]
+        return f"{one.label}[{row}]"
+
+
+def number_as_whole(store: Store, share: Share) -> None:
+    """Let the rows of a part have the names that they have in the whole data set."""
+    for path, table in store.tables.items():
+        if path:
+            table.row_name = partial(_row_name, table, share)  # type: ignore[method-assign]
+            table.row_names = partial(_row_names, table, share)  # type: ignore[method-assign]
+
+
+def _row_name(table: Table, share: Share, row: int) -> str:
+    if not table.layout.parent:
+        return f"{table.layout.path}[{share.rows[table.layout.path][row]}]"
+    owner = table.parent.row_name(int(table.parent_rows()[row]))
+    return f"{owner}.{table.layout.field}[{share.places[table.layout.path][row]}]"
+
+
+def _row_names(table: Table, share: Share, rows: Ints) -> list[str]:
+    return [_row_name(table, share, int(row)) for row in rows]
+
+
+class Part:
+    """One part of a problem.
+
+    Parameters
+    ----------
+    layout : the model, with refs that may be null (`shares.lenient`)
+    store : the rows of the part
+    kernels : of the model, or None
+    frozen : paths of parameters that do not move
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        store: Store,
+        kernels: Any,
+        share: Share,
+        frozen: frozenset[str] = frozenset(),
+    ) -> None:
+        self.share = share
+        self.structure = structure_of_chosen(store, share.active, frozen)
+        self.problem = PartProblem(layout, store, kernels, structure=self.structure)
+        self.problem.share = share
+        system = self.structure.system
+        self.solved = [blocks.first >= 0 for blocks in system.blocks]
+        self.widths = [entity.stored for entity in layout.entities]
+        scalar_block = np.repeat(np.arange(len(system.sizes)), system.sizes)
+        self.interior = np.flatnonzero(share.interior[scalar_block])
+        self.boundary = np.flatnonzero(share.boundary[scalar_block])
+        self.idle = np.flatnonzero(~(share.interior | share.boundary)[scalar_block])
+        self._workspace = self.problem.evaluation.workspace()
+        self._solver: SparseSolver | None = None
+        self._values: Floats = np.zeros(0)
+        self._diagonal: Floats = np.zeros(0)
+        self._shifted: Floats = np.zeros((0, 0))  # S + D_bb
+        self._corner: list[tuple[Any, ...]] = []
+
+    # --- states ------------------------------------------------------------------------------
+
+    def move_to(self, x: Floats) -> None:
+        """Let the rows that are solved for have the stored scalars `x`, entity by entity."""
+        first = 0
+        states = self.problem.states
+        for number, (solved, width) in enumerate(zip(self.solved, self.widths, strict=True)):
+            rows = len(solved)
+            count = int(solved.sum()) * width
+            values = states[number][:rows, :width].copy()
+            values[solved] = x[first : first + count].reshape(-1, width)
+            self.problem.evaluation.start_at(number, values)
+            first += count
+
+    def cost(self) -> float:
+        """Sum of squared residuals at the present states; guards are evaluated there."""
+        return self.problem.cost()
+
+    def linearise(self) -> tuple[float, Floats, Floats]:
+        """Cost, J'r and the diagonal of J'J at the present states, (n,) each."""
+        cost, gradient, values = self.problem.evaluation.linearised(self._workspace)
+        self._values = values
+        self.gradient = np.array(gradient)
+        self._diagonal = np.array(values[self.problem.diagonal_at])
+        return float(cost), self.gradient, self._diagonal
+
+    def curvature(self, step: Floats) -> float:
+        """``step' H step`` with the present linearisation."""
+        return curvature_of(self.problem.box, self._values, step)
+
+    # --- elimination -------------------------------------------------------------------------
+
+    @property
+    def solver(self) -> SparseSolver:
+        """The linear solver, with the boundary last in its order."""
+        if self._solver is None:
+            pattern = self.structure.pattern
+            late = np.flatnonzero(self.share.boundary)
+            early = np.flatnonzero(~self.share.boundary)
+            order = _order_with_last(pattern, early, late)
+            analysis = analyse_order(pattern, "boundary last", order)
+            self._solver = SparseSolver(pattern, analysis=analysis)
+            place = np.full(pattern.size, -1, dtype=np.int64)
+            place[self.boundary] = np.arange(len(self.boundary))
+            self._corner = _fronts_of(self._solver, place)
+        return self._solver
+
+    def eliminate(self, damped: Floats) -> int:
+        """Factorise with the damped diagonal (interior,); 0 or 1 + the scalar that failed."""
+        own = self._diagonal
+        shift = np.where(own[self.boundary] > 0, own[self.boundary], 1.0)
+        diagonal = np.ones(len(own))
+        diagonal[self.interior] = damped
+        diagonal[self.boundary] = own[self.boundary] + shift
+        failed = self.solver.factorise(self._values, diagonal)
+        if failed:
+            return int(failed)
+        corner = self._factor_of_boundary()
+        self._shifted = corner @ corner.T
+        self._shift = shift
+        return 0
+
+    def reduced(self, right: Floats) -> Reduced:
+        """What the boundary system gets, for the right-hand side (interior,)."""
+        matrix = self._shifted.copy()
+        matrix[np.diag_indices_from(matrix)] -= self._shift
+        return Reduced(0, matrix, self.sweep(right))
+
+    def sweep(self, right: Floats) -> Floats:
+        """What the right-hand side (interior,) adds to that of the boundary."""
+        whole = np.zeros(self.structure.system.size)
+        whole[self.interior] = right
+        return np.asarray(self._shifted @ self.solver.solved(whole)[self.boundary])
+
+    def substituted(self, right: Floats, swept: Floats, boundary: Floats) -> Floats:
+        """(interior,) solution, from that of the boundary and the `right` of its `Reduced`."""
+        whole = np.zeros(self.structure.system.size)
+        whole[self.interior] = right
+        whole[self.boundary] = self._shifted @ boundary - swept
+        return np.asarray(self.solver.solved(whole)[self.interior])
+
+    def _factor_of_boundary(self) -> Floats:
+        """(b, b) columns and rows of the boundary of the factor, in the order of the boundary."""
+        size = len(self.boundary)
+        found = np.zeros((size, size))
+        storage = self.solver.parts()[1]
+        for k, at, tall, panel, low, count, inner, rows in self._corner:
+            triangle = np.tril(storage[at : at + k * tall].reshape(k, tall)[:, :k].T)
+            # Columns of the interior in the same front come before.
+            own = inner >= 0
+            found[np.ix_(inner[own], inner[own])] = triangle[np.ix_(own, own)]
+            if count:
+                below = storage[panel : panel + k * low].reshape(k, low)[:, :count].T
+                found[np.ix_(rows, inner[own])] = below[:, own]
+        return found
+
+
+def _order_with_last(pattern: Any, early: Ints, late: Ints) -> Ints:
+    """The blocks `early` by minimum degree while the others stay, then the blocks `late`."""
+    start, neighbours = adjacency(pattern)
+    both = np.concatenate((early, late))
+    local = np.empty(len(both), dtype=np.int64)
+    local[both] = np.arange(len(both))
+    length = np.diff(start)[both]
+    first = np.repeat(start[both] - (np.cumsum(length) - length), length)
+    to = local[neighbours[first + np.arange(int(length.sum()))]]
+    part_start = np.concatenate(([0], np.cumsum(length))).astype(np.int64)
+    weights = np.maximum(pattern.sizes[both], 1)
+    order = minimum_degree(part_start, to, weights, staying=len(late))
+    return np.concatenate((both[order], late))
+
+
+def _fronts_of(solver: SparseSolver, place: Ints) -> list[tuple[Any, ...]]:
+    """The fronts with columns of the boundary; `place` is that of a scalar there, -1 outside."""
+    table, _, _, strips, scalar = solver.parts()
+    ends = table[:, 14]
+    found = []
+    for s in range(1, len(table)):
+        k, count, tall, low, first, at, panel = (int(x) for x in table[s, :7])
+        inner = place[scalar[first : first + k]]
+        if not (inner >= 0).any():
+            continue
+        rows = np.concatenate(
+            [np.zeros(0, dtype=np.int64)]
+            + [np.arange(a, a + n) for a, n in strips[ends[s - 1] : ends[s]].tolist()]
+        )
+        found.append((k, at, tall, panel, low, count, inner, place[scalar[rows]]))
+    return found
+
+
+def empty_structure(store: Store, frozen: frozenset[str]) -> Structure:
+    """The structure of a store without constraints: only the system."""
+    found = structure_of_chosen(store, (), frozen)
+    found.partition.append(None)  # it is solved as one
+    return found

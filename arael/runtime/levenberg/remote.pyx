@@ -1,0 +1,169 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""A problem whose constraints are evaluated, and whose system is solved, somewhere else.
+
+The loop (`loop.pyx`) holds the states and the vectors of the whole problem. Cost, gradient,
+diagonal and curvature are sums over parts, and a step is the solution of a system in parts; each is
+asked of one Python object, once an attempt. So a problem in parts is solved by the same loop as any
+other: the same steps, attempts and ends.
+"""
+
+import numpy as np
+
+from libc.math cimport NAN
+from libc.stdint cimport int32_t
+from libc.string cimport memcpy
+
+from arael.runtime.evaluation.component_lanes cimport ComponentLanes
+from arael.runtime.evaluation.evaluation cimport Evaluation
+from arael.runtime.levenberg.box cimport Box
+from arael.runtime.linear.base cimport LinearSolver
+
+
+cdef _copied(const void* values, Py_ssize_t n):
+    """The first `n` doubles as an array of their own."""
+    found = np.empty(n)
+    cdef double[::1] to = found
+    if n:
+        memcpy(&to[0], values, n * sizeof(double))
+    return found
+
+
+cdef _put(found, void* to, Py_ssize_t n):
+    """Write an array of `n` doubles."""
+    array = np.ascontiguousarray(found, dtype=np.float64)
+    if array.shape != (n,):
+        raise ValueError(f"expected {n} scalars, found shape {array.shape}")
+    cdef const double[::1] values = array
+    if n:
+        memcpy(to, &values[0], n * sizeof(double))
+
+
+cdef class RemoteEvaluation(Evaluation):
+    """Cost and linearisation of a problem in f64, by the object `parts`.
+
+    ``parts.cost(arrays)`` and ``parts.linearise(arrays)`` get the states, one array (rows, state)
+    per entity. The second returns the cost, J'r (n,) and the diagonal of J'J (n,); no other values
+    of J'J are known here. What they raise ends the solve.
+    """
+
+    cdef public object parts
+
+    def is_guarded(self, bint guarded):
+        """Set whether a guard of some instance reads parameters."""
+        self.guarded = guarded
+
+    cdef double cost(self, int which) noexcept nogil:
+        with gil:
+            return self._cost_of_parts(which)
+
+    cdef double _cost_of_parts(self, int which) noexcept:
+        try:
+            return self.parts.cost(self.states.arrays[which])
+        except BaseException as error:
+            self.raised.keep(error)
+        return NAN
+
+    cdef void guard(self) noexcept nogil:
+        pass  # each part evaluates its guards at the states that it gets
+
+    cdef double linearise(
+        self, void* gradient, void* values, ComponentLanes chosen
+    ) noexcept nogil:
+        with gil:
+            return self._linearise_parts(gradient, values)
+
+    cdef double _linearise_parts(self, void* gradient, void* values) noexcept:
+        cdef Py_ssize_t i
+        cdef double cost
+        cdef const double[::1] own
+        try:
+            cost, first, second = self.parts.linearise(self.states.arrays[self.states.current])
+            _put(first, gradient, self.size)
+            own = np.ascontiguousarray(second, dtype=np.float64)
+            for i in range(self.size):
+                (<double*>values)[self.totals.diagonal_at[i]] = own[i]
+            self.totals.hold(gradient, values)
+            return cost
+        except BaseException as error:
+            self.raised.keep(error)
+        return NAN
+
+
+cdef class RemoteBox(Box):
+    """The curvature of J'J along a step, by ``parts.curvature(step)``; without bounds."""
+
+    cdef public object parts
+
+    cdef void curvature(
+        self, const void* values, const void* step, const int32_t* component, double* total
+    ) noexcept nogil:
+        with gil:
+            self._curvature_of_parts(step, total)
+
+    cdef void _curvature_of_parts(self, const void* step, double* total) noexcept:
+        try:
+            total[0] += self.parts.curvature(_copied(step, self._evaluation.size))
+        except BaseException as error:
+            total[0] = NAN
+            self._evaluation.raised.keep(error)
+
+
+cdef class RemoteSolver(LinearSolver):
+    """Steps of a problem in parts.
+
+    ``parts.factor(diagonal, b)`` gets the damped diagonal and the right-hand side and returns
+    ``(0, x)``, or 1 + the scalar whose pivot failed and None; ``parts.solve(b)`` solves with the
+    factor that there is. All are (n,) f64 in the order of the pattern.
+    """
+
+    cdef public object parts
+    cdef object _found
+
+    def __init__(self, pattern, parts):
+        super().__init__(pattern, False)
+        self.parts = parts
+
+    cdef Py_ssize_t factor_with(
+        self, const void* values, const void* diagonal, const void* b
+    ) noexcept nogil:
+        with gil:
+            return self._factor_parts(diagonal, b)
+
+    cdef Py_ssize_t _factor_parts(self, const void* diagonal, const void* b) noexcept:
+        try:
+            status, self._found = self.parts.factor(
+                _copied(diagonal, self.n), _copied(b, self.n))
+            return status
+        except BaseException as error:
+            self.raised.keep(error)
+        return 1
+
+    cdef void finish(self, void* b) noexcept nogil:
+        with gil:
+            self._take(self._found, b)
+
+    cdef void solve(self, void* b) noexcept nogil:
+        with gil:
+            self._solve_parts(b)
+
+    cdef void _solve_parts(self, void* b) noexcept:
+        try:
+            self._take(self.parts.solve(_copied(b, self.n)), b)
+        except BaseException as error:
+            self.raised.keep(error)
+
+    cdef void _take(self, found, void* b) noexcept:
+        try:
+            _put(found, b, self.n)
+        except BaseException as error:
+            self.raised.keep(error)
+
+
+def curvature_of(Box box, values, step):
+    """Return ``step' H step`` of a problem in f64, with the values (value_count,) of its J'J."""
+    cdef const double[::1] first = np.ascontiguousarray(values, dtype=np.float64)
+    cdef const double[::1] second = np.ascontiguousarray(step, dtype=np.float64)
+    cdef double total = 0
+    if len(first) and len(second):
+        box.curvature(&first[0], &second[0], NULL, &total)
+    return total

@@ -1,0 +1,93 @@
+"""Parts on the workers of a Dask cluster, and what happens when some of it dies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arael.diagnostics.records import AraelError
+from arael.distributed import solve
+from tests.optional import needs, require
+
+from .faults import Cluster, kills
+from .problems import PROBLEMS, arrays_of, with_arrays
+
+pytestmark = needs("Dask")
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    distributed = require("Dask")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
+    model = PROBLEMS["loop"]()
+    other = with_arrays(model, arrays_of(model))
+    found = solve(model, partition=3, client=client)
+    result = other.solve(solver="sparse")
+    assert found.result.iterations == result.iterations
+    assert found.result.cost == pytest.approx(result.cost, rel=1e-9)
+    np.testing.assert_allclose(
+        found.covariance().marginal("poses", 30),
+        other.covariance().marginal(("poses", 30)),
+        rtol=1e-5,
+        atol=1e-8,
+    )
+
+
+def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
+    count = kills(2, tmp_path / "cluster", seed=5)
+    assert count.equal == count.runs == 2
+
+
+@pytest.mark.slow
+def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: Path) -> None:
+    model = PROBLEMS["grid"]()
+    arrays = arrays_of(model)
+    alone = with_arrays(model, arrays).solve(solver="sparse")
+    checkpoint = tmp_path / "state.npz"
+    cluster = Cluster(tmp_path / "one")
+    seen = []
+
+    def observe(record: Any) -> None:
+        seen.append(record)
+        if len(seen) == 4:
+            cluster.scheduler.kill()
+
+    try:
+        with pytest.raises(AraelError) as caught:
+            solve(
+                with_arrays(model, arrays),
+                partition=3,
+                scheduler=cluster.address,
+                checkpoint=checkpoint,
+                observer=observe,
+            )
+    finally:
+        cluster.close()
+    assert caught.value.diagnostics[0].code == "E0898"
+    assert "--resume" in str(caught.value)
+    found = solve(
+        with_arrays(model, arrays), partition=3, workers=0, checkpoint=checkpoint, resume=True
+    )
+    assert found.result.cost == pytest.approx(alone.cost, rel=1e-9)
+    assert found.result.history["cost"][0] == pytest.approx(seen[-1]["trial_cost"], rel=1e-12)
+
+
+def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("arael.distributed.parts.api.PATIENCE", 1.0)
+    model = PROBLEMS["grid"]()
+    with pytest.raises(AraelError) as caught:
+        solve(model, partition=2, scheduler="tcp://127.0.0.1:9")
+    assert caught.value.diagnostics[0].code == "E0881"
