@@ -36,6 +36,7 @@ PARTS = {
     "IPython": Part("IPython", "pip install ipython"),
     "cffi": Part("cffi", "pip install cffi"),
     "JAX": Part("jax", "pip install jax"),
+    "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }
 
 

@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from arael.distributed.cluster import connect
+from arael.distributed.many import map
 
-__all__ = ["connect"]
+__all__ = ["connect", "map"]
