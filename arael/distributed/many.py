@@ -209,7 +209,8 @@ def _run(
                     yield _ended(row)
     finally:
         queue.clear()
-        client.cancel([future for _, _, future in going.values()])
+        cancel: Any = client.cancel
+        cancel([future for _, _, future in going.values()])
 
 
 def _why_ended(future: Any, settings: Settings) -> str:

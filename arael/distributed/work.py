@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
 import os
 import threading
@@ -85,8 +86,22 @@ class Row(msgspec.Struct):
 
 def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
     """Solve problems one after another on this worker."""
+    _begin(vouched)
     with _ONE:
         return [_solve_bounded(vouched, task, settings, attempt) for task in tasks]
+
+
+def _begin(vouched: str) -> None:
+    """Import what a solve needs and load the model: no part of a problem's time."""
+    # imported here: start-up time
+    import arael.analysis.covariance
+    import arael.io.json_reader
+    import arael.io.npz
+    import arael.solving  # noqa: F401
+
+    # Why a model cannot be loaded is reported as the outcome of each problem.
+    with contextlib.suppress(AraelError), warnings.catch_warnings(action="ignore"):
+        load(vouched)
 
 
 def _solve_bounded(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:

@@ -16,7 +16,6 @@ import pytest
 import arael
 from arael.diagnostics.records import AraelError
 from tests.cli.conftest import Arael
-from tests.cli.conftest import arael as command  # noqa: F401
 from tests.optional import needs
 
 pytestmark = needs("dask")
@@ -91,10 +90,10 @@ def test_resume_solves_only_what_is_missing(client: Any, logs: Path, tmp_path: P
 
 def test_a_problem_that_hangs_is_listed_and_the_rest_goes_on(client: Any, logs: Path) -> None:
     os.mkfifo(logs / "hang.json")  # nobody writes: reading it never ends
-    rows = rows_of(client, logs, time_limit=0.2)
+    rows = rows_of(client, logs, time_limit=1.0)
     assert rows["hang.json"].status == "failed"
     assert rows["hang.json"].attempts == 2
-    assert "took longer than 1.3 s" in rows["hang.json"].message
+    assert "took longer than 2.5 s" in rows["hang.json"].message
     assert sum(row.converged for row in rows.values()) == 5
 
 
@@ -126,10 +125,11 @@ def test_patterns_that_match_nothing_are_an_error(tmp_path: Path) -> None:
         files_of([tmp_path / "*.npz"])
 
 
-def test_the_command_writes_results_and_a_table(command: Arael, logs: Path) -> None:
+def test_the_command_writes_results_and_a_table(request: pytest.FixtureRequest, logs: Path) -> None:
     (logs / "bad.json").write_text("{ bad")
     (logs.parent / "m.arael").write_text(MODEL)
     args = ("solve", logs.parent / "m.arael", logs / "*.json", "--workers", "1", "--interpret")
+    command: Arael = request.getfixturevalue("arael")
     done = command(*args, "-o", logs.parent / "out")
     assert done.code == 1, done.err
     assert "5 of 6 problems converged" in done.out
@@ -137,7 +137,8 @@ def test_the_command_writes_results_and_a_table(command: Arael, logs: Path) -> N
     assert list((logs.parent / "out").glob("table.*"))
 
 
-def test_options_of_many_problems_need_a_cluster(command: Arael) -> None:
+def test_options_of_many_problems_need_a_cluster(request: pytest.FixtureRequest) -> None:
+    command: Arael = request.getfixturevalue("arael")
     done = command("solve", "linear", "x.json", "--resume")
     assert done.code == 2
     assert "add --workers or --scheduler" in done.err
