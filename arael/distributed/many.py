@@ -164,7 +164,7 @@ def tasks_of(
 def _run(
     client: Client, shipped: Shipped, tasks: list[Task], settings: Settings, group: int
 ) -> Iterator[Future[Row]]:
-    # imported here: the extra may be absent
+    # imported here: start-up time
     from distributed import as_completed
 
     going: dict[Any, tuple[list[Task], int, Any]] = {}

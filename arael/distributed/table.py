@@ -37,7 +37,7 @@ def write_table(rows: Sequence[Row], folder: Path) -> Path:
 
 
 def _parquet(rows: Sequence[Row], path: Path) -> Path:
-    # imported here: the extra may be absent
+    # imported here: start-up time
     import pyarrow
     from pyarrow import parquet
 

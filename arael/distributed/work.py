@@ -171,7 +171,7 @@ def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
 
 
 def _worker() -> str:
-    # imported here: the extra may be absent
+    # imported here: start-up time
     from distributed import get_worker
 
     try:

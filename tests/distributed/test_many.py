@@ -89,7 +89,7 @@ def test_resume_solves_only_what_is_missing(client: Any, logs: Path, tmp_path: P
 
 
 def test_a_problem_that_hangs_is_listed_and_the_rest_goes_on(client: Any, logs: Path) -> None:
-    os.mkfifo(logs / "hang.json")  # nobody writes: reading it never ends
+    os.mkfifo(logs / "hang.json")  # no process writes to it: reading it never ends
     rows = rows_of(client, logs, time_limit=1.0)
     assert rows["hang.json"].status == "failed"
     assert rows["hang.json"].attempts == 2
