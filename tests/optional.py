@@ -43,6 +43,7 @@ PARTS = {
     "playwright": Part("playwright.sync_api", "pip install playwright"),
     "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "JAX": Part("jax", "pip install jax"),
+    "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }
 
 

@@ -18,6 +18,7 @@ from arael.cli import summary as outcome
 from arael.cli.data_files import data_options, joined, read_data
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
+from arael.cli.many import is_many, many_options, solve_many
 from arael.cli.options import (
     init_option,
     json_option,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 @click.command("solve", short_help="Solve a model on a data file.")
 @click.argument("model")
 @click.argument("data", nargs=-1, required=True)
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the solved data here.")
+@click.option("-o", "--output", type=click.Path(), help="Write the solved data here.")
 @data_options
 @click.option(
     "--output-format",
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     type=click.Path(dir_okay=False),
     help="Write a report on the solve (.html, .md, .txt).",
 )
+@many_options
 @json_option
 def command(
     model: str,
@@ -119,6 +121,7 @@ def command(
     plot: str | None,
     report: str | None,
     as_json: bool,
+    **many: Any,
 ) -> int:
     """Solve MODEL on DATA with the passes of the model.
 
@@ -127,7 +130,43 @@ def command(
     collection each: poses.csv fills `poses`, scans=day2.csv fills `scans`. The exit code is 0 if
     every pass converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found
     is still reported and written.
+
+    With --workers or --scheduler each DATA file, or file of a quoted pattern, is a problem of its
+    own, and OUTPUT a folder of results and a table.
     """
+    if is_many(many):
+        wrong = [
+            name
+            for name, value in (
+                ("--set", settings),
+                ("--covariance", covariance),
+                ("--plot", plot),
+                ("--report", report),
+                ("--show", shown),
+                ("--summary", summary),
+                ("--output-format", output_format),
+                ("--init", init not in ("auto", "file")),
+            )
+            if value
+        ]
+        if wrong:
+            raise click.UsageError(f"{wrong[0]} is for one problem, without --workers")
+        kind: Any = arael.load(
+            model,
+            precision=precision,  # type: ignore[arg-type]
+            interpret=_check_kernels(interpret, compiled),
+        )
+        options: dict[str, Any] = {
+            "solver": solver,
+            "passes": list(passes) or None,
+            "num_threads": threads,
+            **({} if max_iters is None else {"max_iters": max_iters}),
+            **({} if strategy is None else {"strategy": strategy}),
+        }
+        reading = {"format": format, "collection": collection, "fields": fields}
+        return solve_many(kind, data, {**reading, "options": options}, output, as_json, many)
+    if output is not None and Path(output).is_dir():
+        raise click.BadParameter(f"File '{output}' is a directory.", param_hint="'-o' / '--output'")
     _check_targets(output, covariance, plot, report)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)

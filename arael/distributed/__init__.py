@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from arael.distributed.cluster import connect
+from arael.distributed.many import map
 from arael.distributed.parts.api import solve
 
-__all__ = ["connect", "solve"]
+__all__ = ["connect", "map", "solve"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from distributed import Worker, WorkerPlugin
 
-from arael.distributed.compiled import arrive, forget
+from arael.distributed.contents import arrive, forget
 
 
 class Arrival(WorkerPlugin):  # type: ignore[misc, unused-ignore]
@@ -15,7 +15,7 @@ class Arrival(WorkerPlugin):  # type: ignore[misc, unused-ignore]
         self.data = data
 
     def setup(self, worker: Worker) -> None:
-        """Verify and keep the content; see `arael.distributed.compiled.arrive`."""
+        """Verify and keep the content; see `arael.distributed.contents.arrive`."""
         arrive(self.vouched, self.data)
 
     def teardown(self, worker: Worker) -> None:

@@ -63,7 +63,7 @@ def connect(
         raise _unreachable(
             f"a cluster has at least one worker, found {workers}", "workers", "workers=1"
         )
-    # imported here: the extra may be absent
+    # imported here: start-up time
     import distributed
 
     start: Any = distributed.Client
@@ -87,7 +87,7 @@ def connect(
 
 @contextlib.contextmanager
 def _local(workers: int | None, security: Any) -> Iterator[Any]:
-    # imported here: the extra may be absent
+    # imported here: start-up time
     import dask
     import distributed
 
@@ -138,7 +138,7 @@ def dashboard(client: Client) -> str | None:
 def _security(ca: str | None, cert: str | None, key: str | None) -> Any:
     if ca is None and cert is None and key is None:
         return None
-    # imported here: the extra may be absent
+    # imported here: start-up time
     from distributed import security
 
     for name, path in (("--tls-ca", ca), ("--tls-cert", cert), ("--tls-key", key)):

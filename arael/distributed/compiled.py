@@ -7,7 +7,6 @@ compiled once, by the client or by a worker that has a compiler.
 
 from __future__ import annotations
 
-import contextlib
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from arael.compiler.kernels import TARGET, kernels_of
 from arael.compiler.no_compiler import NoCompiler
 from arael.diagnostics.model_warnings import InterpretedWarning
 from arael.diagnostics.records import AraelError, Diagnostic, Source
+from arael.distributed.contents import ARRIVED, unvouched
 from arael.loading import class_of
 from arael.model import Model
 from arael.runtime.layout import Layout
@@ -173,7 +173,7 @@ def _source(compiled: CompiledModel, recipe: Recipe) -> str:
     if compiled.folder is not None:
         for path in compiled.folder.glob("*.pyx"):
             return path.read_text(encoding="utf-8")
-    # imported here: SymPy is needed only where this machine has no compiler
+    # imported here: start-up time
     from arael.compiler.compilation import compile_text
 
     return compile_text(Source(recipe.name, recipe.text), recipe.root, recipe.precision).emit()
@@ -229,25 +229,8 @@ def compile_kernels(code: str, name: str) -> tuple[str, bytes] | str:
     return entry.module.name, entry.module.read_bytes()
 
 
-_ARRIVED: dict[str, bytes] = {}
-"""Content that this process was given, by hash."""
-
-
-def arrive(vouched: str, data: bytes) -> None:
-    """Keep content that was sent to this process.
-
-    Raises
-    ------
-    AraelError
-        E0883 if it is not that of the hash; nothing is kept then.
-    """
-    if digest(data) != vouched:
-        raise _unvouched(vouched, f"its content has the hash {digest(data)[:16]}...")
-    _ARRIVED[vouched] = data
-
-
 def _arrival(vouched: str, data: bytes) -> Any:
-    # imported here: the extra may be absent
+    # imported here: start-up time
     from arael.distributed.arrival import Arrival
 
     return Arrival(vouched, data)
@@ -262,11 +245,11 @@ def load(vouched: str) -> type[Model]:
     AraelError
         E0883 if no content of that hash has arrived, or it was changed since.
     """
-    data = _ARRIVED.get(vouched)
+    data = ARRIVED.get(vouched)
     if data is None:
-        raise _unvouched(vouched, "no content of this hash has arrived at the worker")
+        raise unvouched(vouched, "no content of this hash has arrived at the worker")
     if digest(data) != vouched:
-        raise _unvouched(vouched, "the content was changed after its arrival")
+        raise unvouched(vouched, "the content was changed after its arrival")
     content = msgspec.msgpack.decode(data, type=Content)
     recipe = Recipe(content.text, content.name, content.precision, content.root)
     table, folder, seconds = _kernels(content)
@@ -313,22 +296,3 @@ def _placed(content: Content, name: str, module: bytes) -> Path:
             key, folder, content.layout.name, content.name, "sent", {}, require_loadable
         )
     return made.folder
-
-
-def forget(vouched: str) -> None:
-    """Drop the content of a hash from this process."""
-    with contextlib.suppress(KeyError):
-        del _ARRIVED[vouched]
-    load.cache_clear()
-
-
-def _unvouched(vouched: str, why: str) -> AraelError:
-    return AraelError(
-        Diagnostic(
-            "E0883",
-            f"a compiled model was refused: {why}",
-            origin=f"model {vouched[:16]}...",
-            notes=("workers run only compiled models whose hash the client vouches for",),
-            help=("send the model again: start the command anew",),
-        )
-    )

@@ -1,0 +1,142 @@
+"""`arael solve` with ``--workers`` or ``--scheduler``: one problem per data file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from arael.cli.exits import Exit
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+NAMES = ("workers", "scheduler", "time_limit", "resume", "group", "tls_ca", "tls_cert", "tls_key")
+
+
+def many_options(function: F) -> F:
+    """Add the options of many problems."""
+    path = click.Path(dir_okay=False)
+    for option in (
+        click.option("--tls-key", type=path, help="Key of this side."),
+        click.option("--tls-cert", type=path, help="Certificate of this side."),
+        click.option("--tls-ca", type=path, help="Certificate authority of the cluster."),
+        click.option("--group", type=click.IntRange(min=1), help="Problems per task; 1."),
+        click.option("--resume", is_flag=True, help="Solve only what OUTPUT lacks."),
+        click.option(
+            "--time-limit",
+            type=click.FloatRange(min=0, min_open=True),
+            help="Seconds of one problem among many.",
+        ),
+        click.option(
+            "--scheduler", metavar="ADDRESS", help="Solve each DATA on this Dask cluster."
+        ),
+        click.option(
+            "--workers", type=click.IntRange(min=1), help="Solve each DATA on local processes."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def is_many(given: dict[str, Any]) -> bool:
+    """Whether the options ask for many problems; a usage error for options that need them."""
+    if given["workers"] is not None or given["scheduler"] is not None:
+        return True
+    wrong = [name for name in NAMES if given[name]]
+    if wrong:
+        option = "--" + wrong[0].replace("_", "-")
+        raise click.UsageError(f"{option} is for many problems; add --workers or --scheduler")
+    return False
+
+
+def solve_many(
+    kind: Any,
+    data: tuple[str, ...],
+    settings: dict[str, Any],
+    output: str | None,
+    as_json: bool,
+    given: dict[str, Any],
+) -> int:
+    """Solve each data file on a cluster; write results and the table of outcomes."""
+    # imported here: start-up time, and the extra may be absent
+    from arael.distributed.cluster import connect, dashboard, require_dask
+    from arael.distributed.many import files_of, solve_files
+    from arael.distributed.table import write_table
+    from arael.distributed.work import Row, Settings
+
+    if given["resume"] and output is None:
+        raise click.UsageError("--resume needs the folder of the run: add -o FOLDER")
+    require_dask()
+    paths = files_of(data)
+    rows: list[Row] = []
+    interrupted = False
+    if output is not None:
+        Path(output).mkdir(parents=True, exist_ok=True)
+    how = Settings(**settings, time_limit=given["time_limit"])
+    tls = {name: given[name] for name in ("tls_ca", "tls_cert", "tls_key")}
+    try:
+        with connect(given["workers"], given["scheduler"], **tls) as client, _bar(as_json) as bar:
+            link = dashboard(client)
+            if link and not as_json:
+                click.echo(f"dashboard: {link}", err=True)
+            running = bar.add_task("solved", total=len(paths))
+            for future in solve_files(
+                kind, paths, how, client, None, output, given["resume"], given["group"] or 1
+            ):
+                rows.append(future.result())
+                bar.advance(running)
+    except KeyboardInterrupt:
+        interrupted = True
+    table = write_table(rows, Path(output)) if output is not None else None
+    _print(rows, len(paths), table, interrupted, as_json)
+    solved = len(rows) == len(paths) and all(row.converged for row in rows)
+    return Exit.OK if solved else Exit.NOT_CONVERGED
+
+
+def _bar(as_json: bool) -> Any:
+    # imported here: start-up time
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        disable=as_json or not console.is_terminal,
+        transient=True,
+    )
+
+
+def _print(rows: list[Any], count: int, table: Path | None, stopped: bool, as_json: bool) -> None:
+    # imported here: start-up time
+    import msgspec
+
+    wrong = [row for row in rows if not row.converged]
+    if as_json:
+        found = {
+            "problems": count,
+            "converged": len(rows) - len(wrong),
+            "interrupted": stopped,
+            "rows": [msgspec.to_builtins(row) for row in rows],
+            "table": None if table is None else str(table),
+        }
+        click.echo(json.dumps(msgspec.json.decode(msgspec.json.encode(found))))
+        return
+    click.echo(f"{len(rows) - len(wrong)} of {count} problems converged")
+    for row in sorted(wrong, key=lambda one: str(one.name)):
+        said = row.message.splitlines()
+        tries = f" (tried {row.attempts} times)" if row.attempts > 1 else ""
+        click.echo(f"  {row.name}: {row.status}{tries}" + (f": {said[0]}" if said else ""))
+    slow = sum(row.kernels == "interpreted" for row in rows)
+    if slow:
+        click.echo(f"note: {slow} were solved on the expression machine, without kernels", err=True)
+    if stopped:
+        click.echo("interrupted: what had ended is kept; --resume solves the rest", err=True)
+    if table is not None:
+        click.echo(f"wrote {table}")

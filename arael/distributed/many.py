@@ -1,0 +1,228 @@
+"""Many problems of one model: futures as they end, retries, what is left to do."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from arael.compiler.cache import digest
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.cluster import connect, require_dask
+from arael.distributed.compiled import Shipped, ship
+from arael.distributed.work import Row, Settings, Task, read_row, solve_group
+from arael.model import Model
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ROWS = "rows"
+"""Folder of the rows of solved problems within that of the results."""
+
+
+def map(
+    model: type[Model],
+    datasets: Iterable[str | os.PathLike[str]],
+    client: Client | None = None,
+    workers: int | None = None,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    time_limit: float | None = None,
+    resume: bool = False,
+    group: int = 1,
+    **options: Any,
+) -> Iterator[Future[Row]]:
+    """Solve one problem per data file on the workers of a cluster; yield futures as they end.
+
+    Each data file is read on its worker. A problem that fails, or ends its worker, is tried once
+    more, on another worker where there is one; other problems go on. Leaving the iteration early
+    cancels what has not begun.
+
+    Parameters
+    ----------
+    model : class that `arael.load` returned
+    datasets : paths of data files, or patterns (``logs/*.npz``), as the workers see them
+    client : of a running cluster (`arael.distributed.connect`); None: a local one for this call
+    workers : processes of the local cluster
+    output : folder for a result file per problem, which the workers see under the same path
+    time_limit : seconds of one solve; a problem that takes half as long again and a second ends
+        with its worker process
+    resume : do not solve again what `output` has of the same model, data and options
+    group : problems that go to a worker together
+    options : as for ``model.solve``; they must be plain data
+
+    Returns
+    -------
+    Futures with a `Row` each. A problem that could not be solved has the status ``failed``.
+
+    Raises
+    ------
+    AraelError
+        E0880-E0882 Dask or the cluster, E0884 the model cannot be sent, E0885 no data files,
+        E0886 `resume` without `output`.
+    """
+    require_dask()
+    paths = files_of(datasets)
+    if resume and output is None:
+        raise AraelError(
+            Diagnostic(
+                "E0886",
+                "a run is resumed from its folder of results, and none is given",
+                origin="resume",
+                help=("add `-o results/`, or `output=` in Python",),
+            )
+        )
+    settings = Settings(options=options, time_limit=time_limit)
+    return solve_files(model, paths, settings, client, workers, output, resume, group)
+
+
+def solve_files(
+    model: type[Model],
+    paths: list[Path],
+    settings: Settings,
+    client: Client | None,
+    workers: int | None,
+    output: str | os.PathLike[str] | None,
+    resume: bool,
+    group: int,
+) -> Iterator[Future[Row]]:
+    """As `map`, for files that were found."""
+    with nullcontext(client) if client is not None else connect(workers) as found:
+        shipped = ship(found, model)
+        tasks = tasks_of(paths, shipped, settings, output)
+        left = []
+        for task in tasks:
+            row = read_row(Path(task.row)) if resume and task.row else None
+            if row is not None and row.key == task.key:
+                yield _ended(row)
+            else:
+                left.append(task)
+        yield from _run(found, shipped, left, settings, max(1, group))
+
+
+def files_of(datasets: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """Absolute paths of files given by name or pattern, each once.
+
+    Raises
+    ------
+    AraelError
+        E0885 if a pattern matches nothing, or nothing was given.
+    """
+    found: dict[Path, None] = {}
+    for given in datasets:
+        name = os.fspath(given)
+        names = [name] if os.path.exists(name) or not glob.has_magic(name) else None
+        for one in sorted(glob.glob(name, recursive=True)) if names is None else names:
+            found[Path(one).absolute()] = None
+            names = [one]
+        if not names:
+            raise _no_files(f"no file matches {name}", name)
+    if not found:
+        raise _no_files("no data files are given", "data")
+    return list(found)
+
+
+def _no_files(message: str, origin: str) -> AraelError:
+    advice = "give files or a quoted pattern: 'logs/*.npz'"
+    return AraelError(Diagnostic("E0885", message, origin=origin, help=(advice,)))
+
+
+def tasks_of(
+    paths: list[Path],
+    shipped: Shipped,
+    settings: Settings,
+    output: str | os.PathLike[str] | None,
+) -> list[Task]:
+    """One task per file, named by its path below the folder that all have in common."""
+    common = os.path.commonpath([path.parent for path in paths])
+    shared = msgspec.msgpack.encode((shipped.identity, msgspec.to_builtins(settings)))
+    folder = None if output is None else Path(output).absolute()
+    tasks = []
+    for path in paths:
+        name = os.path.relpath(path, common).replace(os.sep, "__")
+        try:
+            state = path.stat()
+            stamp = f"{path}:{state.st_size}:{state.st_mtime_ns}"
+        except OSError:  # the worker reports what is wrong with it
+            stamp = f"{path}:absent"
+        key = digest(shared + stamp.encode("utf-8", "surrogateescape"))
+        result = row = None
+        if folder is not None:
+            (folder / ROWS).mkdir(parents=True, exist_ok=True)
+            written = name if path.suffix in (".npz", ".json") else f"{name}.npz"
+            result, row = str(folder / written), str(folder / ROWS / f"{name}.json")
+        tasks.append(Task(name, str(path), key, result, row))
+    return tasks
+
+
+def _run(
+    client: Client, shipped: Shipped, tasks: list[Task], settings: Settings, group: int
+) -> Iterator[Future[Row]]:
+    # imported here: start-up time
+    from distributed import as_completed
+
+    going: dict[Any, tuple[list[Task], int, Any]] = {}
+    make: Any = as_completed
+    with client.as_current():  # whose event loop it uses
+        queue = make()
+
+    def submit(some: list[Task], attempt: int, elsewhere: str = "") -> None:
+        where: dict[str, Any] = {}
+        if elsewhere:
+            others = [w for w in client.scheduler_info(-1)["workers"] if w != elsewhere]
+            where = {"workers": others, "allow_other_workers": True} if others else {}
+        future = client.submit(
+            solve_group,
+            shipped.hash,
+            some,
+            settings,
+            attempt,
+            pure=False,
+            **where,
+        )
+        going[future.key] = (some, attempt, future)
+        queue.add(future)
+
+    try:
+        for k in range(0, len(tasks), group):
+            submit(tasks[k : k + group], 1)
+        for future in queue:
+            some, attempt, _ = going.pop(future.key)
+            if future.status == "finished":
+                rows = future.result()
+            else:
+                why = _why_ended(future, settings)
+                rows = [
+                    Row(t.name, t.data, "failed", message=why, attempts=attempt, key=t.key)
+                    for t in some
+                ]
+            for task, row in zip(some, rows, strict=True):
+                if row.status == "failed" and attempt == 1:
+                    submit([task], 2, row.worker)
+                else:
+                    yield _ended(row)
+    finally:
+        queue.clear()
+        cancel: Any = client.cancel
+        cancel([future for _, _, future in going.values()])
+
+
+def _why_ended(future: Any, settings: Settings) -> str:
+    error = future.exception() if future.status == "error" else None
+    if type(error).__name__ != "KilledWorker":
+        return f"the task was lost: {error or future.status}"
+    limit = settings.hard_limit
+    hang = "" if limit is None else f", or the problem took longer than {limit:g} s"
+    return f"its worker process ended: a crash, lack of memory, a signal{hang}"
+
+
+def _ended(row: Row) -> Future[Row]:
+    future: Future[Row] = Future()
+    future.set_result(row)
+    return future

@@ -1,0 +1,189 @@
+"""What a worker does: read one data file, solve, write the result and its row of the table."""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import os
+import threading
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from arael.diagnostics.records import AraelError
+from arael.distributed.compiled import load
+from arael.io.files import write_whole
+
+TABLE_LIMIT = 1000
+"""Most scalars of a problem whose parameters and sigmas are part of its row."""
+
+_ONE = threading.Lock()
+"""One problem at a time in a worker process: its end on a hang must not take another with it."""
+
+
+class Task(msgspec.Struct, frozen=True):
+    """One problem.
+
+    Attributes
+    ----------
+    data : absolute path of its file, as the worker sees it
+    result, row : files to write, or None
+    key : SHA-256 of the model, the settings and the file's size and time
+    """
+
+    name: str
+    data: str
+    key: str
+    result: str | None = None
+    row: str | None = None
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """How each problem is read and solved; `options` are those of ``model.solve``."""
+
+    format: str | None = None
+    collection: str | None = None
+    fields: dict[str, str] | None = None
+    options: dict[str, Any] = {}
+    time_limit: float | None = None
+
+    @property
+    def hard_limit(self) -> float | None:
+        """Seconds after which the worker process is ended: the solve does not heed its limit."""
+        return None if self.time_limit is None else 1.5 * self.time_limit + 1.0
+
+
+class Row(msgspec.Struct):
+    """Outcome of one problem, a row of the table.
+
+    Attributes
+    ----------
+    status : as `arael.Result.status`; ``failed``: it was not solved, see `message`
+    parameters, sigmas : by name; standard errors of tangent scalars. Empty beyond `TABLE_LIMIT`
+    seconds : of reading, the solve, the covariance and writing
+    kernels : ``shipped`` or ``compiled``; ``interpreted``: on the expression machine
+    """
+
+    name: str
+    data: str
+    status: str
+    converged: bool = False
+    cost: float | None = None
+    iterations: int = 0
+    parameters: dict[str, float | None] = {}
+    sigmas: dict[str, float | None] = {}
+    seconds: dict[str, float] = {}
+    message: str = ""
+    worker: str = ""
+    kernels: str = ""
+    attempts: int = 1
+    key: str = ""
+    result: str = ""
+
+
+def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
+    """Solve problems one after another on this worker."""
+    _begin(vouched)
+    with _ONE:
+        return [_solve_bounded(vouched, task, settings, attempt) for task in tasks]
+
+
+def _begin(vouched: str) -> None:
+    """Import what a solve needs and load the model: no part of a problem's time."""
+    # imported here: start-up time
+    import arael.analysis.covariance
+    import arael.io.json_reader
+    import arael.io.npz
+    import arael.solving  # noqa: F401
+
+    # Why a model cannot be loaded is reported as the outcome of each problem.
+    with contextlib.suppress(AraelError), warnings.catch_warnings(action="ignore"):
+        load(vouched)
+
+
+def _solve_bounded(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:
+    limit = settings.hard_limit
+    if limit is None:
+        return _solve_one(vouched, task, settings, attempt)
+    with open(os.devnull, "w") as nowhere:
+        # A thread of C ends the process: also if the hang holds the interpreter's lock.
+        faulthandler.dump_traceback_later(limit, exit=True, file=nowhere)
+        try:
+            return _solve_one(vouched, task, settings, attempt)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def _solve_one(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:
+    row = Row(task.name, task.data, "failed", attempts=attempt, key=task.key, worker=_worker())
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            _solve(load(vouched), task, settings, row)
+    except AraelError as error:
+        row.status, row.converged = "failed", False
+        row.message = str(error).strip()
+    except Exception as error:
+        row.status, row.converged = "failed", False
+        row.message = f"{type(error).__name__}: {error}"
+    if task.row is not None and row.status != "failed":
+        write_whole(task.row, lambda file: file.write(msgspec.json.encode(row)))
+    return row
+
+
+def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
+    # imported here: start-up time
+    import arael
+
+    model = kind()
+    row.kernels = kind.compiled.origin
+    started = time.perf_counter()
+    arael.read(
+        model,
+        task.data,
+        settings.format,
+        collection=settings.collection,
+        fields=settings.fields,
+    )
+    row.seconds["read"] = -started + (started := time.perf_counter())
+    result = model.solve(time_limit=settings.time_limit, **settings.options)
+    row.seconds["solve"] = -started + (started := time.perf_counter())
+    names = model.parameter_names()
+    if len(names) <= TABLE_LIMIT:
+        values = [float(value) for value in model.serialize()]
+        row.parameters = dict(zip(names, values, strict=False))
+        try:
+            covariance = model.covariance()
+            sigmas = (float(value) for value in covariance.sigma())
+            row.sigmas = dict(zip(covariance.names, sigmas, strict=True))
+        except AraelError as error:
+            row.message = error.diagnostics[0].message
+    row.seconds["covariance"] = -started + (started := time.perf_counter())
+    if task.result is not None:
+        arael.write(model, task.result)
+        row.result = task.result
+    row.seconds["write"] = time.perf_counter() - started
+    row.cost, row.iterations = float(result.cost), result.iterations
+    row.status = result.status
+    row.converged = all(one.converged for one in result.passes or (result,))
+
+
+def _worker() -> str:
+    # imported here: start-up time
+    from distributed import get_worker
+
+    try:
+        worker: Any = get_worker()
+    except ValueError:  # called outside a cluster
+        return ""
+    return str(worker.address)
+
+
+def read_row(path: Path) -> Row | None:
+    """Read a row that a worker wrote; None if there is none or it is damaged."""
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Row)
+    except (OSError, msgspec.MsgspecError):
+        return None
