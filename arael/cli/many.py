@@ -17,35 +17,28 @@ NAMES = ("workers", "scheduler", "time_limit", "resume", "group", "tls_ca", "tls
 
 
 def many_options(function: F) -> F:
-    """Add the options of many problems."""
-    path = click.Path(dir_okay=False)
+    """Add the options of many problems, beside those of the cluster."""
     for option in (
-        click.option("--tls-key", type=path, help="Key of this side."),
-        click.option("--tls-cert", type=path, help="Certificate of this side."),
-        click.option("--tls-ca", type=path, help="Certificate authority of the cluster."),
         click.option("--group", type=click.IntRange(min=1), help="Problems per task; 1."),
-        click.option("--resume", is_flag=True, help="Solve only what OUTPUT lacks."),
         click.option(
             "--time-limit",
             type=click.FloatRange(min=0, min_open=True),
             help="Seconds of one problem among many.",
-        ),
-        click.option(
-            "--scheduler", metavar="ADDRESS", help="Solve each DATA on this Dask cluster."
-        ),
-        click.option(
-            "--workers", type=click.IntRange(min=1), help="Solve each DATA on local processes."
         ),
     ):
         function = option(function)
     return function
 
 
-def is_many(given: dict[str, Any]) -> bool:
+def is_many(given: dict[str, Any], partitioned: bool) -> bool:
     """Whether the options ask for many problems; a usage error for options that need them."""
-    if given["workers"] is not None or given["scheduler"] is not None:
+    asked = given["workers"] is not None or given["scheduler"] is not None
+    own = NAMES if not asked and not partitioned else ("time_limit", "group")
+    if asked and not partitioned:
+        if given["workers"] == 0:
+            raise click.UsageError("--workers 0 is for one problem in parts; add --partition")
         return True
-    wrong = [name for name in NAMES if given[name]]
+    wrong = [name for name in own if given[name]]
     if wrong:
         option = "--" + wrong[0].replace("_", "-")
         raise click.UsageError(f"{option} is for many problems; add --workers or --scheduler")

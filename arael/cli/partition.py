@@ -59,19 +59,11 @@ def partition_options(function: F) -> F:
                 metavar="COLUMN",
                 help="Solve in parts by a column of collections with parameters.",
             ),
-            click.option("--scheduler", metavar="ADDRESS", help="Scheduler of the cluster."),
-            click.option(
-                "--workers",
-                type=click.IntRange(min=0),
-                metavar="N",
-                help="Processes to start here, if there is no scheduler; 0: none.",
-            ),
             click.option(
                 "--checkpoint",
                 type=click.Path(dir_okay=False),
                 help="Write the state here after each accepted step; with --partition.",
             ),
-            click.option("--resume", is_flag=True, help="Go on from the checkpoint."),
         )
     ):
         function = option(function)
@@ -91,10 +83,8 @@ def check_partition(chosen: Partition, refused: dict[str, Any]) -> None:
         E0851 options that exclude each other or need another.
     """
     why = help_ = ""
-    alone = [name for name, value in chosen.options().items() if value not in (None, False)]
-    if not chosen.wanted and alone:
-        name = alone[0].replace("_", "-")
-        why, help_ = f"`--{name}` needs `--partition`", "for instance `--partition 4`"
+    if not chosen.wanted and chosen.checkpoint is not None:
+        why, help_ = "`--checkpoint` needs `--partition`", "for instance `--partition 4`"
     elif chosen.resume and chosen.checkpoint is None:
         why, help_ = "`--resume` needs `--checkpoint`", "name the file with `--checkpoint FILE`"
     elif chosen.wanted:

@@ -15,6 +15,7 @@ import click
 import arael
 from arael import starts
 from arael.cli import summary as outcome
+from arael.cli.cluster import cluster_options
 from arael.cli.data_files import data_options, joined, read_data
 from arael.cli.exits import Exit
 from arael.cli.instances import apply_settings
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 @click.option(
     "--max-iters", type=click.IntRange(min=1), help="Maximum of attempted steps per pass."
 )
+@cluster_options
 @partition_options
 @click.option("--interpret", is_flag=True, help="Run on the expression machine.")
 @click.option("--compiled", is_flag=True, help="Fail if kernels cannot be compiled.")
@@ -107,10 +109,7 @@ def command(
     max_iters: int | None,
     partition: int | None,
     partition_by: str | None,
-    scheduler: str | None,
-    workers: int | None,
     checkpoint: str | None,
-    resume: bool,
     interpret: bool,
     compiled: bool,
     verbose: bool,
@@ -121,7 +120,7 @@ def command(
     plot: str | None,
     report: str | None,
     as_json: bool,
-    **many: Any,
+    **cluster: Any,
 ) -> int:
     """Solve MODEL on DATA with the passes of the model.
 
@@ -132,9 +131,17 @@ def command(
     is still reported and written.
 
     With --workers or --scheduler each DATA file, or file of a quoted pattern, is a problem of its
-    own, and OUTPUT a folder of results and a table.
+    own, and OUTPUT a folder of results and a table; with --partition it is one problem in parts.
     """
-    if is_many(many):
+    parts = Partition(
+        partition,
+        partition_by,
+        cluster["scheduler"],
+        cluster["workers"],
+        checkpoint,
+        cluster["resume"],
+    )
+    if is_many(cluster, parts.wanted):
         wrong = [
             name
             for name, value in (
@@ -164,13 +171,12 @@ def command(
             **({} if strategy is None else {"strategy": strategy}),
         }
         reading = {"format": format, "collection": collection, "fields": fields}
-        return solve_many(kind, data, {**reading, "options": options}, output, as_json, many)
+        return solve_many(kind, data, {**reading, "options": options}, output, as_json, cluster)
     if output is not None and Path(output).is_dir():
         raise click.BadParameter(f"File '{output}' is a directory.", param_hint="'-o' / '--output'")
     _check_targets(output, covariance, plot, report)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)
-    parts = Partition(partition, partition_by, scheduler, workers, checkpoint, resume)
     check_partition(parts, {"--solver": solver != "auto"})
     loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
     if parts.wanted and len(data) == 1 and _in_columns(data[0], format):
