@@ -55,7 +55,8 @@ def test_a_checkpoint_is_resumed(arael: Arael, field: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--resume",), "`--resume` needs `--partition`"),
+        (("--checkpoint", "x.npz"), "`--checkpoint` needs `--partition`"),
+        (("--resume",), "--resume is for many problems"),
         (("--partition", "2", "--resume"), "`--resume` needs `--checkpoint`"),
         (("--partition", "2", "--solver", "dense"), "`--solver` and `--partition` exclude"),
         (("--partition", "2", "--summary"), "`--summary` and `--partition` exclude"),
