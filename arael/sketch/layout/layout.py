@@ -490,12 +490,12 @@ class Layout:
         # Rows are the first nodes of a bipartite graph, elements of `x` the others.
         starts = np.full(m + n + 1, len(self.rows.indices), dtype=np.int64)
         starts[: m + 1] = self.rows.indptr
-        nobody = np.zeros(0, dtype=np.int64)
+        none = np.zeros(0, dtype=np.int64)
         _, found = connected(
             starts,
             self.rows.indices.astype(np.int64) + m,
-            nobody,
-            nobody,
+            none,
+            none,
             np.zeros(m + n, dtype=np.uint8),
         )
         labels: NDArray[np.int32] = found
