@@ -13,7 +13,7 @@ from tests.sketch.browser.panels import RECTANGLE, connected, run
 
 
 class Hostile(BaseHTTPRequestHandler):
-    """A page that any page may have put somewhere."""
+    """A page of another site."""
 
     def do_GET(self) -> None:
         self.send_response(200)
