@@ -115,12 +115,15 @@ export class Field {
   /** @param {Event} event */
   async _submit(event) {
     event.preventDefault();
-    const text = this.input.value.trim();
+    // The key of the field, pressed in the field.
+    const text = this.input.value.trim().replace(/^\/+\s*/, "");
     if (!text) return;
     this.completion.close();
     this.usage.hidden = true;
+    // Empty at once, for the next command; what is refused comes back to be corrected.
+    this.input.value = "";
     const reply = await this.app.wire.run(text);
-    if (this.input.value.trim() === text && reply.ok) this.input.value = "";
+    if (!reply.ok && this.input.value === "") this.input.value = text;
     this.past.add(text);
     remember(KEY, JSON.stringify(this.past.lines));
     this._say(text, reply);
@@ -140,7 +143,7 @@ export class Field {
     } else {
       fill(this.output, failure(this.app, reply, text), close);
       const { from, to } = reply.error ?? {};
-      if (typeof from === "number" && typeof to === "number") this.input.setSelectionRange(from, to);
+      if (typeof from === "number" && typeof to === "number" && this.input.value === text) this.input.setSelectionRange(from, to);
     }
     this.output.classList.toggle("refused", !reply.ok);
     this.output.hidden = false;
