@@ -96,6 +96,18 @@ MAY_IMPORT = {
 }
 
 
+# Packages of the sketch editor, each with those below it that it may import.
+SKETCH_MAY_IMPORT = {
+    "geometry": set[str](),
+    "document": {"geometry"},
+    "expressions": {"document", "geometry"},
+    "layout": {"document", "expressions", "geometry"},
+    "solve": {"document", "layout"},
+    "judge": {"document", "layout", "solve"},
+    "editing": {"document", "expressions", "geometry", "judge", "layout", "solve"},
+}
+
+
 def own(found: Iterable[Edge]) -> list[Edge]:
     """The imports of arael's modules, but for those of and by the facade."""
     names = {edge.source for edge in found} | set(modules())
@@ -144,6 +156,18 @@ def test_a_package_imports_only_what_it_may_know(name: str) -> None:
         for edge in (*own(edges()), *own(import_graph.cython_imports()))
         if package(edge.source) == f"arael.{name}" != package(edge.target)
         if package(edge.target).removeprefix("arael.") not in MAY_IMPORT[name]
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize("name", sorted(SKETCH_MAY_IMPORT))
+def test_a_package_of_sketches_imports_only_those_below_it(name: str) -> None:
+    sketch = "arael.sketch."
+    found = [
+        str(edge)
+        for edge in own(edges())
+        if edge.source.startswith(f"{sketch}{name}.") and edge.target.startswith(sketch)
+        if edge.target.split(".")[2] not in {name, *SKETCH_MAY_IMPORT[name]}
     ]
     assert found == []
 

@@ -25,8 +25,8 @@ from arael.sketch.commands.session import Session, described
 from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS
+from arael.sketch.document.measures import size_of
 from arael.sketch.document.records import Constraint, Dimension, Entity, Group, Parameter, Record
-from arael.sketch.editing.measures import size_of
 from arael.sketch.expressions.dependencies import readers
 from arael.sketch.expressions.properties import property_names, property_of
 from arael.sketch.expressions.shapes import curve_of

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.measures import measured, signed
 from arael.sketch.document.records import (
     Amount,
     Constraint,
@@ -36,7 +37,6 @@ from arael.sketch.editing.checks import (
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
 from arael.sketch.editing.extents import Extents
-from arael.sketch.editing.measures import measured, signed
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.editing.outlines import is_open, outline

@@ -14,6 +14,7 @@ from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.history import RecordChange
 from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.measures import measured
 from arael.sketch.document.records import Amount, Dimension, Parameter
 from arael.sketch.expressions.dependencies import (
     amounts_of,
@@ -118,9 +119,6 @@ def _record(document: Document, name: str) -> Dimension | Parameter:
 
 
 def _measure(document: Document) -> Any:
-    # imported here: start-up time
-    from arael.sketch.editing.measures import measured
-
     return lambda d: measured(document, d.kind, d.args, d.mode)
 
 

@@ -8,9 +8,9 @@ from typing import cast
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
+from arael.sketch.document.measures import signed
 from arael.sketch.document.records import Amount, Dimension, Group, Option
 from arael.sketch.editing.editor import Editor
-from arael.sketch.editing.measures import signed
 from arael.sketch.geometry.blocks import numbers_of
 from arael.sketch.geometry.circular import Arc
 from arael.sketch.geometry.curve import Curve

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
 from arael.diagnostics.records import AraelError
+from arael.sketch.document.measures import measured
 from arael.sketch.document.records import Group, Option
 from arael.sketch.editing.editor import Editor
-from arael.sketch.editing.measures import measured
 from arael.sketch.expressions.evaluation import number
 from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.geometry.affine import Affine

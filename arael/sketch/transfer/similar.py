@@ -14,9 +14,9 @@ from typing import Any
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.measures import signed
 from arael.sketch.document.records import Amount, Constraint, Dimension, Entity
 from arael.sketch.editing.editor import Editor
-from arael.sketch.editing.measures import signed
 from arael.sketch.expressions.reading import literal
 
 #: Quantities that a turn of the whole leaves alone, but not of what is measured along the axes.

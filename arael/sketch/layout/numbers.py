@@ -1,0 +1,225 @@
+"""Numbers of the document as unknowns and back, and values that changed."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.sketch.document.records import Dimension, Entity
+from arael.sketch.layout.operands import Operand, operands, sweep_of
+from arael.sketch.layout.plan import Plan
+from arael.sketch.layout.splines import pieces
+from arael.sketch.layout.upkeep import Upkeep
+
+#: Structs whose `value` is an angle.
+_ANGULAR = ("Angle", "XAngle", "Sweep", "AngleMeasure", "XAngleMeasure", "SweepMeasure")
+
+
+class Numbers(Upkeep):
+    """Unknowns from the document, solutions into it, and the way to new values."""
+
+    def gather(self) -> NDArray[np.float64]:
+        """Unknowns from the document's numbers, after `refresh`; returns `x`, (n,).
+
+        Where a number of a place was changed in the document, the place starts from there.
+        """
+        self.refresh()
+        values = self.document.values
+        live = self._live
+        now = values[live]
+        moved = live[now.view(np.int64) != self._seen[live].view(np.int64)]
+        if len(moved):
+            self._take_over(moved, values)
+        columns = np.flatnonzero(self._source >= 0)
+        self.x[columns] = values[self._source[columns]]
+        return self.x
+
+    def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Start from numbers that were changed in the document."""
+        self._seen[moved] = values[moved]
+        free = moved[self._use[moved] >= 0]
+        self._source[self._root[free]] = free
+        if len(free) < len(moved):
+            # what `fix` holds is where the document has it
+            nothing: dict[str, None] = {}
+            for at in moved[self._use[moved] < 0]:
+                for point in {int(at), int(at) - 1} & self._holds.keys():
+                    width = self._width(point)
+                    if int(at) < point + width and None in self._holds[point].values():
+                        members = list(self.places.members(point)) if width == 2 else [point]
+                        self._settle(members, width, values, nothing)
+        self._restart(moved, values)
+
+    def _restart(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Start the hidden unknowns of what was moved anew."""
+        if not self._with_hidden:
+            return
+        names = {self._entity_at[offset] for offset in moved}
+        for name in list(self._with_hidden):
+            laid = self._laid[name]
+            if names.isdisjoint(laid.names):
+                continue
+            if name in self._pieces:
+                self._renew_piece(name, values)
+                continue
+            assert laid.plan is not None
+            for at, hidden in zip(laid.hidden, laid.plan.hidden, strict=True):
+                self.x[at : at + len(hidden.names)] = hidden.start(values)
+
+    def _renew_piece(self, name: str, values: NDArray[np.float64]) -> None:
+        """A point on a spline that was moved is on the piece that is nearest now."""
+        del self._pieces[name]
+        laid = self._laid[name]
+        self.version += 1
+        with self.rows.edit(), self.guards.edit():
+            self._remove_rows(laid)
+            self._lay(laid, values)
+
+    def differs(self, x: NDArray[np.float64]) -> bool:
+        """Whether any number of the document is not that of the unknowns `x`, (n,)."""
+        return len(self._moved(x)) > 0
+
+    def _moved(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
+        new = x[self._root[self._live]]
+        old = self.document.values[self._live]
+        return np.flatnonzero(new.view(np.int64) != old.view(np.int64))
+
+    def scatter(self, x: NDArray[np.float64]) -> tuple[str, ...]:
+        """Solved unknowns, (n,), into the document: every alias gets the same bits.
+
+        To be called inside of a transaction.
+
+        Returns
+        -------
+        Entities whose numbers changed.
+        """
+        self.x[:] = x
+        moved = self._moved(x)
+        if not len(moved):
+            return ()
+        at = self._live[moved]
+        new = x[self._root[at]]
+        self.document.set_values(at, new)
+        self._seen[at] = new
+        first = self._first[at]
+        changed = np.flatnonzero(np.diff(first, prepend=-1))
+        return tuple([self._entity_at[k] for k in first[changed].tolist()])
+
+    def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`x` for other numbers of the document than it has now, (n,)."""
+        found = self.gather().copy()
+        columns = np.flatnonzero(self._source >= 0)
+        found[columns] = values[self._source[columns]]
+        return found
+
+    # --- values that changed since the last solve -----------------------------------------
+
+    def take_changes(self) -> dict[tuple[str, int], tuple[float, float]]:
+        """Old and new ``value`` by (``rows`` or ``guards``, row), of what changed since last."""
+        self.refresh()
+        found, self._changes = self._changes, {}
+        return {key: one for key, one in found.items() if one[0] != one[1]}
+
+    def return_changes(self, changes: dict[tuple[str, int], tuple[float, float]]) -> None:
+        """Changes that were not taken in after all count for the next solve."""
+        for key, (old, new) in changes.items():
+            self._changes[key] = (old, self._changes.get(key, (old, new))[1])
+
+    def set_share(self, changes: dict[tuple[str, int], tuple[float, float]], share: float) -> None:
+        """Set changed values to a share of the way from old to new."""
+        for (which, row), (old, new) in changes.items():
+            rows = self.rows if which == "rows" else self.guards
+            rows.set_data(row, "value", new if share == 1.0 else old + share * (new - old))
+
+    def parts_of(
+        self, changes: dict[tuple[str, int], tuple[float, float]], share: float, turn: float
+    ) -> int:
+        """In how many parts changed values are approached; 0 where all are near.
+
+        Parameters
+        ----------
+        share : values that change by a larger share of themselves are far
+        turn : angles that change by more are far, and each part of the way is as long at most
+        """
+        parts = 0
+        for (which, row), (old, new) in changes.items():
+            way = abs(new - old)
+            if which == "guards" or self.rows.struct(row) in _ANGULAR:
+                if way > turn:
+                    parts = max(parts, int(way / turn) + 1)
+            elif way > share * max(abs(old), abs(new)):
+                parts = max(parts, 1)
+        return parts
+
+    def approach_turned(self, x: NDArray[np.float64]) -> None:
+        """Values whose geometry is more than 90 degrees off at `x` are approached from there.
+
+        There the equation of an angle has another solution, half a turn away, which is nearer.
+        """
+        if self._turning is None or self._turning[0] != self.version:
+            found = [
+                laid.guards[setting.at]
+                for laid in map(self._laid.__getitem__, self._with_turning)
+                for setting in cast("Plan", laid.plan).settings
+                if setting.which == "guards"
+            ]
+            self._turning = (self.version, np.array(found, dtype=np.int64))
+        rows = self._turning[1]
+        if not len(rows):
+            return
+        signs = self.guards.evaluate(x)
+        wrong = rows[signs[rows] <= 0]
+        if not len(wrong):
+            return
+        values = self.document.values.copy()
+        values[self._live] = x[self._root[self._live]]
+        for row in wrong.tolist():
+            laid = self._laid[self.guard_owner[row]]
+            if ("guards", row) not in self._changes:
+                self._approach(laid, cast("Dimension", laid.record), values)
+
+    def renew_sides(self) -> None:
+        """Guards of arcs from how they are now: of less or of more than half a turn."""
+        values = self.document.values
+        for laid in self._laid.values():
+            record = laid.record
+            if isinstance(record, Entity) and record.kind in ("arc", "earc") and laid.guards:
+                curve = Operand(record, "", record.at)
+                side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
+                self.guards.set_data(laid.guards[-1], "side", side)
+
+    # --- points on splines of several pieces ----------------------------------------------
+
+    def note_parameters(self, x: NDArray[np.float64], within: float) -> None:
+        """Which points on splines are as near to an end of their piece at `x`, (n,)."""
+        self._at_knots = {}
+        for name, piece in self._pieces.items():
+            t = float(x[self._laid[name].hidden[0]])
+            if t <= within or t >= 1.0 - within:
+                self._at_knots[name] = piece + (1 if t > 0.5 else -1)
+
+    def hidden_at(self, name: str) -> int:
+        """Where in `x` the hidden unknowns of a record begin."""
+        return self._laid[name].hidden[0]
+
+    def cross_knots(self) -> dict[str, float]:
+        """Lay points out on the neighbouring pieces that `note_parameters` found.
+
+        Returns
+        -------
+        By record the parameter, 0 or 1, with which its point begins on the new piece.
+        """
+        found, self._at_knots = self._at_knots, {}
+        crossed = {}
+        for name, piece in found.items():
+            record = self.document.constraints.get(name)
+            if record is None:
+                continue
+            if 0 <= piece < pieces(operands(self.document, record.args)[1]):
+                crossed[name] = 0.0 if piece > self._pieces[name] else 1.0
+                self._pieces[name] = piece
+                self._pending["constraints", name] = None
+                self._stale.add(name)
+        return crossed
