@@ -64,3 +64,29 @@ test("at ten thousand lines a pick looks at a few", () => {
   assert.ok(picker.near([504, 501.5], 1).length <= 9);
   assert.equal(picker.near([504, 501.5], 1).filter(({ name }) => name === "L5050").length, 1);
 });
+
+test("only what moved, is new or has another place in the numbers is entered again", () => {
+  const { store, picker } = scene([
+    ["L0", "line", [0, 0, 10, 0]],
+    ["L1", "line", [0, 20, 10, 20]],
+    ["L2", "line", [0, 40, 10, 40]],
+  ]);
+  const grid = picker.grid;
+  /** @type {string[]} */
+  const entered = [];
+  const put = grid.put.bind(grid);
+  grid.put = (name, box) => {
+    entered.push(name);
+    put(name, box);
+  };
+  store.values[store.entities.get("L1").at] = 3;
+  picker.moved();
+  assert.equal(picker.grid, grid);
+  assert.deepEqual(entered.splice(0), ["L1"]);
+  picker.changed({ put: { entities: [store.entities.get("L2")] }, removed: {}, all: false });
+  void picker.grid;
+  assert.deepEqual(entered.splice(0), ["L2"]);
+  picker.changed({ put: {}, removed: {}, all: false });
+  void picker.grid;
+  assert.deepEqual(entered, []);
+});

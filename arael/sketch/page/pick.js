@@ -26,23 +26,33 @@ export class Picker {
     this.annotations = () => null;
     /** @type {Grid|null} */
     this._grid = null;
-    /** Whether rectangles may have changed since they were entered. */
-    this._all = true;
+    /** Whether numbers may have changed since rectangles were entered. */
+    this._stale = true;
+    /** Entities that are new or have another place in the numbers. @type {Set<string>} */
+    this._fresh = new Set();
+    /** Entity of each number; null: to be found again. @type {Entity[]|null} */
+    this._owners = null;
+    /** The numbers whose rectangles are entered. */
+    this._entered = new Float64Array(0);
   }
 
   /** Records changed. @param {import("./store.js").ChangeDetail} detail */
   changed(detail) {
     if (detail.all) this._grid = null;
-    for (const name of detail.removed.entities ?? []) {
+    const removed = detail.removed.entities ?? [];
+    const put = detail.put.entities ?? [];
+    for (const name of removed) {
       this._grid?.remove(name);
+      this._fresh.delete(name);
     }
-    // a solve may have moved anything: all rectangles are checked again, at the next pick
+    for (const { name } of put) this._fresh.add(name);
+    if (removed.length || put.length) this._owners = null;
     this.moved();
   }
 
   /** Numbers changed. */
   moved() {
-    this._all = true;
+    this._stale = true;
   }
 
   /** The index, up to date. */
@@ -52,13 +62,34 @@ export class Picker {
       const box = boundsOfAll(store);
       const size = box ? Math.max(box.xmax - box.xmin, box.ymax - box.ymin) : 1;
       this._grid = new Grid(size / Math.min(Math.max(Math.sqrt(store.entities.size), 4), 200) || 1);
-      this._all = true;
+      this._owners = null;
+      this._entered = new Float64Array(0);
+      this._stale = true;
     }
-    if (this._all) {
-      for (const entity of store.entities.values()) this._grid.put(entity.name, boxOf(entity, store.values));
-      this._all = false;
-    }
+    if (this._stale) this._enter(this._grid);
     return this._grid;
+  }
+
+  /** Enter the rectangles of what is new or has moved: numbers are compared with those at the last time. @param {Grid} grid */
+  _enter(grid) {
+    const { values, entities } = this.store;
+    const owners = (this._owners ??= ownersOf(entities.values()));
+    const before = this._entered;
+    /** @type {Entity|null} */
+    let last = null;
+    for (let i = 0; i < owners.length; i++) {
+      if (values[i] === before[i] || owners[i] === last || !owners[i]) continue;
+      last = owners[i];
+      grid.put(last.name, boxOf(last, values));
+    }
+    for (const name of this._fresh) {
+      const entity = entities.get(name);
+      if (entity) grid.put(name, boxOf(entity, values));
+    }
+    this._fresh.clear();
+    if (before.length === values.length) before.set(values);
+    else this._entered = values.slice();
+    this._stale = false;
   }
 
   /** Entities whose rectangles may touch a circle around a point. @param {Point} at @param {number} reach @returns {Entity[]} */
@@ -164,6 +195,16 @@ function crosses(p, q, box) {
     high = Math.min(high, t);
   }
   return low <= high;
+}
+
+/** @param {Iterable<Entity>} entities @returns {Entity[]} */
+function ownersOf(entities) {
+  /** @type {Entity[]} */
+  const owners = [];
+  for (const entity of entities) {
+    for (let i = 0; i < entity.size; i++) owners[entity.at + i] = entity;
+  }
+  return owners;
 }
 
 /** L2 before L10. @param {string} a @param {string} b */

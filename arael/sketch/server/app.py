@@ -14,11 +14,11 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.routing import BaseRoute, Mount, WebSocketRoute
-from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.server.guard import Guard
+from arael.sketch.server.page_files import PageFiles
 from arael.sketch.server.protocol import json_message, received
 from arael.sketch.server.windows import Window
 from arael.sketch.server.worker import Worker
@@ -104,7 +104,7 @@ class Server:
         routes: list[BaseRoute] = [WebSocketRoute("/socket", self._socket)]
         if agents is not None:
             routes += agents.routes
-        routes.append(Mount("/", StaticFiles(directory=page, html=True, check_dir=False)))
+        routes.append(Mount("/", PageFiles(directory=page, html=True, check_dir=False)))
         self.app = Guard(Starlette(routes=routes, lifespan=self._lifespan), tokens)
 
     @asynccontextmanager

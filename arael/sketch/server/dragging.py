@@ -14,10 +14,17 @@ from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.editing.editor import Dragging, Editor
 from arael.sketch.server.windows import Window
+from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.solver import Drag
 
 MAX_HANDLES = 10_000
 """Points that are dragged at once."""
+
+FRAME_SECONDS = 0.004
+"""Time of the solver for a frame: the rest of a refresh of the screen is for the page."""
+
+LAST_SECONDS = 0.25
+"""Time of the solver for the last frame, if those before it did not reach their place."""
 
 
 class _Cancelled(Exception):
@@ -34,6 +41,10 @@ class OpenDrag:
     handles : points, or names of entities, all points of which move; ``A0.radius``: a radius
     at : where the pointer was at the beginning
 
+    Attributes
+    ----------
+    unfinished : whether the last frame ended because its time was over
+
     Raises
     ------
     AraelError
@@ -45,6 +56,8 @@ class OpenDrag:
     ) -> None:
         self.window = window
         self.began = at
+        self.unfinished = False
+        self._place = at
         self._stack = ExitStack()
         document = editor.document
         points = _points(document, handles)
@@ -59,18 +72,36 @@ class OpenDrag:
         else:
             self._drag = self._stack.enter_context(editor.dragging(points))
 
-    def to(self, x: float, y: float) -> NDArray[np.float64]:
-        """One frame, and all numbers after it; without a solution nothing moves."""
+    def to(self, x: float, y: float, seconds: float = FRAME_SECONDS) -> NDArray[np.float64]:
+        """One frame, and all numbers after it; without a solution nothing moves.
+
+        Parameters
+        ----------
+        x, y : where the pointer is
+        seconds : time of the solver, after which the frame is as near as it came
+        """
+        self._place = (x, y)
+        found: Outcome | None = None
         if self._drag is not None:
-            self._drag.by(x - self.began[0], y - self.began[1])
+            found = self._drag.by(x - self.began[0], y - self.began[1], seconds)
         elif self._radius is not None:
-            self._radius.to(x, y)
+            found = self._radius.to(x, y, seconds)
+        self.unfinished = found is not None and found.solved and not found.converged
         return self._document.values.copy()
+
+    def go_on(self) -> NDArray[np.float64]:
+        """Another frame at the same place, after one that is unfinished; all numbers after it."""
+        before = self._document.values.copy()
+        values = self.to(*self._place)
+        self.unfinished = self.unfinished and not np.array_equal(before, values)
+        return values
 
     def end(self, cancel: bool = False) -> None:
         """Keep the last frame as one step of undo, or take the drag back."""
         if not cancel:
-            self._stack.close()
+            with self._stack:
+                if self.unfinished:
+                    self.to(*self._place, LAST_SECONDS)
             return
         try:
             with self._stack:
@@ -96,11 +127,12 @@ class _Radius:
         self._offset = entity.at + ENTITIES[entity.kind].values.index(which)
         self._drag = Drag(editor.solver, [])
 
-    def to(self, x: float, y: float) -> None:
+    def to(self, x: float, y: float, seconds: float) -> Outcome | None:
         values = self._document.values
         reach = float(np.hypot(x - values[self._center], y - values[self._center + 1]))
-        if reach > 0.0:
-            self._drag.pull(np.array([self._offset]), np.array([reach]))
+        if reach <= 0.0:
+            return None
+        return self._drag.pull(np.array([self._offset]), np.array([reach]), seconds)
 
 
 def _points(document: Document, handles: Sequence[str]) -> list[str]:

@@ -12,6 +12,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.sketch.commands import table
 from arael.sketch.commands.replies import Reply
@@ -41,6 +44,9 @@ MAX_KEPT_BYTES = 8 * 1024 * 1024
 
 MAX_TITLES = 200
 """Steps of the history that pages are sent."""
+
+RESTS_AFTER = 0.05
+"""Seconds without a new place after which the pointer rests."""
 
 MAX_STATES = 64
 """Windows whose variables and selection are kept after they close."""
@@ -77,6 +83,7 @@ class SharedSketch:
         self._kept_bytes = 0
         self._states: dict[str, State] = {}
         self._drag: OpenDrag | None = None
+        self._rests_at = 0.0
         self._judged = -1
         self._titles: tuple[tuple[str, ...], tuple[str, ...]] | None = None
         self._break = False
@@ -426,8 +433,14 @@ class SharedSketch:
             # Another change ended the drag: the page is answered, so that it goes on.
             window.send_frame(self._moment.values, self.revision)
             return
+        self._frame(drag, lambda: drag.to(place.x, place.y))
+
+    def _frame(self, drag: OpenDrag, move: Callable[[], NDArray[np.float64]]) -> None:
+        """Make a frame of a drag and send it."""
+        window = drag.window
+        self._rests_at = time.monotonic() + RESTS_AFTER
         try:
-            values = drag.to(place.x, place.y)
+            values = move()
         except AraelError:  # broken off: everything stays where it is
             values = self.session.document.values.copy()
         except Exception as error:  # a mistake of arael: the drag is taken back
@@ -473,7 +486,7 @@ class SharedSketch:
     def idle(self) -> float | None:
         """Work for the time between messages; seconds until there is more, None for never."""
         if self._drag is not None:
-            return None
+            return self._go_on(self._drag)
         if self._judged != self.revision and self.windows:
             self._judged = self.revision
             try:
@@ -482,6 +495,18 @@ class SharedSketch:
                 traceback.print_exc(file=sys.stderr)
             return 0.0
         return self._save_when_due()
+
+    def _go_on(self, drag: OpenDrag) -> float | None:
+        """The pointer rests: frames that were cut short approach its place."""
+        if not drag.unfinished:
+            return None
+        wait = self._rests_at - time.monotonic()
+        if wait > 0.0:
+            return wait
+        rests_at = self._rests_at
+        self._frame(drag, drag.go_on)
+        self._rests_at = rests_at
+        return 0.0
 
     def _save_when_due(self) -> float | None:
         keeper = self.keeper

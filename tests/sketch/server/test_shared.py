@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from pathlib import Path
 
 import pytest
@@ -284,6 +285,54 @@ def test_a_drag_is_one_step(shared: SharedSketch, page: Local) -> None:
     assert page.is_in_step() and other.is_in_step() and page.revision == revision + 1
     page.run("undo")
     assert page.numbers("L2")[:2] == [50.0, 30.0]
+
+
+ARM = """
+add_line 0,0 10,0
+add_line L0.p2 20,0
+add_line L1.p2 30,0
+length L0 10
+length L1 10
+length L2 10
+fix L0.p1
+"""
+
+
+def _grip(page: Local) -> tuple[float, float]:
+    """The end of the arm, as the page shows it."""
+    at = page.tables["entities"]["L2"]["at"]
+    return page.values[at + 2], page.values[at + 3]
+
+
+def test_a_frame_whose_time_is_over_is_gone_on_with_while_the_pointer_rests(
+    shared: SharedSketch, page: Local, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("arael.sketch.server.dragging.OpenDrag.to.__defaults__", (0.0,))
+    monkeypatch.setattr("arael.sketch.server.shared.RESTS_AFTER", 0.0)
+    page.run(ARM)
+    page.ask("drag", handles=["L2.p2"], at=[30, 0])
+    page.drag_to(1, 5, 15)
+    first = math.dist(_grip(page), (5, 15))
+    assert first > 1e-3
+    frames = 0
+    while shared.idle() is not None:
+        frames += 1
+        assert frames < 200
+    assert frames > 0
+    assert math.dist(_grip(page), (5, 15)) < 1e-4
+
+
+def test_a_frame_whose_time_is_over_is_finished_when_the_pointer_lets_go(
+    shared: SharedSketch, page: Local, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("arael.sketch.server.dragging.OpenDrag.to.__defaults__", (0.0,))
+    page.run(ARM)
+    page.ask("drag", handles=["L2.p2"], at=[30, 0])
+    page.drag_to(1, 5, 15)
+    assert shared.idle() > 0.0  # type: ignore[operator]  # until the pointer rests
+    page.ask("drop")
+    assert math.dist(_grip(page), (5, 15)) < 1e-4
+    assert page.history["done"][-1] == "drag L2.p2" and page.is_in_step()
 
 
 def test_a_cancelled_drag_leaves_nothing(shared: SharedSketch, page: Local) -> None:

@@ -1,0 +1,130 @@
+"""What a browser receives of the page: its meaning, its size, when it is sent again."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import urllib.parse
+from pathlib import Path
+
+import pytest
+from starlette.applications import Starlette
+from starlette.routing import Mount
+from starlette.testclient import TestClient
+
+from arael.sketch.server.app import PAGE
+from arael.sketch.server.compact import compact_script, compact_style
+from arael.sketch.server.page_files import PageFiles
+from tests import optional
+
+MOST_BYTES = 300_000
+"""Of all files that a browser loads, before and after their compression."""
+
+TESTS = Path(__file__).parents[2] / "page"
+IMPORT = re.compile(r"(?:from|import|href=|src=)\s*\(?\s*[\"']([^\"':]+\.(?:js|css))[\"']")
+
+
+@pytest.fixture
+def browser() -> TestClient:
+    return TestClient(Starlette(routes=[Mount("/", PageFiles(directory=PAGE, html=True))]))
+
+
+def loaded(browser: TestClient) -> dict[str, tuple[int, int]]:
+    """Bytes over the wire and after decompression, by address, of all that a page loads."""
+    found: dict[str, tuple[int, int]] = {}
+    waiting = ["/"]
+    while waiting:
+        address = waiting.pop()
+        if address in found:
+            continue
+        answer = browser.get(address)
+        assert answer.status_code == 200 and answer.headers["content-encoding"] == "gzip"
+        found[address] = int(answer.headers["content-length"]), len(answer.content)
+        waiting += [urllib.parse.urljoin(address, one) for one in IMPORT.findall(answer.text)]
+    return found
+
+
+def test_what_a_browser_loads_is_small(browser: TestClient) -> None:
+    sizes = loaded(browser)
+    assert len(sizes) > 80 and "/draw/batches.js" in sizes and "/styles/phone.css" in sizes
+    wire, plain = (sum(one) for one in zip(*sizes.values(), strict=True))
+    assert wire < 0.5 * MOST_BYTES
+    assert plain < MOST_BYTES
+
+
+def test_a_file_that_the_browser_has_is_not_sent_again(browser: TestClient) -> None:
+    first = browser.get("/pick.js")
+    again = browser.get("/pick.js", headers={"if-none-match": first.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+
+
+def test_a_file_that_was_changed_is_sent_anew(tmp_path: Path) -> None:
+    app = Starlette(routes=[Mount("/", PageFiles(directory=tmp_path))])
+    (tmp_path / "a.js").write_text("let a = 1; // one")
+    browser = TestClient(app)
+    first = browser.get("/a.js")
+    (tmp_path / "a.js").write_text("let a = 12; // twelve")
+    again = browser.get("/a.js", headers={"if-none-match": first.headers["etag"]})
+    assert first.text == "let a=1;\n" and again.text == "let a=12;\n"
+
+
+def test_a_client_without_decompression_gets_plain_text(browser: TestClient) -> None:
+    answer = browser.get("/pick.js", headers={"accept-encoding": "identity"})
+    assert "content-encoding" not in answer.headers and "class Picker" in answer.text
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("const a = 1; // one\n\n// two\nlet b = a", "const a=1;let b=a"),
+        ("/** @type {A} */ (a).b", "(a).b"),
+        ("a = 1 /* x\n y */\nb", "a=1\nb"),
+        ("x + +y - -z + ++w", "x+ +y- -z+ ++w"),
+        ('return /a b\\/[/ "]/g.test(c) / 2', 'return/a b\\/[/ "]/g.test(c)/2'),
+        ("a / b / c", "a/b/c"),
+        ("f(a) / 2 // half", "f(a)/2"),
+        ("s = \"// a  b\" + '/* c */'", "s=\"// a  b\"+'/* c */'"),
+        (
+            "`a  // b ${ { c : `d  ${ e  +  1 }` } . c }  f` / 2",
+            "`a  // b ${{c:`d  ${e+1}`}.c}  f`/2",
+        ),
+        ("`\\`  \\${ x }  $  `", "`\\`  \\${ x }  $  `"),
+        ("a\n(b)\n[c]", "a\n(b)\n[c]"),
+        ("if (a) {\n  b()\n}\nc", "if(a){b()}\nc"),
+        ("x = 1 .toFixed()", "x=1 .toFixed()"),
+        ("class A { #b = 1; static async *c() {} }", "class A{#b=1;static async*c(){}}"),
+        ("x in y; a instanceof B", "x in y;a instanceof B"),
+        ("let é = ü in ö", "let é=ü in ö"),
+    ],
+)
+def test_a_script_keeps_its_meaning(source: str, expected: str) -> None:
+    assert compact_script(source) == expected + "\n"
+
+
+def test_a_style_sheet_keeps_its_meaning() -> None:
+    source = '/* a */\n.b  > :is(c, d) {\n  width: calc(1px + 2px);\n  content: "/* e */  ;";\n}\n'
+    expected = '.b > :is(c,d){width: calc(1px + 2px);content: "/* e */  ;";}\n'
+    assert compact_style(source) == expected
+
+
+def test_compacting_twice_changes_nothing_more() -> None:
+    for path in PAGE.rglob("*.js"):
+        if "node_modules" not in path.parts:
+            once = compact_script(path.read_text(encoding="utf-8"))
+            assert compact_script(once) == once, path
+
+
+def test_the_page_passes_its_tests_as_it_is_sent(tmp_path: Path) -> None:
+    node = optional.program("node")
+    page, tests = tmp_path / PAGE.relative_to(PAGE.parents[2]), tmp_path / "tests" / "page"
+    for path in PAGE.rglob("*"):
+        if path.suffix in (".js", ".css", ".html", ".json") and "node_modules" not in path.parts:
+            copy = page / path.relative_to(PAGE)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            text = path.read_text(encoding="utf-8")
+            copy.write_text(compact_script(text) if path.suffix == ".js" else text, "utf-8")
+    shutil.copytree(TESTS, tests)
+    files = sorted(map(str, tests.glob("*.test.js")))
+    done = subprocess.run([node, "--test", *files], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
