@@ -257,7 +257,8 @@ def test_a_long_command_is_reported_and_broken_off(page: Page) -> None:
     assert busy["since_ms"] >= 100
     page.send({"type": "break"})
     reply = page.until("reply")
-    assert reply["error"]["code"] == "E1405"
+    # between two commands, or within the solve of one
+    assert reply["error"]["code"] in ("E1405", "E1235")
     page.until("idle")
     assert not page.tables["entities"]
 
