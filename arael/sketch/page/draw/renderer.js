@@ -104,6 +104,7 @@ export class Renderer extends EventTarget {
       this._rest();
       return;
     }
+    if (!offsets.length) return;
     if (!this._owners.length) this._owners = ownersOf(this.app.store);
     if (this._seen.length < this._owners.length) this._seen = new Uint8Array(this._owners.length);
     const before = this._moved.size;
