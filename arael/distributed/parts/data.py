@@ -195,10 +195,12 @@ def columns_of(path: str | os.PathLike[str]) -> Columns:
         return Columns([Archive(where)], os.fspath(path))
     files = sorted(where.glob("*.npz"))
     if not files:
+        other = next(where.glob("*.parquet"), None)
+        found = "" if other is None else f", but Parquet files such as `{other.name}`"
         raise AraelError(
             Diagnostic(
                 "E0711",
-                "the folder holds no .npz file",
+                f"the folder holds no .npz file{found}",
                 origin=os.fspath(path),
                 help=("a data set in parts is a folder of .npz files, each with some of the rows",),
             )

@@ -150,6 +150,12 @@ def test_a_folder_without_archives_is_refused(tmp_path: Path) -> None:
     assert "no .npz file" in text
 
 
+def test_a_folder_of_parquet_files_is_named_as_such(tmp_path: Path) -> None:
+    (tmp_path / "steps.parquet").write_bytes(b"PAR1")
+    text = refused("E0711", type(PROBLEMS["grid"]()), tmp_path, partition=2)
+    assert "no .npz file, but Parquet files such as `steps.parquet`" in text
+
+
 def test_a_sum_over_rows_is_refused() -> None:
     text = """
     struct K { v: real }
