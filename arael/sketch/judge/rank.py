@@ -17,7 +17,9 @@ Ints = NDArray[np.int64]
 _MOVES = 1e-7
 #: A pivot below this part of the greatest is doubtful: the errors of what is eliminated after it
 #: are larger by its inverse, and rows that follow from others may be taken for independent ones.
-_DOUBTFUL = 1e-5
+_DOUBTFUL = 0.01
+#: By how much at least the length up to which pivots are left out grows from trial to trial.
+_COARSER = 10.0
 #: So many roundings of the largest coordinate, relative to the size, are taken for zero.
 _ROUNDINGS = 64.0
 
@@ -70,18 +72,31 @@ class Rank:
 
         A row within 1e-9 of the span of those before it is a pivot of that length. What makes it
         follow exactly may come later, a row with a multiplier of 1e-9, and is then independent up
-        to 1e-16 / 1e-9: far above the tolerance. So rows without which no pivot is small are left
-        out, from the smallest pivots on, as long as all that are left out follow from those that
-        remain to the first factor's tolerance. The first factor where they do not: then small
-        pivots are those of nearly dependent equations, and count.
+        to 1e-16 / 1e-9: far above the tolerance. So rows of small pivots are left out, of larger
+        ones from trial to trial. Right is the last trial in which all rows that are left out follow
+        from the others within the first factor's tolerance; if there is none, small pivots are
+        those of nearly dependent equations, and count.
         """
         best = coarse = self.factor
-        limit = self._limit
         while coarse.smallest_kept < _DOUBTFUL:
-            coarse = self._factor(priority, 2.0 * coarse.smallest_kept)
-            if all(coarse.dependency(row).remainder <= limit for row in coarse.dependent.tolist()):
+            coarse = self._factor(priority, _COARSER * coarse.smallest_kept)
+            if self._follow(coarse):
                 best = coarse
         return best
+
+    def _follow(self, factor: RankQR) -> bool:
+        """Whether rows without a pivot follow from those with one."""
+        system = self.system
+        # After exchanges by priority, a row without a pivot may be one that others follow from.
+        rows: set[int] = set()
+        for row in factor.dependent.tolist():
+            rows |= {row, *factor.dependency(row).equations.tolist()}
+        for row in rows:
+            part = slice(system.indptr[row], system.indptr[row + 1])
+            found = factor.dependency_of(system.indices[part], system.entries[part])
+            if found.remainder > self._limit:
+                return False
+        return True
 
     @property
     def free(self) -> int:

@@ -10,6 +10,7 @@ import pytest
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 from arael.sketch.judge.rank import Rank
+from arael.sketch.layout.layout import Linearisation
 
 CHAIN = """
 add_line 0,0 6,0
@@ -52,8 +53,6 @@ def test_a_row_that_follows_through_a_tiny_multiplier_is_no_freedom_less() -> No
 
 
 def _matrix(rows: list[list[float]]) -> Rank:
-    from arael.sketch.layout.layout import Linearisation
-
     matrix = np.array(rows)
     m, n = matrix.shape
     return Rank(
@@ -63,7 +62,8 @@ def _matrix(rows: list[list[float]]) -> Rank:
             indptr=np.arange(0, m * n + 1, n, dtype=np.int32),
             indices=np.tile(np.arange(n, dtype=np.int32), m),
             entries=matrix.ravel(),
-            owner=lambda row: "",
+            rows=np.arange(m),
+            names=[""] * m,
         )
     )
 
@@ -89,7 +89,7 @@ def _step(chance: random.Random, session: Session) -> str:
         [
             f"pattern circular {some} about P0 {chance.randint(2, 4)}",
             f"pattern rect {some} {chance.randint(2, 3)} {20 * d:g}",
-            f"mirror {some} across {line}",
+            f"mirror {some} about {line}",
             f"offset sequence {names[0]} {d}",
             f"offset sequence {names[0]} {d} symmetric caps round",
             f"length {line} driven",
