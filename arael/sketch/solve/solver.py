@@ -148,7 +148,11 @@ class Solver:
             # Places that were joined begin far from where they were: curves may be turned inside
             # out at the start, and sides there are not those that are to be kept.
             x[:] = start
-            found = self._newton(x, guarded=False)
+            refused, found = found, self._newton(x, guarded=False)
+            # What was not joined has no reason to turn over.
+            over = layout.turned_over(start, x) if found.solved else ""
+            if over:
+                found = replace(refused, guard=over)
         if not found.solved:
             layout.return_changes(taken)
             layout.note_parameters(x, NEAR_KNOT)
