@@ -184,6 +184,17 @@ def test_the_culprits_are_named_and_dropping_any_one_makes_room() -> None:
         other.run("length L2 6")
 
 
+@pytest.mark.parametrize("value", [99, 0.01])
+@pytest.mark.parametrize("corners", ["L1 L2 1", "L2 L3 1", "L1 L2 1; fillet L2 L3 1"])
+def test_culprits_of_a_length_beside_a_fillet_are_named(corners: str, value: float) -> None:
+    session = sketch("add_rect 0,0 10,6 hv; length L1 6; length L0 10")
+    session.run(f"fillet {corners}")
+    with pytest.raises(AraelError) as caught:
+        session.run(f"length L2 {value}")
+    assert caught.value.diagnostics[0].code == "E1231"
+    assert "is impossible together with `" in str(caught.value)
+
+
 def test_an_impossible_triangle_names_its_sides() -> None:
     session = sketch("a, b, c = add_line 0,0 1,0 0.5,1 0,0")
     session.run("length a 1; length b 1")

@@ -222,7 +222,10 @@ class Judge:
         if self._only_here(name, len(dependent)):
             return Verdict(name, "here", named, gained)
         if contradicts:
-            return Verdict(name, "impossible", self._smallest(named, name), gained)
+            # Trials that fail for another reason than a contradiction prove nothing: the
+            # equations depend on each other, so there are others.
+            fewest = self._smallest(named, name)
+            return Verdict(name, "impossible", fewest if len(fewest) > 1 else named, gained)
         return Verdict(name, "partly" if gained else "redundant", named, gained)
 
     def _named(self, members: dict[str, None]) -> list[str]:

@@ -15,6 +15,11 @@ Ints = NDArray[np.int64]
 
 #: An entity moves in a direction if its part of a unit free direction is at least this long.
 _MOVES = 1e-7
+#: A pivot below this part of the greatest is doubtful: the errors of what is eliminated after it
+#: are larger by its inverse, and rows that follow from others may be taken for independent ones.
+_DOUBTFUL = 0.01
+#: By how much at least the length up to which pivots are left out grows from trial to trial.
+_COARSER = 10.0
 #: So many roundings of the largest coordinate, relative to the size, are taken for zero.
 _ROUNDINGS = 64.0
 
@@ -46,12 +51,52 @@ class Rank:
         tolerance = None
         if _ROUNDINGS * rounded > 20 * (m + n):  # the tolerance of RankQR by itself
             tolerance = _ROUNDINGS * rounded * float(np.finfo(float).eps)
-        self.factor = RankQR(m, n, system.indptr, system.indices, priority, tolerance)
         self._scale = np.ones(n) if scale is None else scale
-        self.factor.factor(system.entries, self._scale)
+        self.factor = self._factor(priority, tolerance)
+        self._limit = float(self.factor.tolerance)
+        if self.factor.smallest_kept < _DOUBTFUL:
+            self.factor = self._without_doubtful(priority)
         self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)
         self._basis: Floats | None = None
+
+    def _factor(self, priority: NDArray[np.int32], tolerance: float | None) -> RankQR:
+        system = self.system
+        m, n = len(system.residuals), len(system.x)
+        found = RankQR(m, n, system.indptr, system.indices, priority, tolerance)
+        found.factor(system.entries, self._scale)
+        return found
+
+    def _without_doubtful(self, priority: NDArray[np.int32]) -> RankQR:
+        """The factor without pivots that are small only because of the order of elimination.
+
+        A row within 1e-9 of the span of those before it is a pivot of that length. What makes it
+        follow exactly may come later, a row with a multiplier of 1e-9, and is then independent up
+        to 1e-16 / 1e-9: far above the tolerance. So rows of small pivots are left out, of larger
+        ones from trial to trial. Right is the last trial in which all rows that are left out follow
+        from the others within the first factor's tolerance; if there is none, small pivots are
+        those of nearly dependent equations, and count.
+        """
+        best = coarse = self.factor
+        while coarse.smallest_kept < _DOUBTFUL:
+            coarse = self._factor(priority, _COARSER * coarse.smallest_kept)
+            if self._follow(coarse):
+                best = coarse
+        return best
+
+    def _follow(self, factor: RankQR) -> bool:
+        """Whether rows without a pivot follow from those with one."""
+        system = self.system
+        # After exchanges by priority, a row without a pivot may be one that others follow from.
+        rows: set[int] = set()
+        for row in factor.dependent.tolist():
+            rows |= {row, *factor.dependency(row).equations.tolist()}
+        for row in rows:
+            part = slice(system.indptr[row], system.indptr[row + 1])
+            found = factor.dependency_of(system.indices[part], system.entries[part])
+            if found.remainder > self._limit:
+                return False
+        return True
 
     @property
     def free(self) -> int:
@@ -80,7 +125,7 @@ class Rank:
     @property
     def tolerance(self) -> float:
         """What may be left of a row that follows from others."""
-        return float(self.factor.tolerance)
+        return self._limit
 
     def least_norm(self, right: Floats) -> Floats:
         """The least step with ``J step = right`` on the independent rows."""

@@ -81,6 +81,26 @@ class Numbers(Upkeep):
         """Whether any number of the document is not that of the unknowns `x`, (n,)."""
         return len(self._moved(x)) > 0
 
+    def turned_over(self, start: NDArray[np.float64], x: NDArray[np.float64]) -> str:
+        """The record of a side that changed between `start` and `x` for no reason; empty: none.
+
+        Reason enough is an entity of the record, or the record itself, one of whose numbers is not
+        at `start` what it is in the document.
+        """
+        over = np.flatnonzero(
+            (self.guards.evaluate(start) > 0.0) & ~(self.guards.evaluate(x) > 0.0)
+        )
+        if not len(over):
+            return ""
+        document = self.document
+        moved = set(self._entities_at(self._live[self._moved(start)]))
+        for name in dict.fromkeys(self.guard_owner[row] for row in over.tolist()):
+            record = document.constraints.get(name) or document.dimensions.get(name)
+            of = [name] if record is None else [one.partition(".")[0] for one in record.args]
+            if name and moved.isdisjoint(of):
+                return name
+        return ""
+
     def _moved(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
         new = x[self._root[self._live]]
         old = self.document.values[self._live]
@@ -103,6 +123,10 @@ class Numbers(Upkeep):
         new = x[self._root[at]]
         self.document.set_values(at, new)
         self._seen[at] = new
+        return self._entities_at(at)
+
+    def _entities_at(self, at: NDArray[np.int64]) -> tuple[str, ...]:
+        """Entities of offsets into the document's values, ascending."""
         first = self._first[at]
         changed = np.flatnonzero(np.diff(first, prepend=-1))
         return tuple([self._entity_at[k] for k in first[changed].tolist()])

@@ -148,7 +148,11 @@ class Solver:
             # Places that were joined begin far from where they were: curves may be turned inside
             # out at the start, and sides there are not those that are to be kept.
             x[:] = start
-            found = self._newton(x, guarded=False)
+            refused, found = found, self._newton(x, guarded=False)
+            # What was not joined has no reason to turn over.
+            over = layout.turned_over(start, x) if found.solved else ""
+            if over:
+                found = replace(refused, guard=over)
         if not found.solved:
             layout.return_changes(taken)
             layout.note_parameters(x, NEAR_KNOT)
@@ -225,7 +229,7 @@ class Solver:
         levels = self.levels
         if not guarded:
             levels = self._new_levels(self.levels.scales, guarded=False)
-        if active is not None:
+        elif active is not None:
             key = (layout.version, active.tobytes())
             if self._trial is None or self._trial[0] != key:
                 trial = self._new_levels(levels.scales)
@@ -342,7 +346,19 @@ class Solver:
         active = np.zeros(layout.rows.m, dtype=bool)
         for name in [*document.entities, *names]:
             active[layout.first_rows(name)] = True
-        return self._newton(x, active).solved
+        start = x.copy()
+        found = self._newton(x, active)
+        if found.status != "side":
+            return found.solved
+        # A side may be that of a record that is left out, or changed on the way only: those of
+        # the others have to be kept where it ends.
+        x[:] = start
+        if not self._newton(x, active, guarded=False).solved:
+            return False
+        kept = {*document.entities, *names}
+        sides = self.layout.guards.evaluate(x)
+        owners = zip(sides.tolist(), layout.guard_owner, strict=False)
+        return all(side > 0.0 for side, owner in owners if owner in kept)
 
     def open_candidates(self, cause: str = "") -> tuple[str, ...]:
         """Constraints and dimensions among which a contradiction is to be looked for.

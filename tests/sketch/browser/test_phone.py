@@ -74,7 +74,7 @@ def test_what_fits_the_selection_is_offered_without_moving_the_drawing(page: Any
     before = page.locator("#canvas").bounding_box()
     assert not page.locator(".strip").is_visible()
     page.evaluate("app.store.select(['L0'])")
-    assert page.locator(".strip [data-action=length]").is_visible()
+    page.locator(".strip [data-action=length]").wait_for()
     assert not page.locator(".strip [data-action=radius]").is_visible()
     assert page.locator("#canvas").bounding_box() == before
     page.locator(".strip [data-action=length]").tap()

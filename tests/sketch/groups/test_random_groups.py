@@ -23,9 +23,6 @@ SOURCES = (
 def _made(chance: random.Random, s: Session) -> str:
     names = " ".join(n for n in s.document.entities if not n.startswith("P"))
     d = round(chance.uniform(0.1, 1.5), 2)
-    # copies of a whole arc have one equation that follows from the others, which the count of
-    # freedoms may miss: chains with one are only offset here
-    arcs = any(one.kind == "arc" for one in s.document.entities.values())
     sides = ["", "right", "symmetric", f"{d + 0.3:g}", "flip round", "symmetric round", "nopin"]
     offset = f"offset sequence {names.split()[0]} {d}"
     offsets = [
@@ -37,7 +34,7 @@ def _made(chance: random.Random, s: Session) -> str:
         f"pattern circular {names} about P0 {chance.randint(2, 5)}",
         f"pattern circular {names} about P0 3 partial {40 * d:g}",
     ]
-    return chance.choice(offsets if arcs else offsets + patterns)
+    return chance.choice(offsets + patterns)
 
 
 def _edit(chance: random.Random, kind: str) -> str:
