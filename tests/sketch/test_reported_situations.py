@@ -391,6 +391,7 @@ COMPLAINTS = {
     "a useless or empty list of culprits": [
         test_the_culprits_are_named_and_dropping_any_one_makes_room,
         test_an_impossible_triangle_names_its_sides,
+        test_culprits_of_a_length_beside_a_fillet_are_named,
     ],
     "redundant and impossible not told apart": [test_redundant_and_impossible_are_told_apart],
     "slow from hundreds of constraints on": [

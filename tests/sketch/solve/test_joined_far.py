@@ -25,9 +25,21 @@ angle L0 L1 60
 tangent L2 A2
 """
 
-POINTS = (
-    "A0.start A0.end A0.center L0.p2 L1.p2 A1.start A1.end A1.center A2.center L2.p1 L2.p2 A3.end A3.center"
-).split()
+POINTS = [
+    "A0.start",
+    "A0.end",
+    "A0.center",
+    "L0.p2",
+    "L1.p2",
+    "A1.start",
+    "A1.end",
+    "A1.center",
+    "A2.center",
+    "L2.p1",
+    "L2.p2",
+    "A3.end",
+    "A3.center",
+]
 
 
 def sides(session: Session) -> dict[str, list[bool]]:
