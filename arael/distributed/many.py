@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import itertools
 import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
@@ -144,6 +145,7 @@ def tasks_of(
     shared = msgspec.msgpack.encode((shipped.identity, msgspec.to_builtins(settings)))
     folder = None if output is None else Path(output).absolute()
     tasks = []
+    taken: set[str] = set()
     for path in paths:
         name = os.path.relpath(path, common).replace(os.sep, "__")
         try:
@@ -156,7 +158,14 @@ def tasks_of(
         if folder is not None:
             (folder / ROWS).mkdir(parents=True, exist_ok=True)
             written = name if path.suffix in (".npz", ".json") else f"{name}.npz"
-            result, row = str(folder / written), str(folder / ROWS / f"{name}.json")
+            # `a/b` and `a__b`, or `x.csv` and `x.csv.npz`, would be one file.
+            stem, ending = os.path.splitext(written)
+            for k in itertools.count(2):
+                if written not in taken:
+                    break
+                written = f"{stem}~{k}{ending}"
+            taken.add(written)
+            result, row = str(folder / written), str(folder / ROWS / f"{written}.json")
         tasks.append(Task(name, str(path), key, result, row))
     return tasks
 

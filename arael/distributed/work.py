@@ -9,13 +9,18 @@ import threading
 import time
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
+import numpy as np
 
 from arael.diagnostics.records import AraelError
 from arael.distributed.compiled import load
 from arael.io.files import write_whole
+from arael.runtime.system import row_name
+
+if TYPE_CHECKING:
+    from arael.runtime.problem import Problem
 
 TABLE_LIMIT = 1000
 """Most scalars of a problem whose parameters and sigmas are part of its row."""
@@ -62,7 +67,8 @@ class Row(msgspec.Struct):
     Attributes
     ----------
     status : as `arael.Result.status`; ``failed``: it was not solved, see `message`
-    parameters, sigmas : by name; standard errors of tangent scalars. Empty beyond `TABLE_LIMIT`
+    parameters : stored numbers by name, see `stored_names`. Empty beyond `TABLE_LIMIT`
+    sigmas : standard errors of tangent scalars by name. Empty beyond `TABLE_LIMIT`
     seconds : of reading, the solve, the covariance and writing
     kernels : ``shipped`` or ``compiled``; ``interpreted``: on the expression machine
     """
@@ -152,8 +158,8 @@ def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
     row.seconds["solve"] = -started + (started := time.perf_counter())
     names = model.parameter_names()
     if len(names) <= TABLE_LIMIT:
-        values = [float(value) for value in model.serialize()]
-        row.parameters = dict(zip(names, values, strict=False))
+        values = (float(value) for value in model.serialize())
+        row.parameters = dict(zip(stored_names(model._problem()), values, strict=True))
         try:
             covariance = model.covariance()
             sigmas = (float(value) for value in covariance.sigma())
@@ -168,6 +174,26 @@ def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
     row.cost, row.iterations = float(result.cost), result.iterations
     row.status = result.status
     row.converged = all(one.converged for one in result.passes or (result,))
+
+
+def stored_names(problem: Problem) -> list[str]:
+    """Name of every number of ``model.serialize()``.
+
+    Numbers that are no tangent scalars, as the four of a quaternion, are numbered: ``pose.q[0]``.
+    """
+    found = []
+    system = problem.structure.system
+    for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
+        own = [""] * entity.stored
+        for use in entity.params:
+            for k in range(use.stored):
+                same = use.stored == use.tangent
+                tangent = entity.tangent_names[use.tangent_start + k] if same else ""
+                own[use.stored_start + k] = tangent or f"{use.column}[{k}]"
+        for row in np.flatnonzero(blocks.first >= 0).tolist():
+            place = row_name(system.store, entity.table, row)
+            found += [f"{place}.{name}" if place else name for name in own]
+    return found
 
 
 def _worker() -> str:
