@@ -64,7 +64,9 @@ export function failure(app, reply, text = "", again = text) {
     ),
   );
   if (hint) found.append(h("p", { class: "hint" }, ...mentioning(app.store, plain(hint))));
-  const buttons = offers(hint).map((command) => offer(app, command, again));
+  // What is there already is not repeated after it was taken out.
+  const next = error.code === "E1221" ? "" : again;
+  const buttons = offers(hint).map((command) => offer(app, command, next));
   if (buttons.length) found.append(h("div", { class: "offers" }, ...buttons));
   return points(found, app.store, () => error.names ?? []);
 }

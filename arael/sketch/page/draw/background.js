@@ -57,7 +57,8 @@ function lines(ctx, view, step, colour) {
 export function drawScaleBar(ctx, view, palette, unit) {
   if (view.width < 260) return;
   const length = view.gridStep(60);
-  const [x, y, w] = [16.5, view.height - 16.5, length * view.scale];
+  // On a narrow drawing it stands above the command field.
+  const [x, y, w] = [16.5, view.height - (view.width < 900 ? 64.5 : 16.5), length * view.scale];
   ctx.strokeStyle = ctx.fillStyle = palette.note;
   ctx.lineWidth = 1.2;
   ctx.beginPath();

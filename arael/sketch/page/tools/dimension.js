@@ -2,7 +2,7 @@
 
 import { layoutDimension, measured } from "../draw/dimensions.js";
 import { Places } from "../draw/places.js";
-import { isAngle } from "../draw/texts.js";
+import { dimensionText } from "../draw/texts.js";
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { short } from "./compose.js";
@@ -83,7 +83,7 @@ export class DimensionTool extends PicksTool {
 
   /** @param {Dimension} d */
   textOf(d) {
-    return `${d.value?.text ?? ""}${isAngle(d.kind) ? "°" : ""}`;
+    return dimensionText(d, this.app.store.unit);
   }
 
   /** Lays out the preview: nothing else is in its way. */
