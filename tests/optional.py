@@ -80,9 +80,9 @@ def needs(part: str) -> pytest.MarkDecorator:
 
 
 def require(part: str) -> ModuleType:
-    """Module of the optional part; the calling test is skipped where it is absent."""
+    """Module of the optional part; where it is absent the calling test, or module, is skipped."""
     if not is_installed(part):
-        pytest.skip(reason(part))
+        pytest.skip(reason(part), allow_module_level=True)
     return importlib.import_module(PARTS[part].module)
 
 

@@ -9,14 +9,19 @@ import urllib.parse
 from pathlib import Path
 
 import pytest
-from starlette.applications import Starlette
-from starlette.routing import Mount
-from starlette.testclient import TestClient
 
-from arael.sketch.server.app import PAGE
 from arael.sketch.server.compact import compact_script, compact_style
-from arael.sketch.server.page_files import PageFiles
 from tests import optional
+
+optional.require("starlette")
+optional.require("websockets")
+
+from starlette.applications import Starlette  # noqa: E402
+from starlette.routing import Mount  # noqa: E402
+from starlette.testclient import TestClient  # noqa: E402
+
+from arael.sketch.server.app import PAGE  # noqa: E402
+from arael.sketch.server.page_files import PageFiles  # noqa: E402
 
 MOST_BYTES = 300_000
 """Of all files that a browser loads, before and after their compression."""
