@@ -144,11 +144,11 @@ def solve(
                 if error.best is not None:
                     if isinstance(error, FunctionError):
                         problem.write_back()
-                    done = [*results, _result(error.best, one.name)]
+                    done = [*results, result_of(error.best, one.name)]
                     error.best = joined(done, layout.name)
                 raise
             problem.write_back()
-            results.append(_result(outcome, one.name))
+            results.append(result_of(outcome, one.name))
             _log_result(layout.name, results[-1])
             for note in () if problem.hooks is None else problem.hooks.notes:
                 log("solve", "info", f"{layout.name}: {note}")
@@ -298,7 +298,8 @@ def _log_result(model: str, result: Result) -> None:
         log("solve", level, f"{name}: {str(result).splitlines()[0]}, solver {result.plan}")
 
 
-def _result(outcome: Outcome, name: str) -> Result:
+def result_of(outcome: Outcome, name: str) -> Result:
+    """What a pass came to, as users see it."""
     return Result(
         outcome.status,
         outcome.start_cost,

@@ -33,7 +33,7 @@ from arael.distributed.parts.split import BOUNDARY, by_labels, by_separators, pa
 from arael.distributed.parts.team import Team, Traffic
 from arael.io.columns import full_path
 from arael.io.files import write_whole
-from arael.result import Plan, Result, joined
+from arael.result import Result, joined
 from arael.runtime.evaluation.states import stored_scalars
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
@@ -43,6 +43,7 @@ from arael.runtime.solve import minimise
 from arael.runtime.store import Store
 from arael.runtime.system import System, build_system, free_scalars
 from arael.schedule import chosen_passes, frozen_after, held_by
+from arael.solving import result_of
 from arael.statuses import ENDING
 
 Floats = NDArray[np.float64]
@@ -410,7 +411,7 @@ def run(
             )
         outcome = solve_pass(problem, team, own, prepared.split)
         problem.write_back()
-        results.append(_result(outcome, one.name))
+        results.append(result_of(outcome, one.name))
         if outcome.status in ENDING:
             break
     return Solved(
@@ -519,22 +520,3 @@ class _Saving:
                 self._base,
             ).write(self._path)
         return None if self._other is None else self._other(record)
-
-
-def _result(outcome: Any, name: str) -> Result:
-    return Result(
-        outcome.status,
-        outcome.start_cost,
-        outcome.end_cost,
-        outcome.iterations,
-        outcome.accepted_iterations,
-        outcome.x,
-        outcome.final_lambda,
-        Plan(outcome.plan),
-        outcome.timing,
-        outcome.history,
-        name=name,
-        predicted_decrease=outcome.predicted_decrease,
-        gradient_norm=outcome.gradient_norm,
-        noise_floor=outcome.noise_floor,
-    )
