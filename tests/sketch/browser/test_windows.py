@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,11 @@ from tests.sketch.browser.panels import RECTANGLE, connected, length, names, run
 from tests.sketch.server.process import ServerProcess
 
 SHOWN = "JSON.stringify([...app.store.entities.keys()].map((n) => [n, ...app.store.numbers(n)]))"
+
+
+def same(first: Any, second: Any) -> None:
+    """Wait until both windows show the same numbers: each gets a change in a message of its own."""
+    wait(first, f"{SHOWN} === {json.dumps(second.evaluate(SHOWN))}")
 
 
 def test_a_reload_shows_the_same_document(editor: Any) -> None:
@@ -35,8 +41,9 @@ def test_two_windows_stay_in_step_and_keep_their_own_selection(editor: Any) -> N
     assert second.evaluate("app.store.selection.size") == 0
     wait(first, "document.querySelector('.status-others').textContent === '2 windows'")
     first.keyboard.press("Control+z")
-    wait(second, "app.store.dimensions.size === 0")
-    assert first.evaluate(SHOWN) == second.evaluate(SHOWN)
+    for page in (first, second):
+        wait(page, "app.store.dimensions.size === 0")
+    same(first, second)
 
 
 def test_a_window_that_lost_its_connection_catches_up(editor: Any) -> None:
@@ -45,7 +52,7 @@ def test_a_window_that_lost_its_connection_catches_up(editor: Any) -> None:
     wait(first, "app.wire.state === 'lost'")
     run(second, RECTANGLE)
     wait(first, "app.wire.state === 'open' && app.store.entities.size === 4")
-    assert first.evaluate(SHOWN) == second.evaluate(SHOWN)
+    same(first, second)
 
 
 def free_port() -> int:
