@@ -44,6 +44,15 @@ class Editor:
         except self.refusal as refused:
             return str(refused), True
 
+    def tried(self, command: str) -> bool:
+        """Whether a command was taken; it is undone where it left something to undo."""
+        history = self.session.document.history
+        before = history.position
+        _, refused = self.run(command)
+        if history.position > before:
+            self.call("undo")
+        return not refused
+
     def draw(self) -> str:
         """Draw the sketch by its script."""
         said, refused = self.run("\n".join(script(self.drawing)))
@@ -117,7 +126,8 @@ def freedom(drawing: Sketch, budget: float) -> dict[str, Any]:
 
     times = repeated(budget, turn)
     editor.call(rule.kind, *names, targets[0])
-    return editor.found(times, str(counted[0]))
+    free = counted[0]["freedoms"]
+    return editor.found(times, f"{free} degrees of freedom", freedoms=free)
 
 
 def would_help(drawing: Sketch, budget: float) -> dict[str, Any]:
@@ -190,7 +200,8 @@ def drawn_by_script(drawing: Sketch, budget: float) -> dict[str, Any]:
     began = time.perf_counter()
     editor.draw()
     times = [time.perf_counter() - began]
-    return editor.found(times, f"{len(script(drawing))} commands; {editor.call('dof')}")
+    free = editor.call("dof")["freedoms"]
+    return editor.found(times, f"{len(script(drawing))} commands, {free} degrees of freedom")
 
 
 def drag(drawing: Sketch, budget: float) -> dict[str, Any]:
@@ -215,7 +226,10 @@ def drag(drawing: Sketch, budget: float) -> dict[str, Any]:
 
 
 def undo(drawing: Sketch, budget: float) -> dict[str, Any]:
-    """Random commands, each undone: everything must be as it was, bit by bit."""
+    """Random commands, each undone: everything must be as it was, bit by bit.
+
+    What leaves nothing to undo, such as a drag of what is held, must have changed nothing itself.
+    """
     editor = Editor(drawing)
     editor.draw()
     words = random_commands(drawing, random.Random(0))
@@ -228,10 +242,7 @@ def undo(drawing: Sketch, budget: float) -> dict[str, Any]:
         asked = next(words)
         start = time.perf_counter()
         try:
-            _, no = editor.run(asked)
-            if not no:
-                editor.call("undo")
-            refused += no
+            refused += not editor.tried(asked)
         except AbsentError:
             raise
         except Exception as error:  # the very thing that is counted
