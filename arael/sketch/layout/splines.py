@@ -1,4 +1,4 @@
-"""Cubic pieces of splines: their bases, and the nearest point on them."""
+"""Cubic pieces of splines: their bases, and where on them a point is."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ from arael.sketch.layout.operands import Operand
 from arael.sketch.layout.plan import Values
 
 Basis = NDArray[np.float64]
-
-#: Where a piece is sampled for the point nearest to another, before Newton's steps.
-_SAMPLES = np.linspace(0.0, 1.0, 17)
 
 
 def pieces(curve: Operand) -> int:
@@ -64,26 +61,8 @@ def poles_of(curve: Operand, piece: int) -> tuple[int, int, int, int]:
 
 def nearest(values: Values, curve: Operand, point: tuple[float, float]) -> tuple[int, float]:
     """Piece and its parameter, within [0, 1], of the point of a spline nearest to a point."""
-    poles = values[curve.entity.at : curve.entity.at + curve.entity.size].reshape(-1, 2)
-    best = (np.inf, 0, 0.0)
-    for piece in range(pieces(curve)):
-        coefficients = basis_of(curve, piece).T @ poles[piece : piece + 4]  # [power, xy]
-        powers = _SAMPLES[:, None] ** np.arange(4)
-        gaps = np.sum((powers @ coefficients - point) ** 2, axis=1)
-        t = float(_SAMPLES[int(np.argmin(gaps))])
-        for _ in range(30):
-            c = coefficients
-            at = c[0] + t * (c[1] + t * (c[2] + t * c[3])) - point
-            d1 = c[1] + t * (2 * c[2] + t * 3 * c[3])
-            d2 = 2 * c[2] + 6 * t * c[3]
-            slope, bend = at @ d1, d1 @ d1 + at @ d2
-            step = slope / bend if bend > 0 else np.sign(slope) * 0.05
-            moved = float(np.clip(t - step, 0.0, 1.0))
-            if abs(moved - t) < 1e-16:
-                break
-            t = moved
-        at = coefficients[0] + t * (coefficients[1] + t * (coefficients[2] + t * coefficients[3]))
-        gap = float(np.sum((at - point) ** 2))
-        if gap < best[0]:
-            best = (gap, piece, t)
-    return best[1], best[2]
+    from arael.sketch.geometry.splines import BSpline  # imported here: start-up time
+
+    poles = values[curve.entity.at : curve.entity.at + curve.entity.size].tolist()
+    spline = BSpline(tuple(zip(poles[::2], poles[1::2], strict=True)))  # a Bezier, too: four poles
+    return spline.span_at(spline.nearest(point).t)
