@@ -273,6 +273,8 @@ class _Search:
     def _described(self, velocity: Floats) -> str:
         """What the entities do in a motion without a name: as one body, or each by itself."""
         moving = self._moving(velocity)
+        if not moving:
+            return "a number of the solution that moves nothing drawn can change"
         body = self._as_body(velocity, moving)
         if body is not None:
             return body

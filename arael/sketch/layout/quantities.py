@@ -202,14 +202,11 @@ def _angle(args: list[Operand], values: Values, side: int, mode: str) -> Quantit
     supplement = mode == "supplement"
     # The turn from the first line to the second is side * value, or side * (pi - value).
     scale, shift = (-side, side * math.pi) if supplement else (side, 0.0)
-    # Unfolded so that the quantity runs on past 180 degrees where it is near there.
-    now = side * turn(u, v)
-    unfolded = 2 * math.pi if now < -_RIGHT else 0.0
-    measured = Row("AngleMeasure", uses, {"side": float(side), "turn": unfolded})
+    # The supplement is -(angle - pi).
+    measured = Row(
+        "AngleMeasure", uses, {"side": float(side), "turn": -math.pi if supplement else 0.0}
+    )
     parts = [(measured, -1.0 if supplement else 1.0)]
-    if supplement:
-        measured = Row("AngleMeasure", uses, {"side": float(side), "turn": unfolded - math.pi})
-        parts = [(measured, -1.0)]
     size = min(math.hypot(*u), math.hypot(*v)) or 1.0
     return Quantity(
         parts,
@@ -257,8 +254,10 @@ def _middle(dimension: Dimension) -> float:
 def _direction(line: Operand, values: Values, middle: float) -> Quantity:
     """Direction of a line within half a turn of a middle one, where it does not wrap around."""
     uses = line.line
-    ahead = Constant((math.cos(middle), math.sin(middle)))
-    row = Row("AngleMeasure", (Constant((0.0, 0.0)), ahead, *uses), {"turn": middle})
+    # The measure runs from a right angle behind its first line to three ahead.
+    first = middle - _RIGHT
+    ahead = Constant((math.cos(first), math.sin(first)))
+    row = Row("AngleMeasure", (Constant((0.0, 0.0)), ahead, *uses), {"turn": first})
     size = math.hypot(*towards(values, *uses)) or 1.0
     return Quantity([(row, 1.0)], ("XAngle", uses, {}), size=size)
 

@@ -23,6 +23,11 @@ def turn(u: complex, v: complex) -> float:
     return float(np.angle(v * np.conj(u)))
 
 
+def ahead(angle: float, low: float) -> float:
+    """The angle in (low, low + 2 pi]."""
+    return float(low + 2 * np.pi - (low - angle) % (2 * np.pi))
+
+
 def sweep(v: Values) -> float:
     turned = turn(v["start"] - v["center"], v["end"] - v["center"])
     return turned if turned > 0 else turned + 2 * np.pi
@@ -218,7 +223,9 @@ FORMULAS: dict[str, Formula] = {
         * (curvature(v["p0"], v["p1"], v["p2"], v["factor"]) - v["side"] / v["r"])
     ),
     "SmoothSplines": smooth_splines,
-    "AngleMeasure": lambda v: v["side"] * turn(*lines(v)) + v["turn"] - v["value"],
+    "AngleMeasure": lambda v: (
+        ahead(v["side"] * turn(*lines(v)), -np.pi / 2) + v["turn"] - v["value"]
+    ),
     "XAngleMeasure": lambda v: np.angle(v["b"] - v["a"]) + v["turn"] - v["value"],
     "SweepMeasure": lambda v: sweep(v) - v["value"],
     "LineArea": lambda v: (np.conj(v["a"]) * v["b"]).imag / 2 - v["value"],

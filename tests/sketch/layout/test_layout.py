@@ -333,3 +333,19 @@ def test_every_sort_of_expression_over_geometry(
         wanted, abs=1e-7
     )
     d.layout.check()
+
+
+@pytest.mark.parametrize("mode", ["", "supplement"])
+def test_a_range_of_the_angle_of_opposite_lines_is_met_as_they_are(mode: str) -> None:
+    # Their turn is 180 degrees or -180, by the last bit of a product.
+    rng = np.random.default_rng(0)
+    d = Drawing()
+    for k in range(40):
+        at, along = rng.uniform(-9.0, 9.0, 2), rng.uniform(-1.0, 1.0, 2)
+        ahead, back = at + along, at - rng.uniform(1.0, 9.0) * along
+        d.add("line", *at, *ahead)
+        d.add("line", *at, *back)
+        turned = (0.0, 5.0) if mode else (1.4, None)
+        d.dimension("angle", f"L{2 * k}", f"L{2 * k + 1}", low=turned[0], high=turned[1], mode=mode)
+    d.layout.gather()
+    assert np.abs(d.layout.linearisation().residuals).max() < 1e-12
