@@ -56,6 +56,8 @@ TANGENT_WITHIN = 1.0
 _ROUNDS = 200
 #: A drawing that grows to so many times its size is looked at twice.
 _GROWS = 100.0
+#: A drawing so many times larger than what is in it, usually, makes the rest of it vanish.
+_DWARFS = 1e7
 
 #: So many entities that moved are looked at one by one.
 _FEW = 20
@@ -243,7 +245,13 @@ class Editor:
         has grown is a solution if its equations hold by its old measure, or up to rounding; one
         that is far larger than it was and than every number that is given is none.
         """
-        far = float(np.abs(self.document.values).max(initial=0.0))
+        values = self.document.values
+        if self.layout.size > size and len(values) > 1:
+            # Equations hold up to a share of the drawing's size: most of it would not hold.
+            usual = float(np.median(np.abs(np.diff(values))))
+            if size <= _DWARFS * usual < self.layout.size:
+                raise refusals.runs_away()
+        far = float(np.abs(values).max(initial=0.0))
         old = size + float(np.abs(before).max(initial=0.0))
         if far <= _GROWS * old:
             return
@@ -652,7 +660,21 @@ class Editor:
             refresh(self.document)
             self._release_areas()
             self._renew_sides()
+            self._tighten()
         return Deleted(tuple(found.names), found.dissolved)
+
+    def _tighten(self) -> None:
+        """Solve again what does not hold by the measure of the drawing that is left.
+
+        Equations hold up to a share of the drawing's size: without its largest part they may not.
+        """
+        if not self.solver.left_open():
+            return
+        try:
+            self._settle()
+        except AraelError:
+            open_ = ", ".join(f"`{name}`" for name in self.solver.left_open()[:3])
+            self.notices.append(f"notice: no solution was found for {open_} in what is left")
 
     def _release_areas(self) -> None:
         """Areas whose outline is open now only measure."""

@@ -10,12 +10,13 @@ from arael.sketch.layout.linearisation import Linearisation
 from arael.sketch.layout.operands import operands
 from arael.sketch.layout.plan import Row
 from arael.sketch.layout.sides import side_of
+from arael.sketch.layout.splines import nearest_on
 from arael.sketch.layout.system import System
 
 __all__ = ["Layout", "Linearisation"]
 
-#: A parameter this near to an end of a piece is the knot there, but for rounding.
-_ON_KNOT = 1e-6
+#: A point this near to a piece of a spline, of the sketch's size, is on it.
+_ON_PIECE = 1e-7
 
 
 class Layout(System):
@@ -122,19 +123,22 @@ class Layout(System):
         mine, other = self.signature(), fresh.signature()
         for name in [*other, *mine]:
             found, expected = mine.get(name), other.get(name)
-            if found != expected and not self._meets_at_knot(fresh, name):
+            if found != expected and not self._is_on_both(fresh, name):
                 raise AssertionError(f"{name} is laid out as {found}, expected {expected}")
 
-    def _meets_at_knot(self, other: Layout, name: str) -> bool:
-        """Whether layouts differ by the piece of a spline only, for a point on the knot between.
+    def _is_on_both(self, other: Layout, name: str) -> bool:
+        """Whether layouts differ by the piece of a spline only, for a point that is on both.
 
-        Either piece is right there: which one is taken is decided by rounding.
+        A point on a knot is on two pieces, and so is one where the spline crosses itself. Either
+        is right: which one is nearest is decided by rounding.
         """
         mine, theirs = self._pieces.get(name), other._pieces.get(name)
-        if mine is None or theirs is None or abs(theirs - mine) != 1:
+        if mine is None or theirs is None or mine == theirs:
             return False
-        t = float(self.x[self.hidden_at(name)])
-        return abs(t - (1.0 if theirs > mine else 0.0)) <= _ON_KNOT
+        point, curve = operands(self.document, self.document.constraints[name].args)
+        x, y = self.document.values[point.at : point.at + 2].tolist()
+        _, gap = nearest_on(self.document.values, curve, mine, (x, y))
+        return gap <= _ON_PIECE * self.size
 
     def signature(self) -> dict[str, Any]:
         """What the layout says, independent of the numbers of columns and rows.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import cast
 
 import numpy as np
@@ -247,3 +248,10 @@ class Numbers(Upkeep):
                 self._pending["constraints", name] = None
                 self._stale.add(name)
         return crossed
+
+    def cross_back(self, names: Iterable[str]) -> None:
+        """Lay points out on the pieces that are nearest: where they crossed to had no solution."""
+        for name in names:
+            self._pieces.pop(name, None)
+            self._pending["constraints", name] = None
+            self._stale.add(name)

@@ -10,7 +10,7 @@ from arael.sketch.document.records import Constraint
 from arael.sketch.layout import tangency
 from arael.sketch.layout.operands import Alike, Operand, cross, dot, sign, towards
 from arael.sketch.layout.plan import Constant, Hidden, Plan, Values
-from arael.sketch.layout.splines import basis_of, nearest, pieces, poles_of
+from arael.sketch.layout.splines import basis_of, nearest, nearest_on, pieces, poles_of
 
 Maker = Callable[[Plan, Constraint, list[Operand], Values, Alike], None]
 
@@ -119,15 +119,13 @@ def _point_on(
         plan.add("PointOnEllipse", point.at, *curve.ellipse)
     else:
         at = (float(values[point.at]), float(values[point.at + 1]))
-        near, _ = nearest(values, curve, at)
         wanted = alike.piece_of(what.name)
-        piece = near if wanted is None else wanted
+        piece = nearest(values, curve, at)[0] if wanted is None else wanted
         plan.piece = piece if pieces(curve) > 1 else -1
 
         def start(values: Values) -> tuple[float]:
             at = (float(values[point.at]), float(values[point.at + 1]))
-            found, t = nearest(values, curve, at)
-            return (float(min(max(found + t - piece, 0.0), 1.0)),)
+            return (nearest_on(values, curve, piece, at)[0],)
 
         t = plan.hide(Hidden(("t",), start, 0.0, 1.0))
         weights = basis_of(curve, piece).ravel().tolist()

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.sketch.layout.operands import Operand
 from arael.sketch.layout.plan import Values
+
+if TYPE_CHECKING:
+    from arael.sketch.geometry.splines import BSpline
+    from arael.sketch.geometry.vectors import Point
 
 Basis = NDArray[np.float64]
 
@@ -59,10 +64,24 @@ def poles_of(curve: Operand, piece: int) -> tuple[int, int, int, int]:
     return first, first + 2, first + 4, first + 6
 
 
-def nearest(values: Values, curve: Operand, point: tuple[float, float]) -> tuple[int, float]:
+def nearest(values: Values, curve: Operand, point: Point) -> tuple[int, float]:
     """Piece and its parameter, within [0, 1], of the point of a spline nearest to a point."""
+    spline = _spline(values, curve)
+    return spline.span_at(spline.nearest(point).t)
+
+
+def nearest_on(values: Values, curve: Operand, piece: int, point: Point) -> tuple[float, float]:
+    """Parameter of the point of a piece nearest to a point, and the distance.
+
+    A spline that crosses itself has a point on two pieces.
+    """
+    found = _spline(values, curve).bezier(piece).nearest(point)
+    return found.t, found.distance
+
+
+def _spline(values: Values, curve: Operand) -> BSpline:
     from arael.sketch.geometry.splines import BSpline  # imported here: start-up time
 
-    poles = values[curve.entity.at : curve.entity.at + curve.entity.size].tolist()
-    spline = BSpline(tuple(zip(poles[::2], poles[1::2], strict=True)))  # a Bezier, too: four poles
-    return spline.span_at(spline.nearest(point).t)
+    numbers = values[curve.entity.at : curve.entity.at + curve.entity.size].tolist()
+    # A Bezier curve is the B-spline of four poles.
+    return BSpline(tuple(zip(numbers[::2], numbers[1::2], strict=True)))

@@ -104,14 +104,18 @@ class Solver:
             return Outcome("interrupted", fraction=0.0)
         found, last = self._once()
         share = found.fraction
+        moved: dict[str, None] = {}
         for _ in range(MOST_KNOTS):
             # A point on a spline has come to the end of a piece: on the next one it may go on.
             crossed = {} if found.solved or self.interrupted else self.layout.cross_knots()
             if not crossed:
                 break
+            moved |= dict.fromkeys(crossed)
             share = min(share + 2.0 * SMALLEST_STEP, 1.0)
             found, last = self._once(last, share, crossed)
             share += (1.0 - share) * found.fraction
+        if moved and not found.solved:
+            self.layout.cross_back(moved)
         return found
 
     def _once(
