@@ -203,7 +203,7 @@ class _Resolver:
     def _distance(self, point: str, other: str) -> str:
         if self._is_point(other):
             dx, dy = f"({point}.x - {other}.x)", f"({point}.y - {other}.y)"
-            return f"sqrt({dx}^2 + {dy}^2)"
+            return f"safe_sqrt({dx}^2 + {dy}^2)"  # has a derivative at 0
         ux, uy = _direction(other)
         cross = f"({ux} * ({point}.y - {other}.p1.y) - {uy} * ({point}.x - {other}.p1.x))"
         return f"(abs({cross}) / {other}.length)"

@@ -301,12 +301,15 @@ class System(Numbers):
         kept[rows] = True
         entry = np.repeat(kept, np.diff(indptr))
         n = len(table.unknowns) - (0 if ranges else table.slacks)
+        found = entries[entry]
+        # Where an expression has no derivative (sqrt at 0), it is judged as one that is constant.
+        found[~np.isfinite(found)] = 0.0
         return Linearisation(
             at[table.unknowns[:n]],
             residuals[rows],
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
             table.column[indices[entry]].astype(np.int32),
-            entries[entry],
+            found,
             rows,
             self.owner,
         )
