@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.sketch.document.records import Constraint, Dimension
+from arael.sketch.judge.conflicts import conflict, joints, smallest
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
 from arael.sketch.layout.candidates import Candidates
@@ -106,9 +107,28 @@ class Judge:
         rows = [self.layout.rows_of(name) for name in names]
         rank = self._rank(system, np.concatenate([*rows, np.zeros(0, dtype=np.int64)]))
         return [
-            self._one(name, own, system, rank) if len(own) else self._without_rows(name)
+            self._blamed(
+                self._one(name, own, system, rank) if len(own) else self._without_rows(name)
+            )
             for name, own in zip(names, rows, strict=True)
         ]
+
+    def _blamed(self, verdict: Verdict) -> Verdict:
+        """With the joints that are to blame, where no equation is."""
+        name = verdict.name
+        if verdict.kind not in ("redundant", "impossible") or {*verdict.members} - {name}:
+            return verdict
+
+        def takes_freedom() -> bool:
+            rows = self.layout.rows_of(name)
+            rank = self._rank(self.layout.linearisation(), rows)
+            return not all(rank.is_dependent(int(row)) for row in rows)
+
+        if verdict.kind == "redundant":
+            found = joints(self.layout, [name], takes_freedom)
+        else:
+            found = joints(self.layout, [name], lambda: self.solver.feasible([name]))
+        return replace(verdict, members=(*found, name))
 
     def _without_rows(self, name: str) -> Verdict:
         """Of a relation that has no equations: one of points, or one that does not act."""
@@ -224,7 +244,7 @@ class Judge:
         if contradicts:
             # Trials that fail for another reason than a contradiction prove nothing: the
             # equations depend on each other, so there are others.
-            fewest = self._smallest(named, name)
+            fewest = smallest(named, name, self.solver.feasible)
             return Verdict(name, "impossible", fewest if len(fewest) > 1 else named, gained)
         return Verdict(name, "partly" if gained else "redundant", named, gained)
 
@@ -260,56 +280,9 @@ class Judge:
     def conflict(self, cause: str = "") -> tuple[str, ...]:
         """A smallest set of constraints and dimensions that cannot hold together.
 
-        Each member is proven by leaving it out: the others can be solved then. Empty if all can
-        be solved together after all.
-
-        Parameters
-        ----------
-        cause : a member for sure, if it is one: what was changed last
+        As `arael.sketch.judge.conflicts.conflict`.
         """
-        if self.layout.impossible:
-            name = cause if cause in self.layout.impossible else next(iter(self.layout.impossible))
-            return (*self.layout.rivals(name), name)
-        names = self._connected(cause)
-        if not names or self.solver.feasible(names):
-            return ()
-        # What pulls against each other where the residuals are least is a good first guess.
-        guess = list(self.solver.open_candidates(cause))
-        if guess and not self.solver.feasible(guess):
-            names = guess
-        return self._smallest(names, cause)
-
-    def _smallest(self, names: Sequence[str], cause: str) -> tuple[str, ...]:
-        """Of names that cannot hold together as few as still cannot; all if they can.
-
-        Halves are left out, then single ones, from the oldest on, so that what was changed last
-        stays.
-        """
-        if self.solver.feasible(list(names)):
-            return tuple(names)
-        order = [name for name in names if name != cause]
-        kept = [*order, cause] if cause else order
-        size = max(1, len(order) // 2)
-        while True:
-            for first in range(0, len(order), size):
-                block = set(order[first : first + size])
-                rest = [name for name in kept if name not in block]
-                if len(rest) < len(kept) and rest and not self.solver.feasible(rest):
-                    kept = rest
-            order = [name for name in order if name in kept]
-            if size == 1:
-                return tuple(kept)
-            size = max(1, size // 2)
-
-    def _connected(self, cause: str) -> list[str]:
-        """Constraints and dimensions in the connected part of `cause`; all without one."""
-        found = (
-            self.layout.connected(cause)
-            if cause in self.layout.document.constraints
-            or (cause in self.layout.document.dimensions)
-            else ()
-        )
-        return list(found) or [*self.document.constraints, *self.document.dimensions]
+        return conflict(self.layout, self.solver, cause)
 
     # --- freedoms ---------------------------------------------------------------------------
 

@@ -80,7 +80,8 @@ def nearest_on(values: Values, curve: Operand, piece: int, point: Point) -> tupl
 
 
 def _spline(values: Values, curve: Operand) -> BSpline:
-    from arael.sketch.geometry.splines import BSpline  # imported here: start-up time
+    # imported here: start-up time
+    from arael.sketch.geometry.splines import BSpline
 
     numbers = values[curve.entity.at : curve.entity.at + curve.entity.size].tolist()
     # A Bezier curve is the B-spline of four poles.
