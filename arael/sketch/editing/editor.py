@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError
+from arael.runtime.levels.shared_numbers import largest
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.measures import measured, signed
@@ -243,8 +244,8 @@ class Editor:
         has grown is a solution if its equations hold by its old measure, or up to rounding; one
         that is far larger than it was and than every number that is given is none.
         """
-        far = float(np.abs(self.document.values).max(initial=0.0))
-        old = size + float(np.abs(before).max(initial=0.0))
+        far = largest(self.document.values)
+        old = size + largest(before)
         if far <= _GROWS * old:
             return
         given = [abs(x) for one in self.document.constraints.values() for x in one.numbers]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.union_find import connected
+from arael.runtime.levels.shared_numbers import extent
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Dimension
@@ -166,9 +167,7 @@ class System(Numbers):
         _, points, lengths = self._extent
         if not len(points):
             return 1.0
-        x, y = values[points], values[points + 1]
-        diameter = 2.0 * np.abs(values[lengths]).max(initial=0.0)
-        return float(max(x.max() - x.min(), y.max() - y.min(), diameter)) or 1.0
+        return extent(values, points, lengths) or 1.0
 
     def axes(self) -> NDArray[np.int8]:
         """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""

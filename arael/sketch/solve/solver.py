@@ -203,8 +203,7 @@ class Solver:
 
     def _holds(self, x: Array) -> bool:
         """Whether all equations hold at `x`."""
-        residuals = np.abs(self.layout.rows.evaluate(x))
-        return bool(np.all(residuals <= self.tolerances.at(x)))
+        return self.layout.rows.holds(x, self.tolerances.at(x))
 
     def holds(self, tolerance: float) -> bool:
         """Whether no residual is larger, where the document is."""
