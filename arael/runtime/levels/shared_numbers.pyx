@@ -9,7 +9,7 @@ import numpy as np
 
 from libc.math cimport INFINITY, fabs, isfinite
 from libc.stdint cimport int64_t
-from libc.string cimport memcmp, memcpy
+from libc.string cimport memcmp
 
 from arael.runtime.address cimport address, writable
 
@@ -96,7 +96,7 @@ def put(values, at, numbers):
 
 
 def named(at, first, list names):
-    """Names of runs: names[first[i]] for the indices i in `at` whose first differs from the last's."""
+    """Names of runs of `at`: names[first[i]] for each i whose first differs from the last one's."""
     cdef const int64_t* index = <const int64_t*>address(at, np.int64)
     cdef const int64_t* begin = <const int64_t*>address(first, np.int64)
     cdef Py_ssize_t k, count = at.size

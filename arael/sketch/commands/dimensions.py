@@ -139,7 +139,6 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
         words.end()
         _check(words, given, first)
         mode = next((word for word in _MODES if word in flags), "")
-        before = set(session.document.dimensions)
         known = same_dimension(session.document, kind, args)
         if first is not None and known is not None:
             texts = [amount.text for amount in given.amounts]
@@ -154,7 +153,10 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
             mode=mode,
             force="force" in flags,
         )
-        return _reply(session, made, "Updated" if made.name in before else "Added")
+        if known is None or known.name != made.name:
+            return _reply(session, made, "Added")
+        session.repeats.note(words.statement.text, made)
+        return updated(session, made)
 
     run.__name__ = kind
     run.__doc__ = _KINDS[kind].summary
@@ -175,6 +177,11 @@ def _check(words: Words, given: _Value, first: Token | None) -> None:
         fail("E1271", f"`{chosen[0]}` needs one value, not a range", first.span, "", hint)
     if is_range and "derived" in flags and first is not None:
         fail("E1271", "a derived dimension only measures: it has no range", first.span)
+
+
+def updated(session: Session, made: Dimension) -> Reply:
+    """Reply to a new value of a dimension that was there."""
+    return _reply(session, made, "Updated")
 
 
 def _reply(session: Session, made: Dimension, what: str) -> Reply:

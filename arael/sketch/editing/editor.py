@@ -594,6 +594,18 @@ class Editor:
                 self._let_in(name, force)
         return self.document.dimensions[name]
 
+    def renew(self, known: Dimension, value: Amount) -> Dimension:
+        """`dimension` with a value and without a mode, of one that is known to be there."""
+        return self.set_dimension(
+            known.name,
+            value=_positive(known.kind, value),
+            low=None,
+            high=None,
+            derived=False,
+            mode="",
+            side=self._side(known.kind, known.args, ""),
+        )
+
     def _angle_mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
         if mode not in ("closest", "acute", "obtuse"):
             return mode

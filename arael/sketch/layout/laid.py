@@ -29,6 +29,7 @@ class Laid:
     inputs : rows of quantities that its sums read
     hidden : first column of each of its hidden unknowns
     constants : offsets of its constants
+    shape : `shape_of` the record, of a dimension that has had another value
     """
 
     record: Record
@@ -40,6 +41,7 @@ class Laid:
     inputs: list[int] = field(default_factory=list)
     hidden: list[int] = field(default_factory=list)
     constants: list[int] = field(default_factory=list)
+    shape: tuple[Any, ...] | None = None
 
 
 def acts(record: Record) -> bool:

@@ -197,9 +197,10 @@ class Laying(Aliases):
         old = laid.record
         if not isinstance(record, Dimension) or not isinstance(old, Dimension):
             return False
-        if shape_of(old) != shape_of(record) or (laid.plan is None) != (not acts(record)):
+        was, shape = laid.shape or shape_of(old), shape_of(record)
+        if was != shape or (laid.plan is None) != (not acts(record)):
             return False
-        laid.record = record
+        laid.record, laid.shape = record, shape
         if laid.plan is None:
             return True
         for setting in laid.plan.settings:

@@ -265,9 +265,12 @@ class Solver:
         """Into the document, in one step."""
         layout, document = self.layout, self.layout.document
         layout.note_parameters(x, AT_KNOT)
-        with document.transaction("solve"):
+        if document.is_changing:
             moved = layout.scatter(x)
-        return replace(found, moved=moved) if moved else found
+        else:
+            with document.transaction("solve"):
+                moved = layout.scatter(x)
+        return found.having_moved(moved) if moved else found
 
     # --- what is kept -----------------------------------------------------------------------
 
