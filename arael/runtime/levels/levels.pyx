@@ -163,7 +163,8 @@ cdef class Levels(Newton):
         free = np.ones(n, bool) if fixed is None else ~fixed
         used = np.ones(m, bool) if active is None else active
         links = None if guards is None else _pattern(guards)
-        structure = analyse(n, *_pattern(rows), free, used, links)
+        earlier = None if self.factor is None else self.factor.structure
+        structure = analyse(n, *_pattern(rows), free, used, links, earlier)
         scales = np.ones(n) if self.scales is None else self.scales
         if scales.shape != (n,) or not (np.isfinite(scales) & (scales > 0)).all():
             raise ValueError(f"expected {n} positive scales of unknowns")
