@@ -1,10 +1,11 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Proofs, from a few rows and unknowns around them, that rows are independent of all others.
 
-Let U be some unknowns and T all rows that have one of them. A row that is a combination of others is,
-in U, the same combination of rows of T alone. So what is left of a row in U after projection onto the
-span of the other rows of T there is no more than what is left of it in the whole system: a row with a
-remainder in U is independent, whatever the rest of the system is. Nothing follows from none.
+Let U be some unknowns and T all rows that have one of them. A row that is a combination of others
+is, in U, the same combination of rows of T alone. So what is left of a row in U after projection
+onto the span of the other rows of T there is no more than what is left of it in the whole system: a
+row with a remainder in U is independent, whatever the rest of the system is. Nothing follows from
+none.
 
 U is found around the rows: as many unknowns as allowed, without those that T determines more than
 once (the overdetermined part of the decomposition of A. Dulmage and N. Mendelsohn, Canadian Journal
@@ -27,8 +28,10 @@ cdef enum:
     ROWS = 192
 # What must be left of a row of unit length.
 cdef double CLEARLY = 1e-3
-# Length below which a row adds no direction to a span.
-cdef double NOTHING = 1e-10
+# Derivatives of lengths by lengths below which a row that is asked about may be rounding.
+cdef double VANISHING = 1e-6
+# Length below which a row adds no direction to a span. Directions of rounding only make it larger.
+cdef double NOTHING = 1e-14
 
 
 cdef struct Patch:
@@ -196,9 +199,9 @@ cdef bint _proven(
     if not fits:
         return False
     for j in range(patch.rows):
+        if j < wanted and not patch.scaled[j] > VANISHING:
+            return False
         if not patch.scaled[j] > 0.0:
-            if j < wanted:
-                return False
             continue
         for c in range(patch.columns):
             patch.entry[j][c] /= patch.scaled[j]

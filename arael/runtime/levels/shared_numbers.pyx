@@ -8,7 +8,7 @@ index in x), or none (-1). Each pass takes a microsecond where a dozen calls of 
 import numpy as np
 
 from libc.math cimport INFINITY, fabs, isfinite
-from libc.stdint cimport int64_t
+from libc.stdint cimport int32_t, int64_t
 from libc.string cimport memcmp
 
 from arael.runtime.address cimport address, writable
@@ -190,19 +190,35 @@ cdef class ComponentSizes:
     cdef readonly Py_ssize_t n
 
     def __init__(self, axes, of_unknown, of_row):
-        kinds = np.asarray(axes)
-        counted = np.flatnonzero((kinds >= 1) & (kinds <= 3))
-        self.n, self._m, self._count = len(kinds), len(of_row), len(counted)
-        labels = np.asarray(of_unknown)
-        # Index of the unknown, its component, its kind.
-        self._of = np.ascontiguousarray(
-            np.column_stack([counted, labels[counted], kinds[counted]]), dtype=np.int64
-        )
-        self._at = <const int64_t*>address(self._of, np.int64)
-        self._rows = np.ascontiguousarray(of_row, dtype=np.int64)
-        self._parts = 1 + max(
-            int(labels.max(initial=-1)), int(self._rows.max(initial=-1))
-        )
+        cdef Py_ssize_t i, c
+        self.n, self._m, self._count, self._parts = len(axes), len(of_row), 0, 0
+        cdef const char* axis = <const char*>address(axes, np.int8)
+        cdef const int32_t* label = <const int32_t*>address(of_unknown, np.int32, self.n)
+        cdef const int32_t* of = <const int32_t*>address(of_row, np.int32)
+        self._rows, self._of = np.empty(self._m, np.int64), np.empty(3 * self.n, np.int64)
+        cdef int64_t* row = <int64_t*>writable(self._rows, np.int64)
+        cdef int64_t* to = <int64_t*>writable(self._of, np.int64)
+        # Components of rows by number; an unknown without rows is one by itself.
+        most = max(int(np.max(of_unknown, initial=-1)), int(np.max(of_row, initial=-1)))
+        numbers = np.full(most + 1, -1, np.int32)
+        cdef int32_t* number = <int32_t*>writable(numbers, np.int32)
+        for i in range(self._m):
+            if number[of[i]] < 0:
+                number[of[i]] = <int32_t>self._parts
+                self._parts += 1
+            row[i] = number[of[i]]
+        # Index of the unknown, its component, its kind. Of what has no rows lengths alone have a
+        # size; these are one component together, the last.
+        for i in range(self.n):
+            if axis[i] < 1 or axis[i] > 3:
+                continue
+            c = number[label[i]] if number[label[i]] >= 0 else self._parts
+            if c < self._parts or axis[i] == 3:
+                to[3 * self._count], to[3 * self._count + 1] = i, c
+                to[3 * self._count + 2] = axis[i]
+                self._count += 1
+        self._parts += 1
+        self._at = to
         # Low and high of x and y, largest magnitude of all, largest length.
         self._work = np.empty((self._parts, 6))
 

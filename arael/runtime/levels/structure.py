@@ -14,8 +14,8 @@ from arael.runtime.linear.minimum_degree import minimum_degree
 Ints = NDArray[np.int32]
 
 
-#: An order is kept while there are at most so many times the rows it was found for, and so many times
-#: the entries of L per entry of the rows.
+#: An order is kept while there are at most so many times the rows that it was found for, and so
+#: many times the entries of L per entry of the rows.
 _GROWN = 2
 
 
@@ -96,7 +96,7 @@ def _structure(
     factor = factor_pattern(start, unknown, column_start, column_position)
     if ordered is None:
         ordered = (len(order), len(unknown), len(factor[1]))
-    return Structure(*found, *factor, ordered)
+    return Structure._make([*found, *factor, ordered])
 
 
 def _continued(order: Ints, active: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -18,7 +18,6 @@ from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount, Dimension
-from arael.sketch.editing.checks import same_dimension
 
 _MODES = ("supplement", "closest", "acute", "obtuse")
 
@@ -139,7 +138,7 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
         words.end()
         _check(words, given, first)
         mode = next((word for word in _MODES if word in flags), "")
-        known = same_dimension(session.document, kind, args)
+        known = session.editor.known_dimension(kind, args)
         if first is not None and known is not None:
             texts = [amount.text for amount in given.amounts]
             require_no_cycle(session, known.name, texts, first.span)
@@ -334,7 +333,7 @@ def freeze(session: Session, words: Words) -> Reply:
     left: list[str] = []
     for entity in entities:
         for kind in _FROZEN.get(entity.kind, ()):
-            if same_dimension(document, kind, (entity.name,)) is not None:
+            if session.editor.known_dimension(kind, (entity.name,)) is not None:
                 continue
             try:
                 made.append(session.editor.dimension(kind, (entity.name,)).name)

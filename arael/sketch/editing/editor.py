@@ -568,7 +568,7 @@ class Editor:
             now = measured(self.document, kind, spelt, mode)
             value = Amount(repr(now), now)
         value, low, high = (_positive(kind, one) for one in (value, low, high))
-        known = same_dimension(self.document, kind, spelt)
+        known = self.known_dimension(kind, spelt)
         if known is not None:
             return self.set_dimension(
                 known.name,
@@ -593,6 +593,11 @@ class Editor:
             else:
                 self._let_in(name, force)
         return self.document.dimensions[name]
+
+    def known_dimension(self, kind: str, args: tuple[str, ...]) -> Dimension | None:
+        """The dimension of a quantity, None if there is none."""
+        self.layout.refresh()
+        return same_dimension(self.document, kind, args, self.layout.users_of(args[0]))
 
     def renew(self, known: Dimension, value: Amount) -> Dimension:
         """`dimension` with a value and without a mode, of one that is known to be there."""

@@ -198,9 +198,12 @@ class Judge:
         """Of two equations: the weighted sum of points, in x and y, is to change by -gaps."""
         layout = self.layout
         layout.refresh()
-        uses = [[(layout.use_of(at + k), weight) for at, weight in points] for k in range(len(gaps))]
-        more = [tuple(zip(*((at, w) for at, w in one if at >= 0), strict=True)) for one in uses]
-        if all(more) and self._surely_help((), [(one[0], one[1]) for one in more]):
+        more = []
+        for k in range(len(gaps)):
+            uses = [(layout.use_of(at + k), weight) for at, weight in points]
+            unknown = [one for one in uses if one[0] >= 0]
+            more.append(([at for at, _ in unknown], [weight for _, weight in unknown]))
+        if all(at for at, _ in more) and self._surely_help((), more):
             return Verdict(name, "helps", freedoms=len(gaps))
         system, rank = self._present()
         gained, contradicts = 0, False

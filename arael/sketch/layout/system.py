@@ -95,8 +95,15 @@ class System(Numbers):
     @property
     def slacks(self) -> NDArray[np.int64]:
         """Where in `x` slacks of ranges are."""
-        table = self._table()
-        return table.unknowns[len(table.unknowns) - table.slacks :]
+        self.refresh()
+        found = [
+            at + k
+            for laid in map(self._laid.__getitem__, self._with_hidden)
+            if isinstance(laid.record, Dimension)
+            for at, size in self._hidden_blocks(laid)
+            for k in range(size)
+        ]
+        return np.array(sorted(found), dtype=np.int64)
 
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""
