@@ -39,7 +39,7 @@ class Laying(Aliases):
     def _plan(self, laid: Laid, values: NDArray[np.float64]) -> Plan:
         record = laid.record
         if isinstance(record, Entity):
-            return own_rows(record, values)
+            return own_rows(record, values, self)
         if isinstance(record, Constraint):
             args = operands(self.document, record.args)
             plan = relations.plan_of(record, args, values, self)

@@ -205,7 +205,9 @@ class Numbers(Upkeep):
         values = self.document.values
         for laid in self._laid.values():
             record = laid.record
-            if isinstance(record, Entity) and record.kind in ("arc", "earc") and laid.guards:
+            if not isinstance(record, Entity) or not laid.guards:
+                continue
+            if self.guards.struct(laid.guards[-1]) == "SweepGuard":
                 curve = Operand(record, "", record.at)
                 side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
                 self.guards.set_data(laid.guards[-1], "side", side)
