@@ -213,6 +213,8 @@ def _text(argument: object, word: str) -> str:
 
 def _written(text: str, word: str) -> str:
     """A text as one word, or the words of a range."""
+    if _SAFE.match(text) and text[0] not in "<>":
+        return text
     if '"' in text or "\n" in text:
         fail("E1252", "a word has no quotes and no line ends", origin=f"Sketch.{word}")
     found = _RANGE.match(text)
@@ -221,4 +223,4 @@ def _written(text: str, word: str) -> str:
     found = _BETWEEN.match(text)
     if found:
         return f"{_written(found[1], word)} to {_written(found[2], word)}"
-    return text if _SAFE.match(text) else f'"{text}"'
+    return f'"{text}"'

@@ -15,6 +15,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets, split_handle, takes
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS
 from arael.sketch.document.records import Amount, Constraint, Dimension, Entity, Parameter
+from arael.sketch.editing.checks import same_dimension
 from arael.sketch.expressions.properties import property_of
 
 
@@ -121,6 +122,9 @@ class StandIn:
             dx, dy = b - a
             return float({"hdistance": abs(dx), "vdistance": abs(dy)}.get(kind, np.hypot(dx, dy)))
         return 45.0
+
+    def known_dimension(self, kind: str, args: tuple[str, ...]) -> Dimension | None:
+        return same_dimension(self.document, kind, args, self.document.dimensions)
 
     def dimension(
         self,

@@ -12,7 +12,7 @@ exact rows are solved again, so that a lower level never costs accuracy in a hig
 import numpy as np
 
 from libc.math cimport INFINITY, fabs, isfinite, sqrt
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, uint8_t
 from libc.string cimport memcpy, memset
 
 from arael.runtime.address cimport address, writable
@@ -163,7 +163,8 @@ cdef class Levels(Newton):
         free = np.ones(n, bool) if fixed is None else ~fixed
         used = np.ones(m, bool) if active is None else active
         links = None if guards is None else _pattern(guards)
-        structure = analyse(n, *_pattern(rows), free, used, links)
+        earlier = None if self.factor is None else self.factor.structure
+        structure = analyse(n, *_pattern(rows), free, used, links, earlier)
         scales = np.ones(n) if self.scales is None else self.scales
         if scales.shape != (n,) or not (np.isfinite(scales) & (scales > 0)).all():
             raise ValueError(f"expected {n} positive scales of unknowns")
@@ -212,24 +213,41 @@ cdef class Levels(Newton):
             raise ValueError(f"expected x as an array of {n} float64, which is changed in place")
         fixed, active = _mask(fixed, n, "fixed unknowns"), _mask(active, m, "active rows")
         self._analyse(fixed, active, _mask(basic, m, "basic rows"))
-        given = np.asarray(tolerance, dtype=np.float64)
-        if given.shape not in ((), (m,)) or not (given > 0).all():
+        if np.ndim(tolerance) == 0:
+            tolerance = np.full(m, tolerance)
+        given = np.ascontiguousarray(tolerance, dtype=np.float64)
+        if given.shape != (m,) or not _copy_positive(given, self.tolerance, m):
             raise ValueError(f"expected one positive tolerance, or one for each of {m} rows")
-        self._keep["tolerance"][:] = given
         if (low is None) != (high is None):
             low = np.full(n, -np.inf) if low is None else low
             high = np.full(n, np.inf) if high is None else high
         if low is None:
             self.low = self.high = NULL
         else:
-            self._keep["low"][:], self._keep["high"][:] = low, high
-            if not (self._keep["low"] <= self._keep["high"]).all():
-                raise ValueError("expected lower bounds that are not above the upper ones")
-            np.clip(x, low, high, out=x, where=np.ones(n, bool) if fixed is None else ~fixed)
             self.low = <double*>writable(self._keep["low"], np.float64)
             self.high = <double*>writable(self._keep["high"], np.float64)
+            self._bound(x, _numbers(low, n), _numbers(high, n), fixed)
         self.factors = self.linearisations = 0
         self.stopped, self._failure = False, None
+
+    cdef object _bound(self, x, low, high, fixed):
+        """Copy the bounds; bring unknowns that are not fixed within them."""
+        cdef Py_ssize_t i, n = self.rows.n
+        cdef double* at = <double*>writable(x, np.float64, n)
+        cdef const double* least = <const double*>address(low, np.float64, n)
+        cdef const double* most = <const double*>address(high, np.float64, n)
+        cdef const uint8_t* held = NULL
+        if fixed is not None:
+            held = <const uint8_t*>address(fixed, np.bool_, n)
+        for i in range(n):
+            if not least[i] <= most[i]:
+                raise ValueError("expected lower bounds that are not above the upper ones")
+            self.low[i], self.high[i] = least[i], most[i]
+            if held == NULL or not held[i]:
+                if at[i] < least[i]:
+                    at[i] = least[i]
+                elif at[i] > most[i]:
+                    at[i] = most[i]
 
     def _finish(self, parts, **more):
         """Make the outcome of the components; raise what rows in Python raised."""
@@ -871,6 +889,24 @@ cdef double _dot(const double* a, const double* b, Py_ssize_t n) noexcept nogil:
     for i in range(n):
         total += a[i] * b[i]
     return total
+
+
+cdef bint _copy_positive(given, double* to, Py_ssize_t size) except *:
+    """Copy numbers; whether all of them are positive."""
+    cdef const double* values = <const double*>address(given, np.float64, size)
+    cdef Py_ssize_t i
+    for i in range(size):
+        if not values[i] > 0.0:
+            return False
+        to[i] = values[i]
+    return True
+
+
+cdef object _numbers(given, Py_ssize_t size):
+    """An array of `size` float64, contiguous."""
+    if isinstance(given, np.ndarray) and given.dtype == np.float64 and given.shape == (size,):
+        return np.ascontiguousarray(given)
+    return np.ascontiguousarray(np.broadcast_to(np.asarray(given, dtype=np.float64), (size,)))
 
 
 def _mask(given, Py_ssize_t size, what):

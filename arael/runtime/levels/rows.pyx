@@ -4,7 +4,7 @@
 import numpy as np
 
 from arael.runtime.address cimport address, writable
-from libc.math cimport isfinite
+from libc.math cimport fabs, isfinite
 from libc.stdint cimport int32_t
 
 
@@ -64,6 +64,26 @@ cdef class Rows:
             code = self.residuals(at, to)
         self.check(code)
         return r
+
+    def holds(self, x, tolerance):
+        """Whether no residual at the unknowns `x` (n,) is larger than its `tolerance` (m,)."""
+        x = np.ascontiguousarray(x, dtype=np.float64)
+        tolerance = np.ascontiguousarray(tolerance, dtype=np.float64)
+        r = np.zeros(self.m)
+        cdef const double* at = <const double*>address(x, np.float64, self.n)
+        cdef const double* most = <const double*>address(tolerance, np.float64, self.m)
+        cdef double* to = <double*>writable(r, np.float64, self.m)
+        cdef int code
+        cdef Py_ssize_t i
+        cdef bint found = True
+        with nogil:
+            code = self.residuals(at, to)
+            for i in range(self.m):
+                if not fabs(to[i]) <= most[i]:
+                    found = False
+                    break
+        self.check(code)
+        return found
 
     def jacobian(self, x):
         """Residuals (m,), and entries of the Jacobian in the order of `indices`, at `x` (n,)."""

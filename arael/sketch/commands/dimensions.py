@@ -18,7 +18,6 @@ from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount, Dimension
-from arael.sketch.editing.checks import same_dimension
 
 _MODES = ("supplement", "closest", "acute", "obtuse")
 
@@ -139,8 +138,7 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
         words.end()
         _check(words, given, first)
         mode = next((word for word in _MODES if word in flags), "")
-        before = set(session.document.dimensions)
-        known = same_dimension(session.document, kind, args)
+        known = session.editor.known_dimension(kind, args)
         if first is not None and known is not None:
             texts = [amount.text for amount in given.amounts]
             require_no_cycle(session, known.name, texts, first.span)
@@ -154,7 +152,10 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
             mode=mode,
             force="force" in flags,
         )
-        return _reply(session, made, "Updated" if made.name in before else "Added")
+        if known is None or known.name != made.name:
+            return _reply(session, made, "Added")
+        session.repeats.note(words.statement.text, made)
+        return updated(session, made)
 
     run.__name__ = kind
     run.__doc__ = _KINDS[kind].summary
@@ -175,6 +176,11 @@ def _check(words: Words, given: _Value, first: Token | None) -> None:
         fail("E1271", f"`{chosen[0]}` needs one value, not a range", first.span, "", hint)
     if is_range and "derived" in flags and first is not None:
         fail("E1271", "a derived dimension only measures: it has no range", first.span)
+
+
+def updated(session: Session, made: Dimension) -> Reply:
+    """Reply to a new value of a dimension that was there."""
+    return _reply(session, made, "Updated")
 
 
 def _reply(session: Session, made: Dimension, what: str) -> Reply:
@@ -327,7 +333,7 @@ def freeze(session: Session, words: Words) -> Reply:
     left: list[str] = []
     for entity in entities:
         for kind in _FROZEN.get(entity.kind, ()):
-            if same_dimension(document, kind, (entity.name,)) is not None:
+            if session.editor.known_dimension(kind, (entity.name,)) is not None:
                 continue
             try:
                 made.append(session.editor.dimension(kind, (entity.name,)).name)

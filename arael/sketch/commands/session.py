@@ -14,11 +14,13 @@ from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
 from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
+from arael.sketch.commands.repeats import Repeats
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.kinds import PREFIXES
+from arael.sketch.document.records import Amount, Dimension
 from arael.sketch.expressions.evaluation import NoValueError, Value, evaluate
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import moved
@@ -115,6 +117,7 @@ class Session:
     state : `State`
     statement : the command that runs now
     after_line : called after every command line, for faces that show the sketch
+    repeats : dimensions that earlier lines gave values
     """
 
     def __init__(
@@ -129,6 +132,7 @@ class Session:
         self.state = State()
         self.statement: Statement | None = None
         self.after_line: Callable[[], None] | None = None
+        self.repeats = Repeats()
         self._depth = 0
 
     @property
@@ -156,7 +160,29 @@ class Session:
         AraelError
             At the first line that fails, with its place; lines before it stay.
         """
+        known = self.repeats.find(text, self.document)
+        if known is not None:
+            return [self._again(text, name, *known)]
         return [reply for line in lines(Source(name, text)) for reply in self.run_line(line)]
+
+    def _again(self, text: str, name: str, known: Dimension, value: Amount) -> Reply:
+        """Run a line that gives a dimension of an earlier line a value."""
+        try:
+            with self.document.transaction(text):
+                made = self.editor.renew(known, value)
+                self.repeats.note(text, made)
+                # imported here: dimensions are described by means of sessions
+                from arael.sketch.commands.dimensions import updated
+
+                return updated(self, made)
+        except (AraelError, ValueError) as error:
+            ((statement,),) = lines(Source(name, text))
+            word = _first_word(text)
+            span = Span(statement.source, statement.start, statement.start + len(word))
+            self._refuse(error, statement, statement.start, known.kind, span)
+        finally:
+            if self.after_line is not None:
+                self.after_line()
 
     def run_line(self, line: list[Statement]) -> list[Reply]:
         """Run the commands of one line, all or none."""
@@ -218,17 +244,23 @@ class Session:
             reply = found.function(self, words)
             words.end()
             return reply
-        except AraelError as error:
-            raise _with_place(error, statement, start) from None
-        except ValueError as error:
-            # imported here: start-up time
-            from arael.sketch.geometry.vectors import DegenerateError
-
-            if not isinstance(error, DegenerateError):
-                raise
-            fail("E1220", f"`{found.name}` needs geometry with an extent: {error}", span)
+        except (AraelError, ValueError) as error:
+            self._refuse(error, statement, start, found.name, span)
         finally:
             self._depth -= 1
+
+    @staticmethod
+    def _refuse(
+        error: AraelError | ValueError, statement: Statement, start: int, command: str, span: Span
+    ) -> NoReturn:
+        if isinstance(error, AraelError):
+            raise _with_place(error, statement, start) from None
+        # imported here: start-up time
+        from arael.sketch.geometry.vectors import DegenerateError
+
+        if not isinstance(error, DegenerateError):
+            raise error
+        fail("E1220", f"`{command}` needs geometry with an extent: {error}", span)
 
     def _no_command(self, word: str, span: Span) -> NoReturn:
         near = closest(word, table.words())

@@ -322,6 +322,15 @@ class Document:
         if len(moved):
             self._make(ValuesChange(at[moved], old[moved].copy(), new[moved].copy()))
 
+    def replace_values(
+        self, offsets: NDArray[np.int64], old: NDArray[np.float64], new: NDArray[np.float64]
+    ) -> None:
+        """Change numbers from what they are known to be, `old`; the arrays are kept.
+
+        All are finite, none is at two places, and each differs from what it was.
+        """
+        self._make(ValuesChange(offsets, old, new))
+
     def set_setting(self, key: str, value: Any) -> None:
         """Change a setting, ``unit``."""
         if self._settings.get(key) != value:

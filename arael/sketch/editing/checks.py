@@ -149,16 +149,25 @@ def _duplicate(kind: str, args: tuple[str, ...], other: Constraint) -> AraelErro
     )
 
 
-def same_dimension(document: Document, kind: str, args: tuple[str, ...]) -> Dimension | None:
-    """A dimension of the same quantity, which a new value replaces."""
-    return next(
-        (
-            one
-            for one in document.dimensions.values()
-            if one.kind == kind and same_relation(kind, args, one.args)
-        ),
-        None,
-    )
+def same_dimension(
+    document: Document, kind: str, args: tuple[str, ...], among: Iterable[str]
+) -> Dimension | None:
+    """A dimension of the same quantity, which a new value replaces.
+
+    Parameters
+    ----------
+    among : names of the records that involve the first argument's entity
+    """
+    dimensions = document.dimensions
+    found = [
+        one
+        for one in map(dimensions.get, among)
+        if one is not None and one.kind == kind and same_relation(kind, args, one.args)
+    ]
+    if len(found) > 1:  # of a file: the first in the document's order
+        order = list(dimensions)
+        found.sort(key=lambda one: order.index(one.name))
+    return found[0] if found else None
 
 
 #: Quantities that must be above zero, for lines and circles to have an extent.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError
+from arael.runtime.levels.shared_numbers import largest
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.measures import measured, signed
@@ -246,13 +247,13 @@ class Editor:
         that is far larger than it was and than every number that is given is none.
         """
         values = self.document.values
-        if self.layout.size > size and len(values) > 1:
+        far, old = largest(values), largest(before)
+        if far > old and self.layout.size > size and len(values) > 1:
             # Equations hold up to a share of the drawing's size: most of it would not hold.
             usual = float(np.median(np.abs(np.diff(values))))
             if size <= _DWARFS * usual < self.layout.size:
                 raise refusals.runs_away()
-        far = float(np.abs(values).max(initial=0.0))
-        old = size + float(np.abs(before).max(initial=0.0))
+        old += size
         if far <= _GROWS * old:
             return
         given = [abs(x) for one in self.document.constraints.values() for x in one.numbers]
@@ -575,7 +576,7 @@ class Editor:
             now = measured(self.document, kind, spelt, mode)
             value = Amount(repr(now), now)
         value, low, high = (_positive(kind, one) for one in (value, low, high))
-        known = same_dimension(self.document, kind, spelt)
+        known = self.known_dimension(kind, spelt)
         if known is not None:
             return self.set_dimension(
                 known.name,
@@ -600,6 +601,23 @@ class Editor:
             else:
                 self._let_in(name, force)
         return self.document.dimensions[name]
+
+    def known_dimension(self, kind: str, args: tuple[str, ...]) -> Dimension | None:
+        """The dimension of a quantity, None if there is none."""
+        self.layout.refresh()
+        return same_dimension(self.document, kind, args, self.layout.users_of(args[0]))
+
+    def renew(self, known: Dimension, value: Amount) -> Dimension:
+        """`dimension` with a value and without a mode, of one that is known to be there."""
+        return self.set_dimension(
+            known.name,
+            value=_positive(known.kind, value),
+            low=None,
+            high=None,
+            derived=False,
+            mode="",
+            side=self._side(known.kind, known.args, ""),
+        )
 
     def _angle_mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
         if mode not in ("closest", "acute", "obtuse"):

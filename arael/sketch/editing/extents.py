@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.levels.shared_numbers import any_short
 from arael.sketch.document.records import Entity
 
 Floats = NDArray[np.float64]
@@ -44,6 +45,8 @@ class Extents:
         ----------
         values : all numbers of the document
         """
+        if not any_short(values, self._lines, self._radii, least):
+            return list(self._splines)
         at = self._lines
         lengths = np.hypot(values[at + 2] - values[at], values[at + 3] - values[at + 1])
         found = [self._line_names[k] for k in np.flatnonzero(~(lengths > least))]

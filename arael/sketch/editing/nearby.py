@@ -26,8 +26,7 @@ class Points:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._handles: list[str] = []
-        self._offsets: list[int] = []
-        self._array: NDArray[np.int64] | None = None
+        self._offsets: NDArray[np.int64] = np.zeros(64, dtype=np.int64)  # longer than the handles
         self._stale = True
         document.watchers.append(self._changed)
 
@@ -42,19 +41,19 @@ class Points:
 
     def _add(self, entity: Entity) -> None:
         points = own_points(entity)
+        first = len(self._handles)
         self._handles += points
-        self._offsets += points.values()
-        self._array = None
+        if len(self._handles) > len(self._offsets):
+            self._offsets = np.resize(self._offsets, 2 * len(self._handles))
+        self._offsets[first : len(self._handles)] = list(points.values())
 
     def near(self, x: float, y: float, distance: float) -> list[str]:
         """Handles of the points within a distance, in the order they were made."""
         if self._stale:
-            self._handles, self._offsets = [], []
+            self._handles = []
             for entity in self._document.entities.values():
                 self._add(entity)
             self._stale = False
-        if self._array is None:
-            self._array = np.array(self._offsets, dtype=np.int64)
-        values = self._document.values
-        dx, dy = values[self._array] - x, values[self._array + 1] - y
+        values, at = self._document.values, self._offsets[: len(self._handles)]
+        dx, dy = values[at] - x, values[at + 1] - y
         return [self._handles[i] for i in np.flatnonzero(dx * dx + dy * dy <= distance**2)]

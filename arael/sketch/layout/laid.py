@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arael.sketch.document.records import Constraint, Dimension, Entity, Record
 from arael.sketch.expressions.reading import literal
 from arael.sketch.layout import following
-from arael.sketch.layout.operands import Operand, sweep_of
+from arael.sketch.layout.operands import Alike, Operand, sweep_of
 from arael.sketch.layout.plan import Plan
 
 
@@ -29,6 +29,7 @@ class Laid:
     inputs : rows of quantities that its sums read
     hidden : first column of each of its hidden unknowns
     constants : offsets of its constants
+    shape : `shape_of` the record, of a dimension that has had another value
     """
 
     record: Record
@@ -40,6 +41,7 @@ class Laid:
     inputs: list[int] = field(default_factory=list)
     hidden: list[int] = field(default_factory=list)
     constants: list[int] = field(default_factory=list)
+    shape: tuple[Any, ...] | None = None
 
 
 def acts(record: Record) -> bool:
@@ -89,7 +91,7 @@ def scalars_of(data: Mapping[str, Any]) -> dict[str, float]:
     return found
 
 
-def own_rows(entity: Entity, values: NDArray[np.float64]) -> Plan:
+def own_rows(entity: Entity, values: NDArray[np.float64], alike: Alike) -> Plan:
     """Equations of an arc: its ends are on it. Radii of round curves stay positive."""
     plan = Plan()
     curve = Operand(entity, "", entity.at)
@@ -106,6 +108,9 @@ def own_rows(entity: Entity, values: NDArray[np.float64]) -> Plan:
     else:
         plan.add("PointOnEllipse", start, *curve.ellipse)
         plan.add("PointOnEllipse", end, *curve.ellipse)
+    # Where start and end are one place, the sign of the sweep is that of rounding.
+    if alike.same(start, end):
+        return plan
     side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
     plan.guard("SweepGuard", curve.center, start, end, side=side)
     return plan

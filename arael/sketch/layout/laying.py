@@ -39,7 +39,7 @@ class Laying(Aliases):
     def _plan(self, laid: Laid, values: NDArray[np.float64]) -> Plan:
         record = laid.record
         if isinstance(record, Entity):
-            return own_rows(record, values)
+            return own_rows(record, values, self)
         if isinstance(record, Constraint):
             args = operands(self.document, record.args)
             plan = relations.plan_of(record, args, values, self)
@@ -197,9 +197,10 @@ class Laying(Aliases):
         old = laid.record
         if not isinstance(record, Dimension) or not isinstance(old, Dimension):
             return False
-        if shape_of(old) != shape_of(record) or (laid.plan is None) != (not acts(record)):
+        was, shape = laid.shape or shape_of(old), shape_of(record)
+        if was != shape or (laid.plan is None) != (not acts(record)):
             return False
-        laid.record = record
+        laid.record, laid.shape = record, shape
         if laid.plan is None:
             return True
         for setting in laid.plan.settings:

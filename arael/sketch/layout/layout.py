@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arael.sketch.layout.laid import scalars_of
 from arael.sketch.layout.linearisation import Linearisation
 from arael.sketch.layout.operands import operands
@@ -90,6 +93,11 @@ class Layout(System):
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)
+
+    @property
+    def equations(self) -> NDArray[np.bool_]:
+        """(m,) which rows are equations: not empty, nor a quantity that others read."""
+        return self._is_equation[: self.rows.m]
 
     def use_of(self, offset: int) -> int:
         """What rows use for a number of the document: an index in `x`, negative if it is fixed."""

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.levels.shared_numbers import differs, gather, named, put, scattered
 from arael.sketch.document.records import Dimension, Entity
 from arael.sketch.layout.operands import Operand, operands, sweep_of
 from arael.sketch.layout.plan import Plan
@@ -29,12 +30,11 @@ class Numbers(Upkeep):
         self.refresh()
         values = self.document.values
         live = self._live
-        now = values[live]
-        moved = live[now.view(np.int64) != self._seen[live].view(np.int64)]
-        if len(moved):
+        if differs(values, self._seen, live):
+            now = values[live]
+            moved = live[now.view(np.int64) != self._seen[live].view(np.int64)]
             self._take_over(moved, values)
-        columns = np.flatnonzero(self._source >= 0)
-        self.x[columns] = values[self._source[columns]]
+        gather(values, self._source, self.x)
         return self.x
 
     def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
@@ -117,26 +117,22 @@ class Numbers(Upkeep):
         Entities whose numbers changed.
         """
         self.x[:] = x
-        moved = self._moved(x)
-        if not len(moved):
+        document = self.document
+        at, old, new = scattered(x, self._root, document.values, self._live)
+        if not len(at):
             return ()
-        at = self._live[moved]
-        new = x[self._root[at]]
-        self.document.set_values(at, new)
-        self._seen[at] = new
-        return self._entities_at(at)
+        document.replace_values(at, old, new)
+        put(self._seen, at, new)
+        return named(at, self._first, self._entity_at)
 
     def _entities_at(self, at: NDArray[np.int64]) -> tuple[str, ...]:
         """Entities of offsets into the document's values, ascending."""
-        first = self._first[at]
-        changed = np.flatnonzero(np.diff(first, prepend=-1))
-        return tuple([self._entity_at[k] for k in first[changed].tolist()])
+        return named(at, self._first, self._entity_at)
 
     def unknowns_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """`x` for other numbers of the document than it has now, (n,)."""
         found = self.gather().copy()
-        columns = np.flatnonzero(self._source >= 0)
-        found[columns] = values[self._source[columns]]
+        gather(values, self._source, found)
         return found
 
     # --- values that changed since the last solve -----------------------------------------
@@ -210,7 +206,9 @@ class Numbers(Upkeep):
         values = self.document.values
         for laid in self._laid.values():
             record = laid.record
-            if isinstance(record, Entity) and record.kind in ("arc", "earc") and laid.guards:
+            if not isinstance(record, Entity) or not laid.guards:
+                continue
+            if self.guards.struct(laid.guards[-1]) == "SweepGuard":
                 curve = Operand(record, "", record.at)
                 side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
                 self.guards.set_data(laid.guards[-1], "side", side)

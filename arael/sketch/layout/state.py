@@ -71,7 +71,7 @@ class State:
         """More columns where they do not suffice, with some to spare."""
         if self._columns.count <= len(self.x):
             return
-        old, count = len(self.x), max(64, 2 * self._columns.count)
+        old, count = len(self.x), max(64, self._columns.count + self._columns.count // 2)
         self.x = np.concatenate([self.x, np.zeros(count - old)])
         self.low = np.concatenate([self.low, np.full(count - old, -np.inf)])
         self.high = np.concatenate([self.high, np.full(count - old, np.inf)])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.union_find import connected
+from arael.runtime.levels.shared_numbers import extent
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Dimension
@@ -94,8 +95,15 @@ class System(Numbers):
     @property
     def slacks(self) -> NDArray[np.int64]:
         """Where in `x` slacks of ranges are."""
-        table = self._table()
-        return table.unknowns[len(table.unknowns) - table.slacks :]
+        self.refresh()
+        found = [
+            at + k
+            for laid in map(self._laid.__getitem__, self._with_hidden)
+            if isinstance(laid.record, Dimension)
+            for at, size in self._hidden_blocks(laid)
+            for k in range(size)
+        ]
+        return np.array(sorted(found), dtype=np.int64)
 
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""
@@ -166,9 +174,7 @@ class System(Numbers):
         _, points, lengths = self._extent
         if not len(points):
             return 1.0
-        x, y = values[points], values[points + 1]
-        diameter = 2.0 * np.abs(values[lengths]).max(initial=0.0)
-        return float(max(x.max() - x.min(), y.max() - y.min(), diameter)) or 1.0
+        return extent(values, points, lengths) or 1.0
 
     def axes(self) -> NDArray[np.int8]:
         """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""

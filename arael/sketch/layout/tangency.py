@@ -22,6 +22,9 @@ from arael.sketch.layout.operands import (
 )
 from arael.sketch.layout.plan import Hidden, Plan, Row, Sum, Values
 
+#: Lengths that differ by less than this share of themselves count as the same.
+_AS_NEAR = 1e-8
+
 
 def tangent(
     plan: Plan, what: Constraint, args: list[Operand], values: Values, alike: Alike
@@ -46,11 +49,15 @@ def side_of_line(values: Values, line: Operand, curve: Operand) -> int:
 
 
 def circles_mode(values: Values, first: Operand, second: Operand) -> tuple[str, int]:
-    """How two circles touch, and for one inside of the other 1 if the second is, else -1."""
+    """How two circles touch, and for one inside of the other 1 if the second is, else -1.
+
+    Which is nearer. Where the centre of one is on the other, both are as near, up to rounding: then
+    they touch from outside, at any scale and place.
+    """
     u = towards(values, first.center, second.center)
     gap = math.hypot(*u)
     ra, rb = float(values[first.circle.r]), float(values[second.circle.r])
-    outside = abs(gap - ra - rb) <= abs(gap - abs(ra - rb))
+    outside = abs(gap - ra - rb) <= abs(gap - abs(ra - rb)) + _AS_NEAR * (gap + ra + rb)
     return ("outside" if outside else "inside"), sign(ra - rb)
 
 

@@ -42,3 +42,18 @@ class Outcome:
     def solved(self) -> bool:
         """Whether all equations hold."""
         return self.status == "solved"
+
+    def having_moved(self, moved: tuple[str, ...]) -> Outcome:
+        """The same with these entities moved; `dataclasses.replace` takes three times as long."""
+        return Outcome(
+            self.status,
+            moved,
+            self.residual,
+            self.row,
+            self.open,
+            self.guard,
+            self.steps,
+            self.fraction,
+            self.distance,
+            self.converged,
+        )

@@ -207,8 +207,7 @@ class Solver:
 
     def _holds(self, x: Array) -> bool:
         """Whether all equations hold at `x`."""
-        residuals = np.abs(self.layout.rows.evaluate(x))
-        return bool(np.all(residuals <= self.tolerances.at(x)))
+        return self.layout.rows.holds(x, self.tolerances.at(x))
 
     def holds(self, tolerance: float) -> bool:
         """Whether no residual is larger, where the document is."""
@@ -270,9 +269,12 @@ class Solver:
         """Into the document, in one step."""
         layout, document = self.layout, self.layout.document
         layout.note_parameters(x, AT_KNOT)
-        with document.transaction("solve"):
+        if document.is_changing:
             moved = layout.scatter(x)
-        return replace(found, moved=moved) if moved else found
+        else:
+            with document.transaction("solve"):
+                moved = layout.scatter(x)
+        return found.having_moved(moved) if moved else found
 
     # --- what is kept -----------------------------------------------------------------------
 

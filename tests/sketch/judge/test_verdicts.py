@@ -7,6 +7,7 @@ import pytest
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 from arael.sketch.document.records import Amount
+from arael.sketch.judge.judge import Judge
 
 PLATE = """
 add_rect 0,0 5,3 hv
@@ -91,3 +92,68 @@ def test_what_holds_nothing_in_this_position_is_let_in_and_said() -> None:
     (reply,) = session.run("xangle L0 0")
     assert "notice" not in reply.text
     assert session.editor.notices == []
+
+
+CHAIN_OF_RECTANGLES = "\n".join(
+    ["add_line 0,0 1,0", "lock L0.p1 0,0", "horizontal L0", "length L0 1"]
+    + [
+        line
+        for k in range(1, 12)
+        for line in (
+            f"add_line {k},0 {k + 1},0.001",
+            f"add_line {k + 1},0.001 {k + 1},5",
+            f"horizontal L{2 * k - 1}",
+            f"length L{2 * k - 1} 1",
+            f"vertical L{2 * k}",
+        )
+    ]
+)
+
+
+def test_what_adds_to_a_determined_sketch_is_proven_without_a_factor(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("the whole sketch was factored")
+
+    monkeypatch.setattr(Judge, "_rank", refuse)
+    session = Session()
+    session.run(CHAIN_OF_RECTANGLES)
+    assert len(session.document.dimensions) == 12
+
+
+def test_verdicts_are_the_same_with_and_without_proofs(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [
+        *CHAIN_OF_RECTANGLES.splitlines(),
+        "length L2 4",
+        "length L2 5 force",
+        "vertical L2",
+        "distance L0.p1 L4.p2 6",
+        "coincident L2.p2 L4.p2",
+        "lock L6.p2 9,9",
+        "lock L6.p2",
+        "add_arc 0,0 1,1 0.9,0.2",
+        "tangent A0 L0",
+        "radius A0 1",
+        "point_on L8.p2 A0",
+        "length L8 2 to 9",
+        "equal L10 L12",
+        "equal L12 L14",
+        "equal L10 L14",
+        "parallel L10 L12",
+    ]
+
+    def ran() -> list[str]:
+        session = Session()
+        found = []
+        for line in lines:
+            try:
+                found.append(session.run(line)[0].text)
+            except AraelError as refused:
+                found.append(str(refused))
+        return found
+
+    proven = ran()
+    monkeypatch.setattr(Judge, "_surely_help", lambda *_: False)
+    assert proven == ran()
+    assert sum("error" in one for one in proven) >= 3

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from arael.sketch.commands.session import Session
 from arael.sketch.document.records import Amount, Dimension, Parameter
 from arael.sketch.expressions.evaluation import number
 from arael.sketch.expressions.scope import DocumentScope
@@ -349,3 +350,21 @@ def test_a_range_of_the_angle_of_opposite_lines_is_met_as_they_are(mode: str) ->
         d.dimension("angle", f"L{2 * k}", f"L{2 * k + 1}", low=turned[0], high=turned[1], mode=mode)
     d.layout.gather()
     assert np.abs(d.layout.linearisation().residuals).max() < 1e-12
+
+
+def test_the_sweep_of_an_arc_whose_ends_are_one_place_has_no_side() -> None:
+    session = Session()
+    session.run("add_arc 0,0 4,0 2,2\nadd_arc 5,5 9,5 7,8")
+    layout = session.editor.layout
+
+    def guards() -> list[str]:
+        return [str(one[1][0]) for one in layout.signature()["A1"] if one[0] == "guard"]
+
+    assert guards() == ["ScalarValue", "SweepGuard"]
+    session.run("coincident A1.start A0.end\ncoincident A1.end A0.end")
+    assert guards() == ["ScalarValue"]
+    layout.check()
+    layout.renew_sides()
+    session.run("delete C1")
+    assert guards() == ["ScalarValue", "SweepGuard"]
+    layout.check()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 
 import numpy as np
@@ -114,6 +115,20 @@ def test_of_many_random_sketches_elsewhere_nearly_all_are_judged_and_drawn_alike
             except AssertionError as error:
                 other.append((where, seed, str(error).split("\n")[0]))
     assert len(other) <= 0.12 * 25 * len(PLACES), other
+
+
+@pytest.mark.parametrize("angle", range(0, 360, 24))
+@pytest.mark.parametrize("shift", [0.0, 1e3, 1e6])
+def test_circles_that_touch_one_way_as_well_as_the_other_touch_from_outside(
+    angle: int, shift: float
+) -> None:
+    # The centre of each second circle is on the first, up to rounding.
+    session = Session()
+    x, y = (4.3 * f(math.radians(angle)) for f in (math.cos, math.sin))
+    session.run(f"add_circle {shift},{shift} 4.3 noconnect")
+    session.run(f"add_circle {shift + x:.17g},{shift + y:.17g} 1.8 noconnect")
+    session.run("tangent A0 A1")
+    assert session.document.constraints["C0"].mode == "outside"
 
 
 def renumbered(document: Document, seed: int) -> Document:
