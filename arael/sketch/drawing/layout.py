@@ -8,6 +8,8 @@ from dataclasses import replace
 from itertools import pairwise
 from math import floor, hypot, log10
 
+from msgspec import structs
+
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.records import Dimension, Entity
@@ -159,7 +161,7 @@ def _curves(
         segments = outline(curve, view)
         if entity.text:
             letters = _letters(entity.text, curve, view)
-            strokes.append(_stroke(replace(entity, style="solid"), state, letters, name))
+            strokes.append(structs.replace(_stroke(entity, state, letters, name), dash=()))
             if entity.quiet and not look.halo:
                 continue
             entity = replace(entity, construction=True)
