@@ -13,7 +13,9 @@ from arael.sketch.commands import table
 from arael.sketch.commands.numbers import exact
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
+from arael.sketch.commands.tokens import quoted
 from arael.sketch.document.document import Document
+from arael.sketch.document.texts import problem_of
 from arael.sketch.methods import Argument, Commands
 from arael.sketch.things import AnyThing, EntityThing, Point, Thing, thing
 
@@ -169,6 +171,40 @@ class Sketch(Commands):
         finally:
             self.session.folder = folder
 
+    # --- texts: in quotes, whatever they are ------------------------------------------------
+
+    def add_text(
+        self,
+        at: Argument,
+        text: str,
+        *,
+        height: Argument | None = None,
+        angle: Argument | None = None,
+        noconnect: bool = False,
+        nocursor: bool = False,
+        quiet: bool = False,
+        constr: bool = False,
+    ) -> Any:
+        """A text, lettered along a line that is its frame.
+
+        Parameters
+        ----------
+        at : left end of the base line
+        text : one line of at most 200 characters
+        height : of the capitals; 3.5 mm by default
+        angle : of the base line, in degrees
+        """
+        words: list[Argument] = [at, _quoted(text, "add_text")]
+        for name, value in (("height", height), ("angle", angle)):
+            words += [] if value is None else [name, value]
+        flags = dict(noconnect=noconnect, nocursor=nocursor, quiet=quiet, constr=constr)
+        return self._command("add_text", words, flags)
+
+    def set_text(self, first: Argument, *others: Argument) -> Any:
+        """Change what texts read: the texts, and last what they are to read."""
+        *texts, text = first, *others
+        return self._command("set_text", [*texts, _quoted(text, "set_text")], {})
+
     # --- commands ---------------------------------------------------------------------------
 
     def _command(
@@ -187,8 +223,24 @@ class Sketch(Commands):
         return reply.data or reply.text
 
 
+class _Quoted(str):
+    """A word of a command that is in quotes already."""
+
+    __slots__ = ()
+
+
+def _quoted(text: object, word: str) -> str:
+    """A text in quotes."""
+    problem = problem_of(text) if isinstance(text, str) else f"no text: {type(text).__name__}"
+    if not isinstance(text, str) or problem:
+        fail("E1285", problem, origin=f"Sketch.{word}")
+    return _Quoted(quoted(text))
+
+
 def _text(argument: object, word: str) -> str:
     """An argument as a word of a command."""
+    if isinstance(argument, _Quoted):
+        return str(argument)
     if isinstance(argument, str):
         return _written(argument, word)
     if isinstance(argument, Thing | Point):

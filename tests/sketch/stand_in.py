@@ -44,6 +44,7 @@ class StandIn:
         construction: bool = False,
         quiet: bool = False,
         style: str = "solid",
+        text: str = "",
         clockwise: bool = False,
     ) -> Added:
         if kind == "line" and tuple(numbers[:2]) == tuple(numbers[2:]):
@@ -55,6 +56,7 @@ class StandIn:
                 construction=construction,
                 quiet=quiet,
                 style=style,
+                text=text,
                 clockwise=clockwise,
             )
             made = []

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.commands.creating import placed_at
-from arael.sketch.commands.cutting import report_lines
+from arael.sketch.commands.cutting import report_lines, require_no_text
 from arael.sketch.commands.numbers import shown
 from arael.sketch.commands.reading import Operand, Words
 from arael.sketch.commands.replies import Reply
@@ -186,6 +186,8 @@ def _found(document: Document, spec: _Spec) -> _Corner:
         others = ", ".join(f"{e[0].handle} {e[1].handle}" for _, e in fitting)
         fail("E1283", f"{spec.text} names {len(fitting)} corners: {others}", spec.token.span)
     tie, ends = fitting[0]
+    for end in ends:
+        require_no_text(document.entities[end.line])
     if len(spec.operands) == 2 and ends[0].line != spec.operands[0].handle:
         ends = ends[::-1]
     a, b = (Line((n[0], n[1]), (n[2], n[3])) for n in (

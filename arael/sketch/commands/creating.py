@@ -36,6 +36,7 @@ def add(
     kind: str,
     numbers: Sequence[float],
     *,
+    text: str = "",
     clockwise: bool = False,
 ) -> Added:
     """Add an entity with the flags of the command."""
@@ -44,9 +45,10 @@ def add(
             kind,
             numbers,
             connect="noconnect" not in words.flags,
-            tangent="notangent" not in words.flags,
+            tangent="notangent" not in words.flags and not text,
             construction="constr" in words.flags,
             quiet="quiet" in words.flags,
+            text=text,
             clockwise=clockwise,
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from arael.diagnostics.records import AraelError
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.commands.creating import placed_at
 from arael.sketch.commands.describing import entity_line, record_line
 from arael.sketch.commands.numbers import shown
@@ -35,6 +35,14 @@ def curve_of_entity(session: Session, name: str) -> Curve:
     """Shape of an entity."""
     entity = session.document.entities[name]
     return curve_of(entity.kind, session.document.numbers_of(name).tolist())
+
+
+def require_no_text(entity: Entity) -> None:
+    """Refuse to cut the frame of a text; AraelError E1286."""
+    if entity.text:
+        message = f"{entity.name} is the frame of a text, which cannot be cut"
+        help_ = "`delete` takes the text away", "`set_text` changes what it reads"
+        raise AraelError(Diagnostic("E1286", message, help=help_))
 
 
 @command(
@@ -124,6 +132,8 @@ def trim(session: Session, words: Words) -> Reply:
 
 def _target(words: Words, session: Session) -> tuple[Operand, Curve]:
     target = words.operand("a curve to cut", "curve")
+    with placed_at(words):
+        require_no_text(target.entity)
     return target, curve_of_entity(session, target.handle)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.session import Session, measure_of
+from arael.sketch.commands.tokens import quoted
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import DIMENSIONS
@@ -18,6 +19,7 @@ from arael.sketch.document.records import (
 )
 from arael.sketch.expressions.properties import property_of
 from arael.sketch.expressions.reading import literal
+from arael.sketch.text import height_of
 
 
 def point_place(document: Document, handle: str) -> str:
@@ -51,7 +53,12 @@ def _geometry(document: Document, entity: Entity) -> str:
     if entity.kind == "point":
         return at("pos")
     if entity.kind == "line":
-        return f"{at('p1')}-{at('p2')}, length {number('length')}"
+        text = ""
+        if entity.text:
+            length = property_of(document, entity, "length") or 0.0
+            height = shown(height_of(entity.text, length))
+            text = f", text {quoted(entity.text)}, height {height}"
+        return f"{at('p1')}-{at('p2')}, length {number('length')}{text}"
     if entity.kind == "circle":
         return f"center {at('center')}, radius {number('radius')}"
     if entity.kind == "arc":

@@ -21,7 +21,8 @@ from arael.sketch.groups.copies import center_of, copied, held_as_mirrored, name
     summary="Mirrored copies of entities about a line.",
     details="""
 Every place of the set is held to its image by one symmetry, and the copies have the coincidences of
-their sources. `noconstraint` makes plain geometry; `strict` takes everything back if the copies
+their sources. A text is not written backwards: the copy of its frame runs from left to right.
+`noconstraint` makes plain geometry; `strict` takes everything back if the copies
 cannot be held, otherwise they stay without constraints and the reason is shown.
 
 ```

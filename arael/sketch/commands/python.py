@@ -31,7 +31,7 @@ class Commands:
 '''
 
 #: Commands that make no sense as methods, or that `Sketch` writes itself.
-_LEFT_OUT = frozenset({"exit", "save", "load", "export", "import"})
+_LEFT_OUT = frozenset({"exit", "save", "load", "export", "import", "add_text", "set_text"})
 
 
 def source() -> str:

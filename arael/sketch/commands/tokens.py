@@ -32,7 +32,7 @@ class Token:
 
     Attributes
     ----------
-    text : without quotes
+    text : without quotes; a doubled quote within them is one
     span : its place in the command line
     quoted : whether it was in quotes
     """
@@ -66,6 +66,12 @@ def fail(
 ) -> NoReturn:
     """Raise `AraelError` at a place."""
     raise AraelError(Diagnostic(code, message, span, label, notes=notes, help=help_))
+
+
+def quoted(text: str) -> str:
+    """A text as a word of a command."""
+    doubled = text.replace('"', '""')
+    return f'"{doubled}"'
 
 
 def lines(source: Source) -> Iterator[list[Statement]]:
@@ -140,7 +146,10 @@ def _is_whole(text: str, start: int, end: int) -> bool:
 
 
 def _close_quote(source: Source, at: int, end: int) -> int:
+    """Where the quote at a place is closed; two of them in a row are one that is part of it."""
     closed = source.text.find('"', at + 1, end)
+    while closed >= 0 and source.text.startswith('""', closed, end):
+        closed = source.text.find('"', closed + 2, end)
     if closed < 0:
         fail("E1258", "this quote is not closed", Span(source, at, at + 1), 'expected another `"`')
     return closed
@@ -175,7 +184,8 @@ def split(
             fail("E1260", f"more than {MAX_WORDS:,} words in one command", span)
         if text[at] == '"':
             closed = _close_quote(source, at, end)
-            found.append(Token(text[at + 1 : closed], Span(source, at + 1, closed), True))
+            inner = text[at + 1 : closed].replace('""', '"')
+            found.append(Token(inner, Span(source, at + 1, closed), True))
             at = closed + 1
             continue
         if text.startswith((">=", "<="), at):

@@ -281,7 +281,7 @@ DIMENSIONS = MappingProxyType(
 )
 
 #: Kinds of groups.
-GROUPS = ("offset", "pattern", "slot", "polygon", "text")
+GROUPS = ("offset", "pattern", "slot", "polygon")
 
 #: Prefixes of names: of entities by kind, then constraints, dimensions, groups.
 PREFIXES = (*dict.fromkeys(kind.prefix for kind in ENTITIES.values()), "C", "d", "M")

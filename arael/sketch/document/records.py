@@ -30,7 +30,7 @@ class Entity:
     construction : reference geometry, not part of the outline
     quiet : without its own dimensions and centre in the drawing
     style : of its line
-    text : of a text outline's frame, else empty
+    text : what is lettered along a line, the frame of a text; else empty
     clockwise : of an arc: it was drawn clockwise, so its ``start`` is where its numbers end. The
         numbers of every arc run counter-clockwise
     """
@@ -150,7 +150,7 @@ class Group:
     Attributes
     ----------
     name : ``M0``
-    kind : ``offset``, ``pattern``, ``slot``, ``polygon``, ``text``
+    kind : ``offset``, ``pattern``, ``slot``, ``polygon``
     sources : entities it was made of
     results : entities it made
     owned : constraints and dimensions it made

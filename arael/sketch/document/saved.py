@@ -34,6 +34,7 @@ from arael.sketch.document.records import (
     Parameter,
     Style,
 )
+from arael.sketch.document.texts import problem_of
 
 FORMAT = "arael-sketch"
 VERSION = 1
@@ -236,6 +237,10 @@ class _Reader:
         style = saved.style
         if style not in STYLES:
             raise self._wrong(place, f"`{style[:40]}` is not a style")
+        if saved.text and saved.kind != "line":
+            raise self._wrong(place, f"a {saved.kind} has no text")
+        if saved.text and (problem := problem_of(saved.text)):
+            raise self._wrong(place, problem)
         if saved.clockwise and saved.kind not in ("arc", "earc"):
             raise self._wrong(place, f"a {saved.kind} has no direction")
         if kind.most and len(saved.values) > 2 * kind.most:

@@ -4,21 +4,34 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import pairwise
 from math import floor, hypot, log10
+
+from msgspec import structs
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.records import Dimension, Entity
 from arael.sketch.drawing.dimensions import Pen
 from arael.sketch.drawing.glyphs import glyphs as constraint_glyphs
-from arael.sketch.drawing.outlines import outline
+from arael.sketch.drawing.outlines import outline, stroke_outline
 from arael.sketch.drawing.places import Places
-from arael.sketch.drawing.primitives import Item, Layout, Path, Text, disc, polyline, square
+from arael.sketch.drawing.primitives import (
+    Item,
+    Layout,
+    Path,
+    Segment,
+    Text,
+    disc,
+    polyline,
+    square,
+)
 from arael.sketch.drawing.texts import number_text
 from arael.sketch.drawing.themes import CONSTRUCTION_DASH, STATES, STYLE_DASHES
 from arael.sketch.drawing.view import View, bounds_of_document, curves_of, fitted
 from arael.sketch.geometry import Curve, Point
+from arael.sketch.text import box_of, lettering
 
 _RANK = {"impossible": 4, "redundant": 3, "selected": 2, "free": 1}
 
@@ -66,6 +79,7 @@ def layout(
     items += _curves(document, curves, view, given)
     if dimensions or glyphs:
         _take_curves(places, curves, view)
+        _take_letters(places, document, curves, view)
     marks = list(_points(document, view, given)) if points else []
     for mark in marks:
         places.take(*mark[0], 4.0, 4.0)
@@ -93,6 +107,26 @@ def _take_curves(places: Places, curves: Mapping[str, Curve], view: View) -> Non
             for i in range(count):
                 f = (i + 0.5) / count
                 places.take(x1 + f * (x2 - x1), y1 + f * (y2 - y1), 1.5, 1.5)
+
+
+def _take_letters(
+    places: Places, document: Document, curves: Mapping[str, Curve], view: View
+) -> None:
+    """Mark the boxes of texts: squares along their middle."""
+    for name, entity in document.entities.items():
+        if not entity.text:
+            continue
+        frame = curves[name]
+        box = box_of(entity.text, frame.start, frame.end)
+        a, b, d = view(box[0]), view(box[1]), view(box[3])
+        height = hypot(d[0] - a[0], d[1] - a[1])
+        length = hypot(b[0] - a[0], b[1] - a[1])
+        count = min(int(length / max(height, 1.0)) + 1, 200)
+        for i in range(count):
+            f = (i + 0.5) / count
+            x = 0.5 * (a[0] + d[0]) + f * (b[0] - a[0])
+            y = 0.5 * (a[1] + d[1]) + f * (b[1] - a[1])
+            places.take(x, y, 0.5 * height, 0.5 * height)
 
 
 def title_of(document: Document) -> str:
@@ -125,6 +159,12 @@ def _curves(
         state = states.get(name, "defined")
         look = STATES.get(state, STATES["defined"])
         segments = outline(curve, view)
+        if entity.text:
+            letters = _letters(entity.text, curve, view)
+            strokes.append(structs.replace(_stroke(entity, state, letters, name), dash=()))
+            if entity.quiet and not look.halo:
+                continue
+            entity = replace(entity, construction=True)
         if look.halo:
             halos.append(Path(f"halo.{state}", segments, look.halo, look.halo_dash, "", 0.55, name))
         strokes.append(_stroke(entity, state, segments, name))
@@ -132,6 +172,12 @@ def _curves(
     strokes.sort(key=lambda item: not document.entities[item.name].construction)
     yield from halos
     yield from strokes
+
+
+def _letters(text: str, frame: Curve, view: View) -> tuple[Segment, ...]:
+    """Path of a text in its frame."""
+    strokes = lettering(text, frame.start, frame.end)
+    return tuple(segment for stroke in strokes for segment in stroke_outline(stroke, view))
 
 
 def _stroke(entity: Entity, state: str, segments: tuple, name: str) -> Path:  # type: ignore[type-arg]

@@ -7,6 +7,7 @@ from math import ceil, tan
 from arael.sketch.drawing.primitives import Segment
 from arael.sketch.drawing.view import View
 from arael.sketch.geometry import Bezier, BSpline, Conic, Curve, Line, Point
+from arael.sketch.text import Stroke
 
 
 def beziers_of(curve: Curve) -> list[tuple[Point, Point, Point, Point]]:
@@ -42,4 +43,13 @@ def outline(curve: Curve, view: View) -> tuple[Segment, ...]:
         found.append(("C", (*view(q), *view(r), *view(s))))
     if curve.closed:
         found.append(("Z", ()))
+    return tuple(found)
+
+
+def stroke_outline(stroke: Stroke, view: View) -> tuple[Segment, ...]:
+    """Path in pixels of pieces that follow one another."""
+    found: list[Segment] = []
+    for piece in stroke:
+        segments = outline(piece, view)
+        found += segments[1:] if found else segments
     return tuple(found)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from arael.sketch.document.document import Document
 from arael.sketch.geometry import Bounds, Curve, Point, curve_of
+from arael.sketch.text import Stroke, bounds_of, lettering
 
 
 class View(NamedTuple):
@@ -38,13 +39,27 @@ def curves_of(document: Document) -> dict[str, Curve]:
     }
 
 
+def lettering_of(document: Document) -> dict[str, list[Stroke]]:
+    """Strokes of all texts, by the name of the frame."""
+    found = {}
+    for name, entity in document.entities.items():
+        if entity.text:
+            x1, y1, x2, y2 = document.numbers_of(name).tolist()
+            found[name] = lettering(entity.text, (x1, y1), (x2, y2))
+    return found
+
+
 def bounds_of_document(document: Document) -> Bounds | None:
     """Rectangle around everything; None for an empty sketch."""
-    boxes = [curve.bounds() for curve in curves_of(document).values()]
+    curves = curves_of(document)
+    boxes = [curve.bounds() for curve in curves.values()]
     for name, entity in document.entities.items():
         if entity.kind == "point":
             x, y = document.numbers_of(name).tolist()
             boxes.append(Bounds(x, y, x, y))
+        elif entity.text:
+            frame = curves[name]
+            boxes.append(bounds_of(entity.text, frame.start, frame.end))
     if not boxes:
         return None
     found = boxes[0]

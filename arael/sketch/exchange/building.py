@@ -16,12 +16,13 @@ from arael.sketch.geometry import Arc, Conic, Curve, EllipticArc, Line, Point, n
 
 @dataclass(slots=True)
 class Found:
-    """A curve or point of a file."""
+    """A curve or point of a file; a line with a text is the frame of it."""
 
     shape: Curve | Point
     construction: bool = False
     style: Style = "solid"
     name: str = ""
+    text: str = ""
 
 
 @dataclass(slots=True)
@@ -50,7 +51,7 @@ class Collector:
                 self.left_out["curve without finite numbers"] += 1
                 return
             if isinstance(shape, Line) and shape.p1 == shape.p2:
-                one.shape = shape.p1
+                one.shape, one.text = shape.p1, ""
             elif isinstance(shape, Conic) and not min(shape.radii) > 0.0:
                 self.left_out["circle without radius"] += 1
                 return
@@ -79,6 +80,7 @@ class Collector:
                     numbers,
                     construction=one.construction,
                     style=one.style,
+                    text=one.text,
                     clockwise=clockwise,
                 )
         document.history.done.clear()

@@ -25,7 +25,7 @@ from arael.sketch.geometry.contacts import intersections
 
 
 def to_step(document: Document) -> bytes:
-    """The outline, without construction geometry, in millimetres in the plane z = 0.
+    """The outline, without construction geometry and texts, in millimetres in the plane z = 0.
 
     A closed chain inside another one is a hole of its face.
 
@@ -43,14 +43,14 @@ def to_step(document: Document) -> bytes:
     curves = [
         curve_of(entity.kind, document.numbers_of(name).tolist()).transformed(scale)
         for name, entity in document.entities.items()
-        if entity.kind != "point" and not entity.construction
+        if entity.kind != "point" and not entity.construction and not entity.text
     ]
     if not curves:
         raise AraelError(
             Diagnostic(
                 "E1307",
                 "the sketch has no outline to write",
-                help=("points and construction geometry are not part of a STEP file",),
+                help=("points, texts and construction geometry are not part of a STEP file",),
             )
         )
     shape = build123d.Compound(children=_shapes(build123d, curves))

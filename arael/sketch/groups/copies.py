@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Entity
@@ -20,8 +20,24 @@ def image_numbers(document: Document, name: str, by: Affine) -> tuple[list[float
     if entity.kind == "point":
         return list(by((numbers[0], numbers[1]))), False
     _, made = numbers_of(curve_of(entity.kind, numbers).transformed(by))
+    if _reads_backwards(document, name, by):
+        made = [*made[2:], *made[:2]]
     turned = entity.kind in ("arc", "earc") and by.determinant < 0.0
     return made, entity.clockwise != turned
+
+
+def _reads_backwards(document: Document, name: str, by: Affine) -> bool:
+    """Whether the image of a text has its ends exchanged so that it can be read.
+
+    A mirrored text is not lettered in mirror writing; where its direction would turn to the left,
+    it runs from the image of its end to the image of its start.
+    """
+    entity = document.entities[name]
+    if not entity.text or by.determinant > 0.0:
+        return False
+    x1, y1, x2, y2 = document.numbers_of(name).tolist()
+    dx, dy = by.direction((x2 - x1, y2 - y1))
+    return dx < -1e-9 * abs(dy) or (dx < 1e-9 * abs(dy) and dy < 0.0)
 
 
 def copied(editor: Editor, sources: Sequence[str], by: Affine) -> dict[str, str]:
@@ -51,13 +67,20 @@ def moved(editor: Editor, copies: dict[str, str], by: Affine) -> None:
         editor.document.set_values(range(at, at + len(numbers)), numbers)
 
 
-def handle_of_copy(handle: str, copies: dict[str, str]) -> str:
-    """The point of a copy that is the image of a source's point."""
+def handle_of_copy(handle: str, copies: dict[str, str], exchanged: Collection[str] = ()) -> str:
+    """The point of a copy that is the image of a source's point.
+
+    `exchanged` are the sources, frames of texts, whose copies run the other way.
+    """
     name, dot, point = handle.partition(".")
+    if name in exchanged:
+        point = {"p1": "p2", "p2": "p1"}[point]
     return f"{copies[name]}{dot}{point}"
 
 
-def ties(editor: Editor, sources: Sequence[str], copies: dict[str, str]) -> dict[str, list[str]]:
+def ties(
+    editor: Editor, sources: Sequence[str], copies: dict[str, str], exchanged: Collection[str] = ()
+) -> dict[str, list[str]]:
     """Give copies the coincidences of their sources.
 
     Returns
@@ -70,7 +93,7 @@ def ties(editor: Editor, sources: Sequence[str], copies: dict[str, str]) -> dict
         name, _, point = first.partition(".")
         open_[name].append(point or "pos")
         for other in others:
-            args = (handle_of_copy(first, copies), handle_of_copy(other, copies))
+            args = tuple(handle_of_copy(one, copies, exchanged) for one in (first, other))
             editor.constrain("coincident", args)
     return open_
 
@@ -110,7 +133,9 @@ def held_as_mirrored(
 ) -> None:
     """Hold copies to their sources by symmetry about a line."""
     document = editor.document
-    for name, points in ties(editor, sources, copies).items():
+    by = Affine.mirror(*(center_of(document, f"{axis}.{end}") for end in ("p1", "p2")))
+    exchanged = {name for name in sources if _reads_backwards(document, name, by)}
+    for name, points in ties(editor, sources, copies, exchanged).items():
         entity = document.entities[name]
         handles = points_of(entity)
         kind = entity.kind
@@ -118,7 +143,7 @@ def held_as_mirrored(
             editor.constrain("symmetry", (name, axis, copies[name]))
             continue
         for point in points:
-            there = handle_of_copy(handles[point], copies)
+            there = handle_of_copy(handles[point], copies, exchanged)
             editor.constrain("symmetry", (handles[point], axis, there))
         if kind in ("circle", "ellipse", "earc"):
             editor.constrain("equal", (name, copies[name]))

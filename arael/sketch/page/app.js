@@ -21,6 +21,7 @@ import { Wire } from "./wire.js";
  * @property {string} text  what stands there at first, selected
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
  * @property {() => void} [cancel]
+ * @property {(text: string) => void} [change]  it is a text, not a value: called with what stands there
  * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
  */
 
@@ -112,6 +113,11 @@ export class App extends EventTarget {
   /** Edit the value of a dimension in place. @param {import("./types.js").Dimension} d */
   editDimension(d) {
     this.typing?.edit(d.name);
+  }
+
+  /** Edit what a text reads in place. @param {import("./types.js").Entity} frame */
+  editText(frame) {
+    this.typing?.editText(frame);
   }
 
   /** Words for the status line. @param {string} text */

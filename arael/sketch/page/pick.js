@@ -1,9 +1,10 @@
 /** Finds what is under the pointer, within a tolerance in pixels, by a spatial index. */
 
 import { boxOf, boundsOfAll, contains, overlap } from "./geometry/boxes.js";
-import { curveOf, nearest, sample } from "./geometry/curves.js";
+import { curveOf, lineEnds, nearest, sample } from "./geometry/curves.js";
 import { Grid } from "./geometry/grid.js";
 import { pointHandles } from "./geometry/handles.js";
+import { boxOfText, isInText } from "./geometry/lettering.js";
 
 /**
  * @typedef {import("./types.js").Point} Point
@@ -129,7 +130,9 @@ export class Picker {
         if (distance <= 1.2 * reach) points.push({ name: handle, type: "point", distance });
       }
       const curve = curveOf(entity, store.values);
-      const distance = curve ? nearest(curve, at).distance : Infinity;
+      let distance = curve ? nearest(curve, at).distance : Infinity;
+      // a text is picked by its lettering too, after the curves within it
+      if (entity.text && curve?.type === "line" && isInText(entity.text, ...lineEnds(curve), at)) distance = Math.min(distance, reach);
       if (distance <= reach) curves.push({ name: entity.name, type: "curve", distance });
     }
     const by = (/** @type {Pick} */ a, /** @type {Pick} */ b) => a.distance - b.distance;
@@ -174,6 +177,10 @@ export class Picker {
     if (!touched || !overlap(box, own)) return false;
     const curve = curveOf(entity, this.store.values);
     if (!curve) return true;
+    if (entity.text && curve.type === "line") {
+      const corners = boxOfText(entity.text, ...lineEnds(curve));
+      return corners.some((p, i) => crosses(p, corners[(i + 1) % 4], box));
+    }
     const points = curve.type === "line" ? sample(curve, Infinity) : sample(curve, 3 / this.view.scale);
     return points.some((p, i) => crosses(points[Math.max(i - 1, 0)], p, box));
   }

@@ -13,7 +13,7 @@
  * @property {boolean} [construction]
  * @property {boolean} [quiet]
  * @property {"solid"|"dashed"|"dashdot"} [style]
- * @property {string} [text]
+ * @property {string} [text]  lettered along a line, the frame of a text
  * @property {boolean} [clockwise]  an arc whose `start` is where its numbers end
  *
  * @typedef {object} Constraint
@@ -133,6 +133,7 @@
  * @property {Curve[]} [guides]  drawn dashed and pale
  * @property {Point[]} [points]
  * @property {{at: Point, text: string}[]} [labels]
+ * @property {{text: string, from: Point, to: Point}[]} [texts]  with their frames
  * @property {string[]} [names]  existing things shown as picked
  * @property {import("./draw/lines.js").Drawn} [dimension]  a dimension that would be made
  * @property {{from: Point, to: Point}} [box]  a selection box, in pixels

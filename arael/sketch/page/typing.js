@@ -4,6 +4,7 @@ import { amountText } from "./amounts.js";
 import { Completion } from "./completion.js";
 import { fill, h, later } from "./dom.js";
 import { failure } from "./failure.js";
+import { quoted } from "./tools/compose.js";
 
 /**
  * @typedef {import("./app.js").App} App
@@ -22,6 +23,7 @@ export class Typing {
     this.value = h("output", { class: "typing-value", for: "typed" });
     this.problem = h("div", { class: "typing-problem", role: "alert" });
     this.completion = new Completion(app, this.input, (text, at) => {
+      if (this.request?.change) return { text: "", at: 0, shift: 0 };
       // an expression is completed as that of a command
       const before = "print ";
       return { text: before + text, at: before.length + at, shift: before.length };
@@ -40,6 +42,7 @@ export class Typing {
     const evaluate = later(120, () => this._evaluate());
     this.input.addEventListener("input", () => {
       fill(this.problem);
+      this.request?.change?.(this.input.value);
       evaluate();
     });
     this.input.addEventListener("change-text", evaluate);
@@ -87,6 +90,14 @@ export class Typing {
       title: `${name}: ${record.kind} ${record.args.join(" ")}`,
       text: amountText(record),
       commit: (text) => this.app.wire.run(`set_driven ${name} ${text}`),
+    });
+  }
+
+  /** Edit what a text reads. @param {import("./types.js").Entity} frame */
+  editText({ name, text = "" }) {
+    this.open({
+      at: this._middle([name]), title: `${name}: text`, text, change: () => {},
+      commit: (typed) => this.app.wire.run(`set_text ${name} ${quoted(typed)}`),
     });
   }
 
@@ -156,7 +167,7 @@ export class Typing {
   async _evaluate() {
     const text = this.input.value.trim();
     const { request } = this;
-    const plain = text === "" || Number.isFinite(Number(text)) || />=|<=|\bto\b/.test(text);
+    const plain = request?.change || text === "" || Number.isFinite(Number(text)) || />=|<=|\bto\b/.test(text);
     const reply = plain ? null : await this.app.wire.ask("evaluate", { text: text.replace(/^=/, "") });
     if (this.request !== request || this.input.value.trim() !== text) return;
     this.value.textContent = reply?.ok ? `= ${reply.text}` : "";

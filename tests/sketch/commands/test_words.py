@@ -13,9 +13,9 @@ from arael.sketch.commands.session import Session
 COMMANDS = """
 add_line add_rect add_rect3 add_rectcenter add_point add_circle add_circle2 add_circle3
 add_circle2t add_circle3t add_arc add_ellipse add_earc add_earc3 add_earc_center add_earc_tangent
-add_earc_rtangent add_spline add_slot add_polygon
+add_earc_rtangent add_spline add_slot add_polygon add_text
 offset_line offset pattern mirror fillet chamfer split trim extend scale rotate move drag delete
-constr quiet style lock unlock
+constr quiet style lock unlock set_text
 horizontal vertical parallel perpendicular collinear equal equal_angle tangent smooth coincident
 concentric point_on midpoint symmetry on_normal image fix explain
 length distance hdistance vdistance radius diameter radius_b sweep arc_length angle xangle
@@ -30,6 +30,7 @@ FORMS = {
     "add_line": "noconnect nocursor driven quiet constr notangent",
     "add_polygon": "corner flat",
     "add_earc": "large cw",
+    "add_text": "height angle noconnect nocursor quiet constr",
     "offset": "sequence selection left right flip symmetric two one inward outward round sharp pin "
     "nopin caps line none",
     "pattern": "circular rect about full partial symmetric by extent spacing along noalong one",

@@ -76,7 +76,19 @@ def wheel() -> Document:
     return document
 
 
+def title() -> Document:
+    """A text above a line, one without its base line, one that is construction."""
+    document = Document()
+    with document.transaction("title"):
+        document.add_entity("line", [0, -2, 60, -2])
+        document.add_entity("line", [0, 0, 60, 0], text="Ø8 ±0.1 Rg→")
+        document.add_entity("line", [5, 20, 30, 30], text="quiet", quiet=True, style="dashed")
+        document.add_entity("line", [50, 20, 30, 25], text="back", construction=True)
+    return document
+
+
 PICTURES = {
+    "title": (title, {"L1": "free", "L2": "selected"}, "light"),
     "triangle": (triangle, {"L1": "free", "L2": "selected", "C3": "redundant"}, "light"),
     "wheel": (wheel, {"A0": "impossible", "A1": "free", "d0": "impossible"}, "dark"),
 }
@@ -90,6 +102,18 @@ def test_small_pictures_are_their_goldens(name: str, update: bool) -> None:
     if update:
         path.write_text(found, encoding="utf-8")
     assert found == path.read_text(encoding="utf-8")
+
+
+def test_texts_are_inside_the_picture_and_keep_their_base_line_unless_quiet() -> None:
+    drawn = layout(title(), width=300, height=200)
+    paths = [item for item in drawn.items if isinstance(item, Path) and item.name == "L1"]
+    assert len(paths) == 2 and sorted(bool(one.dash) for one in paths) == [False, True]
+    quiet = [item for item in drawn.items if isinstance(item, Path) and item.name == "L2"]
+    assert [bool(one.dash) for one in quiet] == [False]
+    for item in (*paths, *quiet):
+        for _, numbers in item.segments:
+            assert all(0 <= x <= 300 for x in numbers[::2])
+            assert all(0 <= y <= 200 for y in numbers[1::2])
 
 
 @pytest.fixture(scope="module")

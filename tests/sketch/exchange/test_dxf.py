@@ -15,6 +15,7 @@ from arael.sketch.exchange import Imported, read, write
 from arael.sketch.exchange.dxf.reader import from_dxf
 from arael.sketch.exchange.dxf.writer import to_dxf
 from arael.sketch.geometry import Curve, curve_of
+from arael.sketch.text import width_of
 from tests.optional import needs, require
 from tests.sketch.exchange.sketches import plate
 
@@ -192,12 +193,12 @@ def test_splines_of_other_degrees_become_cubic() -> None:
 
 def test_what_a_sketch_has_no_place_for_is_counted() -> None:
     def draw(_: Any, space: Any) -> None:
-        space.add_text("hello")
-        space.add_text("world")
+        space.add_mtext("hello")
+        space.add_mtext("world")
         space.add_line((0, 0), (1, 1))
 
     found = imported(foreign(draw))
-    assert found.notes == ["2 TEXTs left out"]
+    assert found.notes == ["2 MTEXTs left out"]
     assert len(found.document.entities) == 1
 
 
@@ -276,3 +277,82 @@ def test_dimension_lines_are_outside_of_the_drawing(written: bytes, tmp_path: Pa
     space = require("ezdxf").readfile(path).modelspace()
     width = next(d for d in space.query("DIMENSION") if round(d.get_measurement() or 0) == 60)
     assert width.dxf.defpoint.y < 0
+
+
+TEXTS = ["M6", "50 %", "5%%d %%%", "^A ^^ ^ x", "Ø8 \u00b10.1 → ש", 'say "hi" \\P {x}', "a;b#c"]
+
+
+def lettered(unit: str = "mm") -> Document:
+    """A sketch of texts, one of them construction."""
+    document = Document()
+    with document.transaction("texts"):
+        document.set_setting("unit", unit)
+        for i, text in enumerate(TEXTS):
+            numbers = [i, 5.0 * i, 10.0 + i, 5.0 * i + 3.0]
+            document.add_entity("line", numbers, text=text, construction=i == 1)
+    return document
+
+
+def test_a_sketch_with_texts_comes_back_as_the_same_sketch() -> None:
+    document = lettered()
+    again = from_dxf(to_dxf(document))
+    assert isinstance(again, Document)
+    assert to_json(again) == to_json(document)
+
+
+def test_texts_are_text_entities_between_the_ends_of_their_frames(tmp_path: Path) -> None:
+    path = tmp_path / "texts.dxf"
+    path.write_bytes(to_dxf(lettered()))
+    file = require("ezdxf").readfile(path)
+    assert not file.modelspace().query("LINE")
+    assert [one.plain_text() for one in file.modelspace().query("TEXT")] == TEXTS
+    auditor = file.audit()
+    assert [*auditor.errors, *auditor.fixes] == []
+
+
+def test_texts_survive_without_our_record() -> None:
+    data = to_dxf(lettered()).replace(b"ARAEL_SKETCH", b"OTHER_SKETCH")
+    document = imported(data).document
+    assert [e.text for e in document.entities.values()] == TEXTS
+    assert [e.construction for e in document.entities.values()][:3] == [False, True, False]
+    assert document.values.tolist() == pytest.approx(lettered().values.tolist())
+
+
+def test_a_text_that_was_changed_is_imported_as_it_is_now(tmp_path: Path) -> None:
+    path = tmp_path / "texts.dxf"
+    write(lettered(), path)
+    file = require("ezdxf").readfile(path)
+    file.modelspace().query("TEXT")[0].dxf.text = "M8"
+    file.saveas(path)
+    found = read(path)
+    assert isinstance(found, Imported)
+    assert found.document.entities["L0"].text == "M8"
+
+
+@pytest.mark.parametrize(
+    ("align", "start"),
+    [("LEFT", (0, 0)), ("RIGHT", (-1, 0)), ("CENTER", (-0.5, 0)), ("MIDDLE_CENTER", (-0.5, -0.5)),
+     ("TOP_LEFT", (0, -1)), ("MIDDLE", (-0.5, -0.5)), ("BOTTOM_RIGHT", (-1, 0.3))],
+)  # fmt: skip
+def test_texts_of_others_keep_height_and_place(align: str, start: tuple[float, float]) -> None:
+    width, height = 5.0 * width_of("abc"), 5.0
+
+    def draw(_: Any, space: Any) -> None:
+        alignment = require("ezdxf").enums.TextEntityAlignment[align]
+        text = space.add_text("abc", height=height, rotation=90)
+        text.set_placement((20, 30), align=alignment)
+
+    (frame,) = [imported(foreign(draw)).document.numbers_of("L0").tolist()]
+    across, up = start[0] * width, start[1] * height
+    assert frame == pytest.approx([20 - up, 30 + across, 20 - up, 30 + across + width])
+
+
+def test_texts_that_a_sketch_cannot_hold_are_counted() -> None:
+    def draw(_: Any, space: Any) -> None:
+        space.add_text("x" * 201)
+        space.add_text("   ")
+        space.add_text("tilted", dxfattribs={"extrusion": (1, 0, 0)})
+        space.add_text("below", dxfattribs={"extrusion": (0, 0, -1)})
+
+    found = imported(foreign(draw))
+    assert found.notes == ["4 TEXTs left out"] and not found.document.entities

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arael.diagnostics.records import AraelError
+from arael.sketch.document.document import Document
 from arael.sketch.exchange import Imported, read, write
 from arael.sketch.exchange.svg.paths import PathError, path_curves, transform_of
 from arael.sketch.exchange.svg.reader import from_svg
@@ -248,3 +249,52 @@ def test_numbers_without_bounds_are_left_out() -> None:
     found = svg('<path d="M0 0L1e999 0"/><circle cx="0" cy="0" r="0"/><path d="M0 0h1e200"/>')
     assert curves(found) == []
     assert len(found.notes) == 2
+
+
+def lettered() -> Document:
+    document = Document()
+    with document.transaction("texts"):
+        document.add_entity("line", [0, 0, 30, 10], text='Ø8 "<&>" → \u00e4')
+        document.add_entity("line", [5, 20, 30, 20], text="dashed", style="dashed")
+        document.add_entity("line", [5, 30, 5, 60], text="M6", construction=True)
+    return document
+
+
+def test_texts_come_back_as_texts() -> None:
+    document = lettered()
+    found = from_svg(to_svg(document).encode()).document
+    mine = [(e.text, e.construction, e.style) for e in document.entities.values()]
+    again = [(e.text, e.construction, e.style) for e in found.entities.values()]
+    assert sorted(again) == sorted(mine)
+    for one in found.entities.values():
+        source = next(e.name for e in document.entities.values() if e.text == one.text)
+        a, b = document.numbers_of(source), found.numbers_of(one.name)
+        assert (b[2:] - b[:2]).tolist() == pytest.approx((a[2:] - a[:2]).tolist())
+
+
+def test_other_programs_see_the_strokes_of_a_text() -> None:
+    plain = to_svg(lettered()).replace("data-text", "data-other")
+    found = from_svg(plain.encode()).document
+    assert not any(e.text for e in found.entities.values())
+    kinds = {e.kind for e in found.entities.values()}
+    assert kinds == {"line", "arc", "circle"} or kinds == {"line", "arc"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('data-text="M6"', 'data-text="a&#10;b"'),
+        ('data-text="M6"', 'data-text="&#x202e;"'),
+        ('data-frame="', 'data-frame="nan '),
+        ('data-frame="', 'transform="scale(-1 1)" data-frame="'),
+        ('data-frame="', 'transform="scale(2 1)" data-frame="'),
+    ],
+)
+def test_what_is_no_text_of_ours_is_read_as_strokes(old: str, new: str) -> None:
+    document = Document()
+    with document.transaction("text"):
+        document.add_entity("line", [0, 0, 30, 0], text="M6")
+    text = to_svg(document)
+    assert old in text
+    found = from_svg(text.replace(old, new).encode()).document
+    assert len(found.entities) > 2 and not any(e.text for e in found.entities.values())

@@ -11,7 +11,7 @@ from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 
 
-@pytest.mark.parametrize("code", ["E1280", "E1281", "E1282", "E1283", "E1284"])
+@pytest.mark.parametrize("code", ["E1280", "E1281", "E1282", "E1283", "E1284", "E1285", "E1286"])
 def test_examples_of_a_page(code: str) -> None:
     page = explain(code)
     assert re.match(rf"# {code}: [^\n]+[^\n.]\n", page)

@@ -15,6 +15,7 @@ from arael.sketch.drawing.view import curves_of
 from arael.sketch.exchange.building import Collector, Found
 from arael.sketch.exchange.dxf.names import APPLICATION, CONSTRUCTION, RECORD
 from arael.sketch.exchange.dxf.splines import spline_curves
+from arael.sketch.exchange.dxf.texts import text_frame
 from arael.sketch.exchange.imported import Imported
 from arael.sketch.exchange.problems import (
     MAX_BYTES,
@@ -50,8 +51,9 @@ def from_dxf(
 ) -> Document | Imported:
     """A sketch that was written by `to_dxf`, or the geometry of another drawing.
 
-    Blocks are exploded. Heights are dropped: everything is taken as lying in the plane. Texts,
-    hatches, dimensions and other things that a sketch has no place for are counted in the notes.
+    Blocks are exploded. Heights are dropped: everything is taken as lying in the plane. Texts of
+    one line (`TEXT`) become texts; hatches, dimensions, paragraphs and other things that a sketch
+    has no place for are counted in the notes.
 
     Raises
     ------
@@ -144,6 +146,8 @@ def _same(document: Document, found: list[Found]) -> bool:
     for one in found:
         if one.name not in document.entities:
             return False
+        if one.text != document.entities[one.name].text:
+            return False
         if isinstance(one.shape, Curve):
             curve = curves.get(one.name)
             if curve is None or curve.closed != one.shape.closed:
@@ -188,6 +192,16 @@ class _Geometry:
                 self.collector.left_out["three-dimensional polyline"] += 1
             else:
                 self.read(entity.virtual_entities(), blocks)
+        elif kind == "TEXT" and not _is_ours(entity) and (frame := text_frame(entity)) is not None:
+            self.collector.add(
+                Found(
+                    frame[0],
+                    _is_construction(entity),
+                    self._style(entity),
+                    _name(entity),
+                    frame[1],
+                )
+            )
         elif kind in _SHAPES:
             shapes = list(_SHAPES[kind](entity))
             if not shapes:
@@ -230,6 +244,7 @@ def _is_construction(entity: Any) -> bool:
 
 
 def _is_ours(entity: Any) -> bool:
+    """Whether it is a dimension, or the text of one, that `to_dxf` wrote."""
     return str(entity.dxf.get("layer", "0")).upper() == "DIMENSIONS"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from io import StringIO
-from math import degrees, pi
+from math import atan2, degrees, dist, pi
 from typing import Any
 
 from arael.sketch.document.document import Document
@@ -32,6 +32,7 @@ from arael.sketch.geometry import (
     EllipticArc,
     Line,
 )
+from arael.sketch.text import height_of
 
 _CHUNK = 240
 """Characters of one string of a record; DXF allows 255 bytes."""
@@ -41,8 +42,10 @@ def to_dxf(document: Document) -> bytes:
     """Geometry, dimensions, and the sketch itself as data.
 
     Curves are on the layers OUTLINE and CONSTRUCTION with their line types, and carry their names
-    as extended data. Dimensions are dimension entities. The whole document is kept as JSON in a
-    record, from which `from_dxf` restores it if the geometry is still the same.
+    as extended data. Texts are `TEXT` entities aligned between the ends of their frames, which are
+    not drawn: other programs show them in another font, but as wide. Dimensions are dimension
+    entities. The whole document is kept as JSON in a record, from which `from_dxf` restores it if
+    the geometry is still the same.
 
     Raises
     ------
@@ -71,6 +74,8 @@ def to_dxf(document: Document) -> bytes:
         attributes = _attributes(entity)
         if entity.kind == "point":
             drawn = space.add_point(document.numbers_of(name).tolist(), dxfattribs=attributes)
+        elif entity.text:
+            drawn = add_text(space, entity.text, curves[name], attributes)
         else:
             drawn = add_curve(space, curves[name], attributes)
         drawn.set_xdata(APPLICATION, [(1000, name)])
@@ -89,6 +94,26 @@ def _attributes(entity: Entity) -> dict[str, Any]:
     if entity.style != "solid" or entity.construction:
         found["linetype"] = LINETYPES[entity.style]
     return found
+
+
+def add_text(space: Any, text: str, frame: Curve, attributes: dict[str, Any]) -> Any:
+    """The TEXT entity of a text: its width is that of the frame in any font."""
+    # imported here: start-up time
+    from ezdxf.enums import TextEntityAlignment
+
+    height = height_of(text, dist(frame.start, frame.end))
+    drawn = space.add_text(encoded(text), height=height, dxfattribs=attributes)
+    (dx, dy), (x, y) = frame.end, frame.start
+    drawn.dxf.rotation = degrees(atan2(dy - y, dx - x))
+    drawn.set_placement(frame.start, frame.end, align=TextEntityAlignment.ALIGNED)
+    return drawn
+
+
+def encoded(text: str) -> str:
+    """A text as DXF writes it: ``%%`` and ``^`` begin codes there."""
+    if "%%" in text:
+        text = text.replace("%", "%%%")
+    return text.replace("^", "^ ")
 
 
 def add_curve(space: Any, curve: Curve, attributes: dict[str, Any]) -> Any:

@@ -15,6 +15,7 @@ from typing import NamedTuple, cast
 from xml.parsers import expat
 
 from arael.sketch.document.records import STYLES, Style
+from arael.sketch.document.texts import problem_of
 from arael.sketch.exchange.building import Collector, Found
 from arael.sketch.exchange.imported import Imported
 from arael.sketch.exchange.problems import (
@@ -62,7 +63,7 @@ def from_svg(data: bytes, origin: str = "the picture", tolerance: float | None =
 
     Read are ``path``, ``line``, ``circle``, ``ellipse``, ``rect``, ``polyline``, ``polygon`` with
     transforms, ``viewBox`` and physical units; texts, images and references are counted in the
-    notes. A point is a path without extent.
+    notes. A point is a path without extent. Texts that arael wrote come back as texts.
 
     Raises
     ------
@@ -171,6 +172,12 @@ class _Reader:
         style = attributes.get("data-style", "")
         if style not in STYLES:
             style = "dashed" if frame.dashed and not frame.construction else "solid"
+        text = _text_of(attributes, frame)
+        if text is not None:
+            self.collector.add(
+                Found(text[0], frame.construction, cast("Style", style), text=text[1])
+            )
+            return
         curves: list[Curve] = []
         try:
             for curve in shape(attributes):
@@ -186,6 +193,20 @@ class _Reader:
     def _note(self, tag: str, reason: str) -> None:
         if len(self.notes) < 20:
             self.notes.append(f"`{tag[:30]}` element: {reason[:120]}")
+
+
+def _text_of(attributes: dict[str, str], frame: _Frame) -> tuple[Line, str] | None:
+    """Frame and text of a path that arael wrote; None if it is none, or was mirrored since."""
+    text = attributes.get("data-text", "")
+    numbers = attributes.get("data-frame", "").split()
+    by = frame.by
+    if problem_of(text) or len(numbers) != 4 or by.factor is None or by.determinant > 0.0:
+        return None
+    if not all(re.fullmatch(NUMBER, number) for number in numbers):
+        return None
+    x1, y1, x2, y2 = map(float, numbers)
+    found = Line(by((x1, y1)), by((x2, y2)))
+    return (found, text) if found.p1 != found.p2 else None
 
 
 def _joined(curves: list[Curve]) -> list[Curve]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from math import ceil, degrees
+from math import ceil, degrees, tau
+from xml.sax.saxutils import quoteattr
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Entity
 from arael.sketch.drawing.layout import title_of
-from arael.sketch.drawing.svg import clean
+from arael.sketch.drawing.svg import clean, printable
 from arael.sketch.drawing.view import bounds_of_document
 from arael.sketch.exchange.units import MILLIMETRES
 from arael.sketch.geometry import (
@@ -23,6 +24,7 @@ from arael.sketch.geometry import (
     Point,
     curve_of,
 )
+from arael.sketch.text import lettering
 
 _DASHES = {"solid": "", "dashed": ' stroke-dasharray="3 1.5"',
            "dashdot": ' stroke-dasharray="4 1 0.4 1"'}  # fmt: skip
@@ -32,7 +34,8 @@ def to_svg(document: Document) -> str:
     """Curves as exact SVG shapes, one unit a millimetre, y downwards.
 
     Construction geometry is in a group of its own, thinner and dashed; points are round dots. Every
-    element carries the name of its entity.
+    element carries the name of its entity. A text is one path of its strokes, with the text and its
+    frame as data, from which `from_svg` makes a text again.
     """
     scale = MILLIMETRES[document.unit]
     box = bounds_of_document(document)
@@ -45,6 +48,11 @@ def to_svg(document: Document) -> str:
     groups: dict[bool, list[str]] = {False: [], True: []}
     for name, entity in document.entities.items():
         numbers = document.numbers_of(name).tolist()
+        if entity.text:
+            a, b = (numbers[0], numbers[1]), (numbers[2], numbers[3])
+            shape = _text(entity.text, a, b, place)
+            groups[entity.construction].append(f"<{shape}{_marks(entity)}/>")
+            continue
         if entity.kind == "point":
             shape = _dot(place((numbers[0], numbers[1])))
         else:
@@ -82,6 +90,24 @@ def _p(point: Point) -> str:
 
 def _dot(at: Point) -> str:
     return f'path d="M{_p(at)}h0" stroke-width="1" stroke-dasharray="none"'
+
+
+def _text(text: str, start: Point, end: Point, place: Affine) -> str:
+    strokes = []
+    for stroke in lettering(text, start, end):
+        pieces = [piece.transformed(place) for piece in stroke]
+        strokes.append(f"M{_p(pieces[0].start)}{''.join(map(_piece, pieces))}")
+    frame = f"{_p(place(start))} {_p(place(end))}"
+    return (
+        f'path d="{"".join(strokes)}" stroke-dasharray="none" '
+        f'data-text={quoteattr(printable(text))} data-frame="{frame}"'
+    )
+
+
+def _piece(piece: Curve) -> str:
+    if isinstance(piece, Circle):
+        return _arc(Arc(piece.center, piece.radius, 0.0, tau))
+    return _arc(piece) if isinstance(piece, Arc | EllipticArc) else f"L{_p(piece.end)}"
 
 
 def element(curve: Curve) -> str:

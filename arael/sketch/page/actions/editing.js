@@ -154,13 +154,24 @@ export const EDITING = Object.freeze([
     title: "Edit the value",
     key: "F2",
     group: "edit",
-    needs: "a dimension",
-    enabled: (app) => picked(app.store).dimensions.length === 1,
-    run: (app) => app.typing?.edit?.(picked(app.store).dimensions[0]),
+    needs: "a dimension or a text",
+    enabled: (app) => picked(app.store).dimensions.length === 1 || textOf(app) !== null,
+    run: (app) => {
+      const text = textOf(app);
+      if (text) app.editText(text);
+      else app.typing?.edit?.(picked(app.store).dimensions[0]);
+    },
   },
 ]);
 
 /** @param {App} app @param {string} word */
 function runEach(app, word) {
   return app.run(picked(app.store).dimensions.map((name) => `${word} ${name}`).join("; "));
+}
+
+/** The text that is selected alone. @param {import("../app.js").App} app */
+function textOf(app) {
+  const { all } = picked(app.store);
+  const entity = all.length === 1 ? app.store.entities.get(all[0]) : undefined;
+  return entity?.text ? entity : null;
 }

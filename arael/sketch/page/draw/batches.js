@@ -2,12 +2,13 @@
 
 import { curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
+import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
 import { pointMark, trace } from "./paths.js";
 
 /**
  * @typedef {import("../types.js").Entity} Entity
- * @typedef {{state: string, construction: boolean, style: string, lines: number[], curves: Entity[]}} Batch
+ * @typedef {{state: string, construction: boolean, style: string, lines: number[], curves: Entity[], texts: Entity[]}} Batch
  * @typedef {{state: string, large: boolean, offsets: number[]}} Marks
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../view.js").View} View
@@ -39,15 +40,13 @@ export class Batches {
       if (entity.construction && shown.construction === false) continue;
       const state = stateOf(store, entity.name);
       if (entity.kind !== "point") {
-        const style = entity.style ?? "solid";
-        const key = `${state} ${entity.construction ? 1 : 0} ${style}`;
-        let batch = batches.get(key);
-        if (!batch) {
-          batch = { state, construction: !!entity.construction, style, lines: [], curves: [] };
-          batches.set(key, batch);
-        }
-        if (entity.kind === "line") batch.lines.push(entity.at);
-        else batch.curves.push(entity);
+        // the base line of a text is thin and dashed, of a quiet one it is shown where its state is marked
+        const base = !!entity.text;
+        const hidden = base && ((entity.quiet && !STATES[state]?.halo) || shown.construction === false);
+        if (base) batchOf(batches, state, !!entity.construction, "solid").texts.push(entity);
+        const batch = hidden ? null : batchOf(batches, state, base || !!entity.construction, entity.style ?? "solid");
+        if (entity.kind === "line") batch?.lines.push(entity.at);
+        else batch?.curves.push(entity);
       }
       if (entity.kind === "line" && counted < 2000) {
         const v = store.values;
@@ -92,8 +91,9 @@ export class Batches {
       ctx.lineWidth = construction ? 1.1 : look.width;
       ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
       this._stroke(ctx, view, batch);
+      ctx.setLineDash([]);
+      this._letter(ctx, view, batch);
     }
-    ctx.setLineDash([]);
     this._drawMarks(ctx, view, palette);
   }
 
@@ -142,6 +142,14 @@ export class Batches {
     ctx.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
+  _letter(ctx, view, batch) {
+    if (!batch.texts.length) return;
+    ctx.beginPath();
+    for (const frame of batch.texts) traceLettering(ctx, view, frame, this.store.values);
+    ctx.stroke();
+  }
+
   /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette */
   _drawMarks(ctx, view, palette) {
     const v = this.store.values;
@@ -170,6 +178,17 @@ export class Batches {
       draw();
     }
   }
+}
+
+/** The batch of a look, made if there is none. @param {Map<string, Batch>} batches @param {string} state @param {boolean} construction @param {string} style @returns {Batch} */
+function batchOf(batches, state, construction, style) {
+  const key = `${state} ${construction ? 1 : 0} ${style}`;
+  let batch = batches.get(key);
+  if (!batch) {
+    batch = { state, construction, style, lines: [], curves: [], texts: [] };
+    batches.set(key, batch);
+  }
+  return batch;
 }
 
 /**

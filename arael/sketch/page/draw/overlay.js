@@ -2,6 +2,7 @@
 
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
+import { traceText } from "../geometry/lettering.js";
 import { drawDimension } from "./annotations.js";
 import { drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
@@ -85,6 +86,7 @@ function drawPreview(ctx, view, preview, palette) {
   ctx.lineWidth = 1.8;
   ctx.beginPath();
   for (const curve of preview.curves ?? []) trace(ctx, curve, view);
+  for (const { text, from, to } of preview.texts ?? []) traceText(ctx, text, view.toScreen(from), view.toScreen(to));
   ctx.stroke();
   ctx.beginPath();
   for (const p of preview.points ?? []) disc(ctx, ...view.toScreen(p), 3);

@@ -1,6 +1,7 @@
 /** Rectangles around entities. */
 
-import { boundsOf, curveOf } from "./curves.js";
+import { boundsOf, curveOf, lineEnds } from "./curves.js";
+import { boxOfText } from "./lettering.js";
 
 /**
  * @typedef {import("../view.js").Box} Box
@@ -14,9 +15,16 @@ import { boundsOf, curveOf } from "./curves.js";
  */
 export function boxOf(entity, values) {
   const curve = curveOf(entity, values);
+  if (curve?.type === "line" && entity.text) return boxAround(boxOfText(entity.text, ...lineEnds(curve)));
   if (curve) return boundsOf(curve);
   const [x, y] = [values[entity.at], values[entity.at + 1]];
   return { xmin: x, ymin: y, xmax: x, ymax: y };
+}
+
+/** @param {import("../types.js").Point[]} points @returns {Box} */
+function boxAround(points) {
+  const [xs, ys] = [points.map((p) => p[0]), points.map((p) => p[1])];
+  return { xmin: Math.min(...xs), ymin: Math.min(...ys), xmax: Math.max(...xs), ymax: Math.max(...ys) };
 }
 
 /**

@@ -25,6 +25,9 @@ export const degrees = (radians) => number(Number(((radians * 180) / Math.PI).to
 /** A length for a command, to nine digits: what a pointer gives is not known better. @param {number} x */
 export const short = (x) => number(Number(x.toPrecision(9)));
 
+/** A text as a word of a command. @param {string} text */
+export const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
+
 /**
  * Automatic constraints of a place.
  * @param {Place} place

@@ -157,13 +157,15 @@ export class SelectTool extends Tool {
     else if (!event?.shiftKey && !event?.ctrlKey) store.select([]);
   }
 
-  /** A dimension is edited, a group's marker or a curve selects what belongs to it. @param {Place} place */
+  /** A dimension or text is edited, a group's marker or a curve selects what belongs to it. @param {Place} place */
   doubleClick(place) {
     const { store } = this.app;
     const pick = this.pick(place.screen);
     if (!pick) return;
     const d = store.dimensions.get(pick.name);
+    const entity = store.entities.get(pick.name);
     if (d) this.app.editDimension(d);
+    else if (entity?.text) this.app.editText(entity);
     else if (pick.type === "curve") store.select(chainOf(store, pick.name));
     else if (store.constraints.has(pick.name)) store.select(store.constraints.get(pick.name)?.args ?? [], "replace");
   }

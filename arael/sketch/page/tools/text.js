@@ -1,34 +1,87 @@
-/** Text outlines: a place and a height, then the words are typed. */
+/** Texts: the left end of the base line, then the words, which are lettered while they are typed. */
 
-import { line } from "../geometry/curves.js";
-import { coordinate, number } from "./compose.js";
+import { widthOf } from "../geometry/lettering.js";
+import { add } from "../geometry/vectors.js";
+import { coordinate, extras, quoted, short } from "./compose.js";
 import { PointsTool } from "./points.js";
+
+/** Height of capitals; 0 until one was chosen. */
+let height = 0;
+/** Pixels of a height that nobody chose. */
+const PIXELS = 24;
+/** What is shown before anything is typed. */
+const SAMPLE = "Text";
 
 export class TextTool extends PointsTool {
   /** @type {import("../types.js").ToolSpec} */
   static spec = {
-    id: "text", title: "Text", key: "Shift+G", group: "create", hint: "place and height of a text, then the words",
+    id: "text", title: "Text", key: "Shift+G", group: "create",
+    hint: "left end of the base line, then the words; type the height before",
     make: (app) => new TextTool(app),
   };
 
   /** @param {import("../app.js").App} app */
   constructor(app) {
-    super(app, ["lower left corner of the text", "its height"]);
+    super(app, ["left end of the base line of the text; type its height"]);
+    this.words = "";
+  }
+
+  get height() {
+    const typed = this.typed.number("height", height || nice(PIXELS / this.app.view.scale));
+    return typed > 0 ? typed : height;
+  }
+
+  fields() {
+    return this.begun ? [] : [this.field("height", "height", this.height)];
+  }
+
+  /** Enter after the height only takes the height. */
+  text() {
+    this.stepDone();
+  }
+
+  stepDone() {
+    height = this.height;
+    this.typed.clear();
+    this.app.renderer.overlayChanged();
   }
 
   async commit() {
-    const [a, b] = this.places.map((place) => place.at);
-    const height = Math.abs(b[1] - a[1]) || Math.abs(b[0] - a[0]);
-    this.cancel();
-    this.stepped();
+    const [place] = this.places;
+    this.stepDone();
     this.app.openTyping({
-      at: this.app.view.toScreen(a), title: "text", text: "",
-      commit: (text) => this.app.run(`add_text ${coordinate(a)} ${number(height)} "${text.replaceAll('"', "'")}"`),
+      at: this.app.view.toScreen(place.at), title: "text", text: "",
+      change: (text) => {
+        this.words = text;
+        this.app.renderer.overlayChanged();
+      },
+      commit: async (text) => {
+        const command = `add_text ${coordinate(place.at)} ${quoted(text)} height ${short(height)} noconnect`;
+        const reply = await this.app.wire.run(command, { extras: extras(place, "_.p1") });
+        if (reply.ok) this.cancel();
+        return reply;
+      },
+      cancel: () => this.cancel(),
     });
   }
 
-  preview() {
-    const [a, b] = this.all.map((place) => place.at);
-    return { points: a ? [a] : [], guides: b ? [line(a, [b[0], a[1]]), line([a[0], b[1]], b)] : [] };
+  cancel() {
+    super.cancel();
+    this.words = "";
+    this.app.renderer.overlayChanged();
   }
+
+  preview() {
+    const [a] = this.all.map((place) => place.at);
+    if (!a) return {};
+    const text = this.words.trim() || SAMPLE;
+    const to = add(a, [this.height * widthOf(text), 0]);
+    return { points: [a], texts: [{ text, from: a, to }] };
+  }
+}
+
+/** The largest of 1, 2, 5 times a power of ten that is not above a number. @param {number} x */
+function nice(x) {
+  const power = 10 ** Math.floor(Math.log10(x));
+  return Number(([5, 2].find((f) => f * power <= x) ?? 1) * Number(power.toPrecision(1))) || 1;
 }
