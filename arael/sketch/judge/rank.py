@@ -138,14 +138,24 @@ class Rank:
             self._basis = np.ascontiguousarray(self.factor.null_vectors().dense().T)
         return self._basis
 
+    def moving(self) -> NDArray[np.bool_]:
+        """(n,) whether each unknown moves in a free direction."""
+        if not self.free:
+            return np.zeros(len(self._scale), dtype=bool)
+        found: NDArray[np.bool_] = np.abs(self._velocities()).max(axis=1) > _MOVES
+        return found
+
+    def _velocities(self) -> Floats:
+        """(n, f) free directions, of unit length where angles count as lengths, at any size."""
+        found: Floats = self.null_basis() / self._scale[:, None]
+        return found
+
     def freedoms_of(self, groups: Sequence[Ints]) -> list[int]:
         """In how many independent ways each group of columns moves."""
         counts = [0] * len(groups)
         if not self.free:
             return counts
-        # Of unit length where angles count as lengths, at any size of the drawing.
-        basis = self.null_basis() / self._scale[:, None]
-        moves = np.abs(basis).max(axis=1) > _MOVES
+        basis, moves = self._velocities(), self.moving()
         by_size: dict[int, list[int]] = {}
         for i, columns in enumerate(groups):
             if moves[columns].any():

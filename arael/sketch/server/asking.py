@@ -27,6 +27,13 @@ MAX_COMPLETIONS = 50
 _WORD = re.compile(r"[\w.]*\Z")
 
 
+_SENTENCES = {
+    "impossible": "{} is impossible together with {}",
+    "redundant": "{} follows from {}",
+    "here": "{} follows from {} in this position",
+}
+
+
 def asked(shared: SharedSketch, window: Window, what: str, message: Message) -> Message:
     """The answer to a question.
 
@@ -66,23 +73,20 @@ def _answer(text: str, data: Any = None, names: list[str] | None = None) -> Mess
 
 
 def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Message:
-    """Constraints that hold nothing new, and what each follows from."""
+    """Constraints that contradict or hold nothing new, each with what it depends on."""
     session = shared.session
     judge, document = session.editor.judge, session.document
-    redundant = judge.freedoms().redundant
+    standing = judge.standing(judge.freedoms().redundant)
+    impossible = [one for one in standing if one.kind == "impossible"]
+    spare = [one.name for one in standing if one.kind != "impossible"]
     found: list[dict[str, Any]] = []
-    for verdict in judge.verdicts(redundant) if redundant else ():
+    for verdict in [*impossible, *(judge.verdicts(spare) if spare else ())]:
         others = [name for name in verdict.members if name != verdict.name]
         record = document.find(verdict.name)
         line = record_line(session, record) if record is not None else verdict.name
-        listed = ", ".join(others) or "others"
-        found.append(
-            {
-                "name": verdict.name,
-                "members": others,
-                "sentence": f"{line} follows from {listed}",
-            }
-        )
+        sentence = _SENTENCES.get(verdict.kind, _SENTENCES["redundant"])
+        text = sentence.format(line, ", ".join(others) or "others")
+        found.append({"name": verdict.name, "members": others, "sentence": text})
     for one in document.dimensions.values():
         if one.broken:
             sentence = f"{record_line(session, one)}: {one.broken}"
