@@ -55,7 +55,7 @@ def _command(word: str, argument: str = "") -> Callable[..., Message]:
     def ask(shared: SharedSketch, window: Window, message: Message) -> Message:
         given = str(message.get(argument) or "") if argument else ""
         if "\n" in given or ";" in given:
-            raise AraelError(Diagnostic("E1401", f"`{argument}` is one name"))
+            raise AraelError(Diagnostic("E1401", f"`{argument}` is not a command"))
         return shared.query(window, f"{word} {given}".strip())
 
     return ask
@@ -147,6 +147,7 @@ _QUESTIONS: dict[str, Callable[..., Message]] = {
     "why": _command("why", "name"),
     "help": _command("help", "word"),
     "info": _command("info", "name"),
+    "measure": _command("measure", "names"),
     "history": _command("history"),
     "conflicts": _conflicts,
     "complete": _complete,

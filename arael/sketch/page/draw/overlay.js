@@ -3,7 +3,7 @@
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { drawDimension } from "./annotations.js";
-import { drawSnapMark } from "./marks.js";
+import { cutMark, drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
 import { disc, trace } from "./paths.js";
 import { drawBadge } from "./symbols.js";
@@ -91,8 +91,27 @@ function drawPreview(ctx, view, preview, palette) {
   ctx.fillStyle = palette.background;
   ctx.fill();
   ctx.stroke();
+  drawCuts(ctx, view, preview.cuts ?? [], palette);
   if (preview.dimension) drawDimension(ctx, preview.dimension, palette.preview, palette.background);
   if (preview.box) drawBox(ctx, preview.box, palette);
+}
+
+/**
+ * A bar across the curve at every cut, unlike the mark of any point.
+ * @param {Context} ctx
+ * @param {import("../view.js").View} view
+ * @param {{at: Point, along: Point}[]} cuts
+ * @param {Palette} palette
+ */
+function drawCuts(ctx, view, cuts, palette) {
+  ctx.beginPath();
+  for (const { at, along } of cuts) cutMark(ctx, ...view.toScreen(at), along);
+  ctx.lineWidth = 5.5;
+  ctx.strokeStyle = palette.background;
+  ctx.stroke();
+  ctx.lineWidth = 2.2;
+  ctx.strokeStyle = palette.snap;
+  ctx.stroke();
 }
 
 /** A selection box: from left to right solid, from right to left dashed. @param {Context} ctx @param {{from: Point, to: Point}} box @param {Palette} palette */

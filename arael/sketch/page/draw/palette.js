@@ -12,6 +12,8 @@ const NAMES = /** @type {const} */ ([
 /** Dashes of line styles. @type {Record<string, number[]>} */
 export const STYLE_DASHES = { solid: [], dashed: [9, 5], dashdot: [12, 4, 1.5, 4] };
 export const CONSTRUCTION_DASH = [4, 4];
+/** Dashes of badges and dimensions by their state. @type {Record<string, number[]>} */
+export const EDGES = { redundant: [2, 2.5], impossible: [5, 2.5] };
 export const FONT = "'Inter', 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
 
 /**
