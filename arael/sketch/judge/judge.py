@@ -296,9 +296,7 @@ class Judge:
             names = guess
         return self._smallest(names, cause)
 
-    def _smallest(
-        self, names: Sequence[str], cause: str, until: float = np.inf
-    ) -> tuple[str, ...]:
+    def _smallest(self, names: Sequence[str], cause: str, until: float = np.inf) -> tuple[str, ...]:
         """Of names that cannot hold together as few as still cannot; all if they can.
 
         Halves are left out, then single ones, from the oldest on, so that what was changed last

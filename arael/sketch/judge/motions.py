@@ -280,7 +280,7 @@ class _Search:
         more = len(moving) - 3
         if more > 0:
             said.append(f"{more} more follow{'s' if more == 1 else ''}")
-        return _listed(said) + (" together" if len(said) > 1 else "")
+        return listed(said) + (" together" if len(said) > 1 else "")
 
     def _as_body(self, velocity: Floats, moving: tuple[str, ...]) -> str | None:
         """The sentence of a rigid motion of everything that moves, None if it is not one."""
@@ -351,7 +351,7 @@ class _Search:
         return tuple(found)
 
     def _names(self, names: Sequence[str]) -> str:
-        return _listed(shortened(names))
+        return listed(shortened(names))
 
     def _place(self, x: float, y: float) -> str:
         """A point that is drawn there, else coordinates."""
@@ -368,7 +368,7 @@ def shortened(names: Sequence[str], most: int = 4) -> list[str]:
     runs: list[list[str]] = []
     for name in names:
         prefix = name.rstrip("0123456789")
-        if runs:
+        if runs and prefix != name:
             last = runs[-1][-1]
             if last == f"{prefix}{int(name[len(prefix) :]) - 1}":
                 runs[-1].append(name)
@@ -383,7 +383,8 @@ def shortened(names: Sequence[str], most: int = 4) -> list[str]:
     return said
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """Words with commas and `and`."""
     if len(words) < 2:
         return words[0] if words else "nothing"
     return ", ".join(words[:-1]) + " and " + words[-1]

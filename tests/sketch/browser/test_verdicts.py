@@ -19,7 +19,8 @@ PIXELS = """(places) => {
     const ratio = app.renderer.ratio;
     return places.map(([x, y, dx, dy]) => {
         const [u, v] = app.view.toScreen([x, y]);
-        return [...ctx.getImageData(Math.round((u + dx) * ratio), Math.round((v + dy) * ratio), 1, 1).data];
+        const [px, py] = [Math.round((u + dx) * ratio), Math.round((v + dy) * ratio)];
+        return [...ctx.getImageData(px, py, 1, 1).data];
     });
 }"""
 

@@ -189,18 +189,20 @@ function drawFields(ctx, tool, at, palette) {
 /** @param {number} value */
 const rounded = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
 
-/** @param {Context} ctx @param {Point} at @param {string} text @param {Palette} palette */
+/** Lines of text above a place. @param {Context} ctx @param {Point} at @param {string} text @param {Palette} palette */
 function label(ctx, at, text, palette) {
+  const lines = text.split("\n");
+  const height = 15 * lines.length + 4;
   ctx.font = `12px ${FONT}`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
-  const width = ctx.measureText(text).width + 12;
+  const width = Math.max(...lines.map((line) => ctx.measureText(line).width)) + 14;
   ctx.beginPath();
-  ctx.roundRect(at[0] - width / 2, at[1] - 24, width, 18, 4);
+  ctx.roundRect(at[0] - width / 2, at[1] - 6 - height, width, height, 4);
   ctx.fillStyle = palette["label-back"];
   ctx.fill();
   ctx.fillStyle = palette.label;
-  ctx.fillText(text, at[0], at[1] - 14.5);
+  lines.forEach((line, i) => ctx.fillText(line, at[0], at[1] + 4 - height + 15 * i));
 }
 
 /** The cursor of the commands: where `@dx,dy` starts. @param {Context} ctx @param {Point} at @param {Palette} palette */

@@ -34,8 +34,16 @@ export const STATES = Object.freeze({
  * @returns {Palette}
  */
 export function readPalette(element) {
-  const style = getComputedStyle(element);
+  // a variable is read as it is written, with both themes; as the colour of an element it is the one that holds
+  const probe = element.ownerDocument.createElement("i");
+  probe.hidden = true;
+  element.append(probe);
+  const style = getComputedStyle(probe);
   const found = /** @type {Palette} */ ({});
-  for (const name of NAMES) found[name] = style.getPropertyValue(`--sketch-${name}`).trim() || "#888";
+  for (const name of NAMES) {
+    probe.style.color = `var(--sketch-${name}, #888)`;
+    found[name] = style.color;
+  }
+  probe.remove();
   return found;
 }

@@ -3,7 +3,7 @@
 import { CURVES, PicksTool } from "./picks.js";
 import { copies } from "./copies.js";
 import { coordinate, degrees, short } from "./compose.js";
-import { angleOf, dist, mix, sub, turned as rotated } from "../geometry/vectors.js";
+import { angleOf, dist, mix, sub, turned } from "../geometry/vectors.js";
 import { line } from "../geometry/curves.js";
 
 /**
@@ -108,11 +108,12 @@ class TransformTool extends PicksTool {
    * @param {Point} m
    * @param {Point[]} given  from which direction or distance, and to which
    * @param {number} angle
+   * @param {Point} middle  of the selection: what is turned is seen from there as long as no direction is given
    * @returns {Point[]}
    */
-  _rays(m, given, angle) {
-    const [a] = given;
-    if (this.word === "rotate" && this.typed.text("angle")) return [a, rotated(a, m, angle)];
+  _rays(m, given, angle, middle) {
+    const a = this.places.length < 2 && dist(m, middle) > 0 ? middle : given[0];
+    if (this.word === "rotate" && this.typed.text("angle")) return [a, turned(a, m, angle)];
     if (this.word === "scale" && this.typed.text("factor")) return [mix(m, a, this.factor)];
     return given;
   }
@@ -125,7 +126,7 @@ class TransformTool extends PicksTool {
     const made = copies(this.app.store, this.names);
     if (this.word === "move") return { ...preview, points, guides: [line(m, a)], curves: made.moved(sub(a, m)) };
     const angle = (this.typed.number("angle", (this.angle * 180) / Math.PI) * Math.PI) / 180;
-    const rays = this._rays(m, points.slice(1), angle);
+    const rays = this._rays(m, points.slice(1), angle, made.middle);
     const guides = rays.map((p) => line(m, p));
     return { ...preview, points: [m, ...rays], guides, curves: this.word === "rotate" ? made.turned(m, angle) : made.scaled(m, this.factor) };
   }
