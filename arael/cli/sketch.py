@@ -54,7 +54,7 @@ def command(
 
     Without FILES it reads commands: at a prompt on a terminal, else from standard input. A script
     stops at the first line that fails, which changes nothing; lines before it stay. `help` shows
-    the commands.
+    the commands. `-` stands for standard input.
 
     `arael sketch --serve FILE.json` opens the editor in the browser; `arael sketch mcp FILE.json`
     serves an agent over standard input and output (Model Context Protocol).
@@ -120,7 +120,7 @@ def _standard_input() -> Iterator[tuple[Source, int, int]]:
     while line := sys.stdin.readline(200_000):
         number += 1
         text = line.rstrip("\n")
-        yield Source(f"line {number}", text), 0, len(text)
+        yield Source("<stdin>", text, number), 0, len(text)
 
 
 class _Run:
@@ -144,6 +144,9 @@ class _Run:
 
     def file(self, name: str) -> bool:
         """Load a sketch or run a script; False if it fails."""
+        if name == "-":
+            self.session.folder = self._stdin_folder
+            return sys.stdin is None or self.lines(_standard_input(), whole=True)
         path = Path(name)
         self.session.folder = path.absolute().parent
         try:

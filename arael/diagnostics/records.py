@@ -18,10 +18,16 @@ Severity = Literal["error", "warning", "note"]
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A text and its name for the user."""
+    """A text and its name for the user.
+
+    Attributes
+    ----------
+    first : number of its first line: a part of a text that is read line by line has a higher one
+    """
 
     name: str
     text: str
+    first: int = 1
 
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
@@ -29,12 +35,13 @@ class Source:
         return (0, *(i + 1 for i, c in enumerate(self.text) if c == "\n"))
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column of `offset`, both counted from 1."""
+        """Line and column of `offset`, lines counted from `first`, columns from 1."""
         line = bisect_right(self.line_starts, offset)
-        return line, offset - self.line_starts[line - 1] + 1
+        return line + self.first - 1, offset - self.line_starts[line - 1] + 1
 
     def line(self, number: int) -> str:
-        """Text of line `number` (counted from 1), without its end."""
+        """Text of line `number` (counted from `first`), without its end."""
+        number -= self.first - 1
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")

@@ -95,7 +95,20 @@ def test_standard_input(arael: Arael, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("add_line 0,0 5,0\nfoo\n"))
     done = arael("sketch")
     assert done.code == 1
-    assert "--> line 2:1:1" in done.err
+    assert "--> <stdin>:2:1\n" in done.err
+    assert "1 | foo" not in done.err and "2 | foo" in done.err
+
+
+def test_a_dash_is_standard_input(
+    arael: Arael, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "a.cmd").write_text("add_line 0,0 5,0\n")
+    monkeypatch.setattr("sys.stdin", io.StringIO("length L0 7\n\nlength L9 4\n"))
+    done = arael("sketch", "a.cmd", "-")
+    assert done.code == 1
+    assert "Added d0" in done.out
+    assert "--> <stdin>:3:8\n" in done.err
+    assert "1 command line before this one is done" in done.err
 
 
 def test_exit_ends_a_script(arael: Arael, folder: Path) -> None:

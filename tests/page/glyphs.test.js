@@ -102,4 +102,7 @@ test("texts of dimensions", () => {
   assert.equal(dimensionText(d({ value: amount(3), derived: true }), "mm", 4), "(4)");
   assert.equal(dimensionText({ name: "d0", kind: "angle", args: [], value: amount(-30) }, "mm"), "−30°");
   assert.equal(dimensionText({ name: "d0", kind: "diameter", args: [], value: amount(8) }, "mm"), "⌀8");
+  assert.equal(dimensionText(d({ kind: "diameter", value: amount(8, "2*r") }), "mm"), "⌀ ƒ 8");
+  assert.equal(dimensionText(d({ kind: "arc_length", value: amount(8, "2*r") }), "mm"), "◠ ƒ 8");
+  assert.equal(dimensionText(d({ kind: "radius", low: amount(2) }), "mm"), "R ≥ 2");
 });

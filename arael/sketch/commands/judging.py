@@ -18,6 +18,7 @@ from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
 from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import fail
+from arael.sketch.judge.alike import MOST, alike
 
 MAX_DENSE = 4000
 """Unknowns and rows of a sketch whose singular values are shown."""
@@ -64,6 +65,9 @@ def dof(session: Session, words: Words) -> Reply:
     group="ask",
     usage=["free"],
     summary="Say in words what can still move.",
+    details="""
+Of more than six motions those that differ by names only are one sentence, with their number.
+""",
     arguments=(),
 )
 def free(session: Session, words: Words) -> Reply:
@@ -74,14 +78,25 @@ def free(session: Session, words: Words) -> Reply:
 
 def _free(session: Session) -> Reply:
     motions = session.editor.judge.free()
-    lines = [motion.sentence for motion in motions]
-    count = f"{len(lines)} degree{'' if len(lines) == 1 else 's'} of freedom"
+    groups = alike(motions)
+    count = f"{len(motions)} degree{'' if len(motions) == 1 else 's'} of freedom"
+    lines = [one.sentence + (f" ({one.count})" if one.count > 1 else "") for one in groups[:MOST]]
+    rest = sum(one.count for one in groups[MOST:])
+    if rest:
+        lines.append(f"and {rest} more")
     text = "\n".join([f"{count}:", *(f"  {line}" for line in lines)])
     moving = [{"sentence": m.sentence, "entities": list(m.entities)} for m in motions]
     return Reply(
-        text if lines else "Nothing can move: the sketch is fully defined",
+        text if motions else "Nothing can move: the sketch is fully defined",
         remembered=False,
-        data={"freedoms": len(lines), "motions": moving},
+        data={
+            "freedoms": len(motions),
+            "motions": moving,
+            "groups": [
+                {"sentence": one.sentence, "entities": list(one.entities), "count": one.count}
+                for one in groups
+            ],
+        },
     )
 
 

@@ -37,8 +37,14 @@ def measure(session: Session, words: Words) -> Reply:
     other = words.operand() if words else None
     words.end()
     facts = _of_one(session.document, one) if other is None else _of_two(session, one, other)
-    lines = [f"{name.replace('_', ' ')}: {_text(name, value)}" for name, value in facts.items()]
+    lines = [_line(name, value) for name, value in facts.items()]
     return Reply("\n".join(lines), remembered=False, data=facts)
+
+
+def _line(name: str, value: Any) -> str:
+    if name == "gap" and value < 0.0:  # curves that cross: by how much they are too near
+        name, value = "overlap", -value
+    return f"{name.replace('_', ' ')}: {_text(name, value)}"
 
 
 def _text(name: str, value: Any) -> str:

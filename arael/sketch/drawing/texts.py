@@ -47,7 +47,10 @@ def dimension_text(dimension: Dimension, unit: str, measured: float | None = Non
     else:
         assert dimension.high is not None
         body = f"≤ {shown(dimension.high)}"
-    text = f"{PREFIXES.get(dimension.kind, '')}{body}"
+    prefix = PREFIXES.get(dimension.kind, "")
+    if body[0] in "ƒ≥≤":  # apart from the sign before it: ``⌀ ƒ 5``
+        prefix = f"{prefix.strip()} " if prefix else ""
+    text = f"{prefix}{body}"
     if dimension.broken:
         text = f"{text} ⚠"
     return f"({text})" if dimension.derived else text

@@ -229,7 +229,8 @@ class Editor:
             raise refusals.broken_off()
         if outcome.status == "side":
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
-        members = self.judge.conflict(cause)
+        # Where nothing contradicts the cause, another part did so before: a file may bring that.
+        members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
         if self.solver.interrupted:  # trials that were broken off prove nothing
             raise refusals.broken_off()
         if members:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -50,11 +52,15 @@ def conflict(layout: Layout, solver: Solver, cause: str = "") -> tuple[str, ...]
 
 
 def smallest(
-    names: Sequence[str], cause: str, feasible: Callable[[Sequence[str]], bool]
+    names: Sequence[str],
+    cause: str,
+    feasible: Callable[[Sequence[str]], bool],
+    until: float = math.inf,
 ) -> tuple[str, ...]:
     """Of names that cannot hold together as few as still cannot; all if they can.
 
     Halves are left out, then single ones, from the oldest on, so that what was changed last stays.
+    After the time `until`, as few as were found.
     """
     if feasible(list(names)):
         return tuple(names)
@@ -63,6 +69,8 @@ def smallest(
     size = max(1, len(order) // 2)
     while True:
         for first in range(0, len(order), size):
+            if time.monotonic() > until:
+                return tuple(kept)
             block = set(order[first : first + size])
             rest = [name for name in kept if name not in block]
             if len(rest) < len(kept) and rest and not feasible(rest):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -59,12 +60,14 @@ class Freedoms:
     ----------
     total : of the sketch
     by_entity : how many independent ways each entity can move; 0: fully defined
+    moves : for every number of the document whether it can move
     redundant : names of constraints and dimensions that hold nothing new
     safe : by how many times the smallest value taken for nonzero is above the largest taken for 0
     """
 
     total: int
     by_entity: dict[str, int]
+    moves: NDArray[np.bool_]
     redundant: tuple[str, ...]
     safe: float
 
@@ -293,23 +296,37 @@ class Judge:
         The sketch without `name` is nudged along its free directions, in three random ways, and
         solved again.
         """
-        start = self.layout.linearisation(without=name)
+        return bool(self._independent_nearby([name], dependent))
+
+    def _independent_nearby(self, names: Sequence[str], dependent: int = 0) -> list[str]:
+        """Names with fewer dependent rows, once the geometry without all of them is moved a little.
+
+        Parameters
+        ----------
+        dependent : how many rows of a single name are dependent now; 0: all rows of each are
+        """
+        start = self.layout.linearisation(without=names)
         basis = self._rank(start).null_basis()
         if basis.shape[1] == 0:
-            return False
+            return []
         random = np.random.default_rng(len(start.x))
         for _ in range(3):
             step = basis @ random.standard_normal(basis.shape[1])
             step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
-            moved = self.solver.solved_from(start.x + step, without=name)
+            moved = self.solver.solved_from(start.x + step, without=names)
             if moved is None:
                 continue
             system = self.layout.linearisation(moved)
-            rows = self.layout.rows_of(name)
-            rank = self._rank(system, last=rows)
-            if sum(rank.is_dependent(int(row)) for row in rows) < dependent:
-                return True
-        return False
+            rows = [self.layout.rows_of(name) for name in names]
+            rank = self._rank(system, last=np.concatenate(rows))
+            found = [
+                name
+                for name, own in zip(names, rows, strict=True)
+                if sum(rank.is_dependent(int(row)) for row in own) < (dependent or len(own))
+            ]
+            if found:
+                return found
+        return []
 
     def conflict(self, cause: str = "") -> tuple[str, ...]:
         """A smallest set of constraints and dimensions that cannot hold together.
@@ -317,6 +334,67 @@ class Judge:
         As `arael.sketch.judge.conflicts.conflict`.
         """
         return conflict(self.layout, self.solver, cause)
+
+    def standing(self, redundant: Sequence[str], seconds: float = 0.5) -> list[Verdict]:
+        """What is wrong with the sketch as it is: what is ``impossible``, ``redundant``, ``here``.
+
+        Edits are refused before they contradict; contradictions come with files that were written
+        or changed elsewhere. One is reported for each connected part, with its members. What is
+        ``partly`` redundant holds something and is left out. Members of what is redundant are
+        known by `verdicts`.
+
+        Parameters
+        ----------
+        redundant : names that `freedoms` found
+        seconds : for the search of smallest contradictions; after that the equations that do not
+            hold are named instead
+        """
+        found = [
+            Verdict(name, "impossible", members)
+            for members in self._contradictions(seconds)
+            for name in members
+        ]
+        known = {one.name for one in found}
+        names = [name for name in redundant if name not in known]
+        if not names:
+            return found
+        system = self.layout.linearisation()
+        rows = [self.layout.rows_of(name) for name in names]
+        rank = self._rank(system, np.concatenate(rows))
+        kinds: dict[str, Kind] = {}
+        for name, own in zip(names, rows, strict=True):
+            if all(rank.is_dependent(int(row)) for row in own):  # true of ties: they have none
+                kinds[name] = "redundant"
+        equations = [name for name in kinds if len(self.layout.rows_of(name))]
+        # More can move without all of them than without one: what is dependent then as well is
+        # not so by position only, and need not be looked at by itself.
+        for name in self._independent_nearby(equations) if equations else ():
+            if self._only_here(name, len(self.layout.rows_of(name))):
+                kinds[name] = "here"
+        return found + [Verdict(name, kind) for name, kind in kinds.items()]
+
+    def _contradictions(self, seconds: float) -> list[tuple[str, ...]]:
+        """Sets of constraints and dimensions that cannot hold together, without common members."""
+        layout = self.layout
+        if layout.impossible:  # no trial can be solved
+            together: dict[str, None] = {}
+            for name in layout.impossible:
+                together |= dict.fromkeys((*layout.rivals(name), name))
+            return [tuple(together)]
+        found: list[tuple[str, ...]] = []
+        until = time.monotonic() + seconds
+        looked_at: set[str] = set()
+        for name in self.solver.left_open():
+            if name in looked_at:
+                continue
+            part = self._named(dict.fromkeys(layout.connected(name) or (name,)))
+            looked_at.update(part)
+            if time.monotonic() > until:
+                found.append((name,))
+            elif not self.solver.feasible(part):
+                fewest = smallest(part, "", self.solver.feasible, until)
+                found.append((name,) if time.monotonic() > until else fewest)
+        return found
 
     # --- freedoms ---------------------------------------------------------------------------
 
@@ -332,6 +410,7 @@ class Judge:
         return Freedoms(
             rank.free,
             dict(zip(names, counts, strict=True)),
+            np.append(rank.moving(), False)[self.layout.column_of[:-1]],
             tuple(self._named(redundant)),
             rank.gap,
         )

@@ -27,6 +27,8 @@ Ints = NDArray[np.int64]
 _OUTSIDE = 1e-6
 #: Numbers of an entity that move by less than this part of the fastest one are at rest.
 _AT_REST = 1e-6
+#: From so many free directions of a part on, BLAS is limited to one thread.
+_MANY = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,14 @@ def motions(document: Document, part: Part) -> list[Motion]:
     count = part.basis.shape[1]
     if not count:
         return []
-    return _Search(document, part).found(count)
+    if count < _MANY:
+        return _Search(document, part).found(count)
+    # imported here: start-up time
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped, unused-ignore]
+
+    # Thousands of small products: threads of BLAS make each slower, ten times on a busy machine.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _Search(document, part).found(count)
 
 
 class _Search:
@@ -75,8 +84,14 @@ class _Search:
         self.part = part
         self.values = document.values
         self.free, _ = np.linalg.qr(part.basis)
-        self.taken = np.zeros((len(part.basis), 0))
+        # What was taken, as orthonormal combinations of the free directions.
+        self.taken = np.zeros((self.free.shape[1],) * 2, order="F")
+        self.count = 0
         self.entities = [document.entities[name] for name in part.entities]
+        unknowns = [part.unknown_of[one.at : one.at + one.size] for one in self.entities]
+        owners = np.repeat(np.arange(len(unknowns)), [len(one) for one in unknowns])
+        known = np.concatenate([*unknowns, np.zeros(0, dtype=np.int64)])
+        self.owned = owners[known >= 0], known[known >= 0]
 
     def found(self, count: int) -> list[Motion]:
         result: list[Motion] = []
@@ -101,18 +116,27 @@ class _Search:
         length = float(np.linalg.norm(velocity))
         if length == 0.0:
             return False
-        rest = velocity - self.free @ (self.free.T @ velocity)
-        return float(np.linalg.norm(rest)) <= _OUTSIDE * length
+        inside = float(np.linalg.norm(self._inside(velocity)))
+        return length**2 - inside**2 <= (_OUTSIDE * length) ** 2
+
+    def _inside(self, velocity: Floats) -> Floats:
+        """Shares of the free directions in a velocity, most numbers of which are 0."""
+        some = np.flatnonzero(velocity)
+        found: Floats = velocity[some] @ self.free[some]
+        return found
 
     def _take(self, velocity: Floats) -> bool:
         """Add a velocity to those taken, if it is independent of them."""
-        unit = velocity / np.linalg.norm(velocity)
-        rest = unit - self.taken @ (self.taken.T @ unit)
-        rest -= self.taken @ (self.taken.T @ rest)
+        rest = self._inside(velocity)
+        rest /= np.linalg.norm(rest)
+        taken = self.taken[:, : self.count]
+        for _ in range(2):
+            rest -= taken @ (taken.T @ rest)
         left = float(np.linalg.norm(rest))
         if left < 1e-6:
             return False
-        self.taken = np.column_stack([self.taken, rest / left])
+        self.taken[:, self.count] = rest / left
+        self.count += 1
         return True
 
     # --- motions with a name ----------------------------------------------------------------
@@ -282,7 +306,7 @@ class _Search:
         more = len(moving) - 3
         if more > 0:
             said.append(f"{more} more follow{'s' if more == 1 else ''}")
-        return _listed(said) + (" together" if len(said) > 1 else "")
+        return listed(said) + (" together" if len(said) > 1 else "")
 
     def _as_body(self, velocity: Floats, moving: tuple[str, ...]) -> str | None:
         """The sentence of a rigid motion of everything that moves, None if it is not one."""
@@ -345,15 +369,12 @@ class _Search:
     def _moving(self, velocity: Floats) -> tuple[str, ...]:
         limit = _AT_REST * float(np.abs(velocity).max(initial=0.0))
         moves = np.abs(velocity) > limit
-        found = []
-        for entity in self.entities:
-            unknown = self.part.unknown_of[entity.at : entity.at + entity.size]
-            if moves[unknown[unknown >= 0]].any():
-                found.append(entity.name)
-        return tuple(found)
+        owners, unknowns = self.owned
+        found = np.unique(owners[moves[unknowns]])
+        return tuple(self.entities[i].name for i in found.tolist())
 
     def _names(self, names: Sequence[str]) -> str:
-        return _listed(shortened(names))
+        return listed(shortened(names))
 
     def _place(self, x: float, y: float) -> str:
         """A point that is drawn there, else coordinates."""
@@ -370,7 +391,7 @@ def shortened(names: Sequence[str], most: int = 4) -> list[str]:
     runs: list[list[str]] = []
     for name in names:
         prefix = name.rstrip("0123456789")
-        if runs:
+        if runs and prefix != name:
             last = runs[-1][-1]
             if last == f"{prefix}{int(name[len(prefix) :]) - 1}":
                 runs[-1].append(name)
@@ -385,7 +406,8 @@ def shortened(names: Sequence[str], most: int = 4) -> list[str]:
     return said
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """Words with commas and `and`."""
     if len(words) < 2:
         return words[0] if words else "nothing"
     return ", ".join(words[:-1]) + " and " + words[-1]

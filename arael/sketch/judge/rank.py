@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.orthogonal import RankQR
 from arael.sketch.layout.layout import Linearisation
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array, csr_array
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -22,6 +26,8 @@ _DOUBTFUL = 0.01
 _COARSER = 10.0
 #: So many roundings of the largest coordinate, relative to the size, are taken for zero.
 _ROUNDINGS = 64.0
+#: Numbers of free directions that are looked at together.
+_MOST_NUMBERS = 1 << 22
 
 
 class Rank:
@@ -58,7 +64,7 @@ class Rank:
             self.factor = self._without_doubtful(priority)
         self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)
-        self._basis: Floats | None = None
+        self._basis: csc_array | None = None
 
     def _factor(self, priority: NDArray[np.int32], tolerance: float | None) -> RankQR:
         system = self.system
@@ -132,29 +138,59 @@ class Rank:
         step: Floats = self.factor.least_norm(right)
         return step
 
-    def null_basis(self) -> Floats:
-        """(n, f) free directions as columns."""
+    def null_basis(self) -> csc_array:
+        """(n, f) free directions as sparse columns: most of a large sketch rests in each."""
+        # imported here: start-up time
+        from scipy.sparse import csc_array
+
         if self._basis is None:
-            self._basis = np.ascontiguousarray(self.factor.null_vectors().dense().T)
+            found = self.factor.null_vectors()
+            shape = (found.size, len(found))
+            self._basis = csc_array((found.values, found.at, found.start), shape=shape)
         return self._basis
+
+    def _velocities(self) -> csr_array:
+        """(n, f) free directions, of unit length where angles count as lengths, at any size."""
+        found = self.null_basis().tocsr()
+        found.data = found.data / np.repeat(self._scale, np.diff(found.indptr))
+        return found
+
+    def moving(self) -> NDArray[np.bool_]:
+        """(n,) whether each unknown moves in a free direction."""
+        moves = np.zeros(len(self._scale), dtype=bool)
+        if self.free:
+            basis = self.null_basis()
+            far = np.abs(basis.data) > _MOVES * self._scale[basis.indices]
+            moves[basis.indices[far]] = True
+        return moves
 
     def freedoms_of(self, groups: Sequence[Ints]) -> list[int]:
         """In how many independent ways each group of columns moves."""
         counts = [0] * len(groups)
         if not self.free:
             return counts
-        # Of unit length where angles count as lengths, at any size of the drawing.
-        basis = self.null_basis() / self._scale[:, None]
-        moves = np.abs(basis).max(axis=1) > _MOVES
+        basis, moves = self._velocities(), self.moving()
         by_size: dict[int, list[int]] = {}
         for i, columns in enumerate(groups):
             if moves[columns].any():
                 by_size.setdefault(len(columns), []).append(i)
-        for members in by_size.values():
-            parts = basis[np.array([groups[i] for i in members])]
-            squares = np.linalg.eigvalsh(parts @ parts.transpose(0, 2, 1))
-            for i, ways in zip(members, (squares > _MOVES**2).sum(axis=1), strict=True):
-                counts[i] = int(ways)
+        for size, members in by_size.items():
+            rows = basis[np.concatenate([groups[i] for i in members])].tocoo()
+            group, own = np.divmod(rows.row.astype(np.int64), size)
+            # the directions in which a group moves are numbered within it
+            key, number = np.unique(group * self.free + rows.col, return_inverse=True)
+            first = np.searchsorted(key, np.arange(len(members)) * self.free)
+            within = number - first[group]
+            width = int(within.max(initial=0)) + 1
+            step = max(1, _MOST_NUMBERS // (size * width))
+            for start in range(0, len(members), step):
+                here = (group >= start) & (group < start + step)
+                some = members[start : start + step]
+                parts = np.zeros((len(some), size, width))
+                parts[group[here] - start, own[here], within[here]] = rows.data[here]
+                squares = np.linalg.eigvalsh(parts @ parts.transpose(0, 2, 1))
+                for i, ways in zip(some, (squares > _MOVES**2).sum(axis=1), strict=True):
+                    counts[i] = int(ways)
         return counts
 
     def parts(self, groups: Iterable[Ints]) -> Iterator[tuple[Ints, Floats]]:
@@ -168,12 +204,12 @@ class Rank:
             return
         number = self._part_of(groups)
         basis = self.null_basis()
-        moves = np.abs(basis) > 0.0
         # Every free direction is within one part.
-        home = number[moves.argmax(axis=0)]
-        for part in np.unique(home):
-            columns = np.flatnonzero(number == part)
-            yield columns, basis[np.ix_(columns, np.flatnonzero(home == part))]
+        home = number[basis.indices[basis.indptr[:-1]]]
+        columns_of, directions_of = _members(number), _members(home)
+        for part, directions in directions_of.items():
+            columns = columns_of[part]
+            yield columns, basis[:, directions].tocsr()[columns].toarray()
 
     def _part_of(self, groups: Iterable[Ints]) -> Ints:
         """Number of the part of every column."""
@@ -198,3 +234,10 @@ class Rank:
         graph = csr_array((np.ones(len(one)), (one, other)), shape=(n, n))
         found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
         return found
+
+
+def _members(number: Ints) -> dict[int, Ints]:
+    """Places of every number, ascending."""
+    order = np.argsort(number, kind="stable")
+    values, first = np.unique(number[order], return_index=True)
+    return dict(zip(values.tolist(), np.split(order, first[1:]), strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -282,14 +283,14 @@ class System(Numbers):
         self,
         x: NDArray[np.float64] | None = None,
         *,
-        without: str = "",
+        without: Sequence[str] = (),
         ranges: bool = True,
     ) -> Linearisation:
         """The whole system at the document's numbers, or at unknowns `x` by column.
 
         Parameters
         ----------
-        without : a record that is left out
+        without : records that are left out
         ranges : with rows and slacks of ranges, which take no freedom
         """
         table = self._table()
@@ -297,8 +298,8 @@ class System(Numbers):
         residuals, entries = self.rows.jacobian(at)
         indptr, indices = self.rows.indptr, self.rows.indices
         keep = np.ones(len(table.rows), dtype=bool)
-        if without:
-            keep[self.rows_of(without)] = False
+        for name in without:
+            keep[self.rows_of(name)] = False
         if not ranges:
             keep &= ~table.is_range
         rows = table.rows[keep]

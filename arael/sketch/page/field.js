@@ -86,6 +86,9 @@ export class Field {
     for (const type of ["input", "focus", "change-text"]) this.input.addEventListener(type, () => this._showUsage());
     this.input.addEventListener("blur", () => (this.usage.hidden = true));
     app.canvas.addEventListener("pointerdown", () => (this.output.hidden = true));
+    app.wire.addEventListener("ran", () => {
+      if (this.output.classList.contains("refused")) this.output.hidden = true;
+    });
   }
 
   /** Go to the field, with a text to go on from. @param {string} [text] */

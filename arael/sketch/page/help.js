@@ -3,6 +3,7 @@
 import { GROUPS } from "./actions.js";
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
+import { keyName } from "./keys.js";
 
 /**
  * @typedef {import("./app.js").App} App
@@ -41,7 +42,7 @@ export class Help {
   open(page) {
     this.dialog?.close();
     const body = h("div", { class: "help-body", tabindex: -1 });
-    const search = h("input", { type: "search", class: "search", placeholder: "Search", "aria-label": "search the help" });
+    const search = h("input", { type: "search", class: "search", placeholder: page === "keys" ? "Find an action or key" : "Find a command", "aria-label": "search the help" });
     const tabs = /** @type {const} */ (["keys", "manual"]).map((id) =>
       h(
         "button",
@@ -54,6 +55,13 @@ export class Help {
     fill(dialog, h("div", { class: "help-head" }, ...tabs, search, close), body);
     dialog.addEventListener("close", () => dialog.remove());
     dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+    // A search with text would keep Escape for itself; the key that opens the help also closes it.
+    dialog.addEventListener("keydown", (event) => {
+      if (!/^(Escape|Ctrl\+K)$/.test(keyName(event))) return;
+      event.preventDefault();
+      dialog.close();
+      this.app.canvas.focus();
+    });
     this.dialog = dialog;
     this.app.root.append(dialog);
     dialog.showModal();

@@ -31,8 +31,9 @@ export class Notes {
       const { text, reply } = /** @type {CustomEvent} */ (event).detail;
       this.refused(reply, text);
     });
+    // what was refused is not what the drawing shows any more
+    app.wire.addEventListener("ran", () => this.close("refused"));
     app.addEventListener("ran", (event) => {
-      this.close("refused");
       const { reply } = /** @type {CustomEvent} */ (event).detail;
       if (reply.notes?.length) this.show({ level: "info", text: reply.notes.join("\n"), key: "notes" });
     });

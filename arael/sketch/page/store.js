@@ -231,7 +231,8 @@ export class Store extends EventTarget {
 
   /** @param {any} message */
   _settings(message) {
-    if (message.settings) this.settings = message.settings;
+    const settings = message.type === "change" ? { ...this.settings, ...message.settings } : message.settings;
+    if (settings) this.settings = settings;
     const unit = message.unit ?? message.settings?.unit;
     if (typeof unit === "string") this.unit = unit;
   }

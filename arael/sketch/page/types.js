@@ -132,6 +132,7 @@
  * @property {Curve[]} [curves]
  * @property {Curve[]} [guides]  drawn dashed and pale
  * @property {Point[]} [points]
+ * @property {{at: Point, along: Point}[]} [cuts]  where a curve of this direction would be cut
  * @property {{at: Point, text: string}[]} [labels]
  * @property {{text: string, from: Point, to: Point}[]} [texts]  with their frames
  * @property {string[]} [names]  existing things shown as picked

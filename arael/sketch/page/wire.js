@@ -11,7 +11,8 @@ const FIRST_WAIT = 250;
 const LONGEST_WAIT = 4000;
 
 /**
- * Events: "state" (`state` is "open" or "lost"), "frame" (a frame of the drag was applied).
+ * Events: "state" (`state` is "open" or "lost"), "frame" (a frame of the drag was applied), "ran" (a command
+ * or drag of this window was carried out).
  */
 export class Wire extends EventTarget {
   /**
@@ -67,8 +68,10 @@ export class Wire extends EventTarget {
    * @param {{extras?: string[], step?: string}} [options]  automatic constraints; title of the step
    * @returns {Promise<Reply>}
    */
-  run(text, options = {}) {
-    return this._request({ type: "run", text, ...options });
+  async run(text, options = {}) {
+    const reply = await this._request({ type: "run", text, ...options });
+    if (reply.ok) this.dispatchEvent(new Event("ran"));
+    return reply;
   }
 
   /**
@@ -80,7 +83,7 @@ export class Wire extends EventTarget {
   }
 
   /**
-   * A question: "free", "conflicts", "why", "complete", "help", "info", "history", "table", "evaluate".
+   * A question: "free", "conflicts", "why", "measure", "complete", "help", "info", "history", "table", "evaluate".
    * @param {string} what
    * @param {object} [args]
    */
@@ -143,6 +146,7 @@ export class Wire extends EventTarget {
     this._dragging = false;
     const reply = await this._request({ type: "drop", ...(cancel ? { cancel: true } : {}) });
     this.store.settle();
+    if (reply.ok && !cancel) this.dispatchEvent(new Event("ran"));
     return reply;
   }
 

@@ -27,6 +27,13 @@ MAX_COMPLETIONS = 50
 _WORD = re.compile(r"[\w.]*\Z")
 
 
+_SENTENCES = {
+    "impossible": "{} is impossible together with {}",
+    "redundant": "{} follows from {}",
+    "here": "{} follows from {} in this position",
+}
+
+
 def asked(shared: SharedSketch, window: Window, what: str, message: Message) -> Message:
     """The answer to a question.
 
@@ -48,7 +55,7 @@ def _command(word: str, argument: str = "") -> Callable[..., Message]:
     def ask(shared: SharedSketch, window: Window, message: Message) -> Message:
         given = str(message.get(argument) or "") if argument else ""
         if "\n" in given or ";" in given:
-            raise AraelError(Diagnostic("E1401", f"`{argument}` is one name"))
+            raise AraelError(Diagnostic("E1401", f"`{argument}` is not a command"))
         return shared.query(window, f"{word} {given}".strip())
 
     return ask
@@ -66,23 +73,20 @@ def _answer(text: str, data: Any = None, names: list[str] | None = None) -> Mess
 
 
 def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Message:
-    """Constraints that hold nothing new, and what each follows from."""
+    """Constraints that contradict or hold nothing new, each with what it depends on."""
     session = shared.session
     judge, document = session.editor.judge, session.document
-    redundant = judge.freedoms().redundant
+    standing = judge.standing(judge.freedoms().redundant)
+    impossible = [one for one in standing if one.kind == "impossible"]
+    spare = [one.name for one in standing if one.kind != "impossible"]
     found: list[dict[str, Any]] = []
-    for verdict in judge.verdicts(redundant) if redundant else ():
+    for verdict in [*impossible, *(judge.verdicts(spare) if spare else ())]:
         others = [name for name in verdict.members if name != verdict.name]
         record = document.find(verdict.name)
         line = record_line(session, record) if record is not None else verdict.name
-        listed = ", ".join(others) or "others"
-        found.append(
-            {
-                "name": verdict.name,
-                "members": others,
-                "sentence": f"{line} follows from {listed}",
-            }
-        )
+        sentence = _SENTENCES.get(verdict.kind, _SENTENCES["redundant"])
+        text = sentence.format(line, ", ".join(others) or "others")
+        found.append({"name": verdict.name, "members": others, "sentence": text})
     for one in document.dimensions.values():
         if one.broken:
             sentence = f"{record_line(session, one)}: {one.broken}"
@@ -143,6 +147,7 @@ _QUESTIONS: dict[str, Callable[..., Message]] = {
     "why": _command("why", "name"),
     "help": _command("help", "word"),
     "info": _command("info", "name"),
+    "measure": _command("measure", "names"),
     "history": _command("history"),
     "conflicts": _conflicts,
     "complete": _complete,

@@ -63,6 +63,8 @@ def change(
     }
     if found.order:
         message["order"] = found.order
+    if found.settings:  # counters of names and the unit; null: taken out
+        message["settings"] = found.settings
     if "unit" in found.settings:
         message["unit"] = found.settings["unit"]
     return message

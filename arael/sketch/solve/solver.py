@@ -325,8 +325,8 @@ class Solver:
 
     # --- what the judge tries ---------------------------------------------------------------
 
-    def solved_from(self, x: Array, without: str = "") -> Array | None:
-        """Unknowns by column that solve everything but one record, from `x`; None if none is found.
+    def solved_from(self, x: Array, without: Sequence[str] = ()) -> Array | None:
+        """Unknowns by column that solve everything but some records, from `x`; None if not found.
 
         The document is not changed.
         """
@@ -334,7 +334,8 @@ class Solver:
         full = layout.with_unknowns(x)
         self.prepare(full)
         active = np.ones(layout.rows.m, dtype=bool)
-        active[layout.first_rows(without)] = False
+        for name in without:
+            active[layout.first_rows(name)] = False
         found = self._newton(full, active)
         return full[layout.unknowns] if found.solved else None
 

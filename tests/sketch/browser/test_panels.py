@@ -248,6 +248,49 @@ def test_help_is_searched_and_runs_an_action(page: Any) -> None:
     assert "add_slot x1,y1 x2,y2 RADIUS" in page.locator(".help-command").first.inner_text()
 
 
+def test_escape_closes_the_help_also_while_something_is_searched(page: Any) -> None:
+    help_open = "!!document.querySelector('dialog.help')"
+    for keys in (["?", "Escape"], ["?", "t", "r", "Escape"], ["Control+k", "t", "Control+k"]):
+        press(page, *keys)
+        assert not page.evaluate(help_open), keys
+        assert page.evaluate("document.activeElement === app.canvas")
+    press(page, "Control+k")
+    assert page.evaluate(help_open)
+
+
+def test_a_refusal_goes_when_something_else_succeeds(page: Any) -> None:
+    run(page, RECTANGLE, "length L0 40")
+    refused = "document.querySelectorAll('.note.error, .output.refused:not([hidden])').length"
+    for again in (
+        "app.run('length L1 20')",
+        "app.wire.run('length L1 21')",
+        "app.run('undo')",
+        """app.wire.beginDrag(['L2.p1'], [40, 20])
+            .then(() => { app.wire.dragTo([40, 25]); return app.wire.drop(); })""",
+    ):
+        page.evaluate("app.run('length L0 -1')")
+        press(page, "/")
+        page.keyboard.type("length L9 4")
+        press(page, "Enter")
+        wait(page, f"{refused} === 2")
+        page.evaluate("app.wire.ask('measure', {names: 'L0 L1'})")
+        assert page.evaluate(refused) == 2
+        page.evaluate(again)
+        wait(page, f"{refused} === 0")
+
+
+def test_many_freedoms_are_grouped_and_listed_on_demand(page: Any) -> None:
+    run(page, "clear", *(f"add_line 0,{5 * i} {20 + i},{6 * i + 1}" for i in range(7)))
+    show(page, "freedom")
+    wait(page, "document.querySelectorAll('.motions .sentence').length === 4")
+    first = page.locator(".motions .sentence").first
+    assert first.inner_text().replace("\n", "") == "L0..L6 can each move along x×7"
+    first.hover()
+    wait(page, "app.store.hovered.size === 7")
+    page.get_by_text("One by one").click()
+    wait(page, "document.querySelectorAll('.each .sentence').length === 28")
+
+
 def test_an_agent_is_refused_or_allowed(page: Any) -> None:
     ask = "message => app.store.receive(message)"
     page.evaluate(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 from arael.sketch.document.records import Amount
+from arael.sketch.document.saved import from_json, to_json
 from arael.sketch.judge.judge import Judge
 
 PLATE = """
@@ -157,3 +160,95 @@ def test_verdicts_are_the_same_with_and_without_proofs(monkeypatch: pytest.Monke
     monkeypatch.setattr(Judge, "_surely_help", lambda *_: False)
     assert proven == ran()
     assert sum("error" in one for one in proven) >= 3
+
+
+# --- how a sketch stands ------------------------------------------------------------------------
+
+
+def opened(script: str, values: dict[str, float]) -> Session:
+    """A sketch as a file changed by hand brings it: dimensions have values that nobody solved."""
+    session = Session()
+    session.run(script)
+    content = json.loads(to_json(session.document))
+    for one in content["dimensions"]:
+        if one["name"] in values:
+            one["value"] = {"text": repr(values[one["name"]]), "number": values[one["name"]]}
+    session.editor = session.make_editor(from_json(json.dumps(content)))
+    return session
+
+
+def standing(session: Session) -> dict[str, str]:
+    judge = session.editor.judge
+    return {one.name: one.kind for one in judge.standing(judge.freedoms().redundant)}
+
+
+TRIANGLE = "add_line 0,0 1,0 0.5,0.8 0,0; length L0 1; length L1 1; length L2 1"
+TWICE = "add_rect 0,0 5,3 hv; length L0 5; hdistance L0.p1 L0.p2 5 force"
+
+
+def test_a_sketch_that_holds_has_nothing_wrong() -> None:
+    assert standing(drawn()) == {}
+
+
+def test_the_members_of_a_contradiction_of_a_file_are_impossible() -> None:
+    members = ["d0", "d1"]
+    assert standing(opened(TWICE, {"d1": 6.0})) == dict.fromkeys(members, "impossible")
+
+
+def test_a_contradiction_that_only_solving_shows_is_impossible() -> None:
+    session = opened(f"{TRIANGLE}; add_line 9,9 12,9; length L3 3", {"d2": 3.0})
+    assert standing(session) == dict.fromkeys(["d0", "d1", "d2"], "impossible")
+
+
+def test_an_edit_elsewhere_in_a_contradictory_file_names_the_contradiction() -> None:
+    session = opened(f"{TRIANGLE}; add_line 9,9 12,9", {"d2": 3.0})
+    with pytest.raises(AraelError) as caught:
+        session.run("length L3 4")
+    assert caught.value.diagnostics[0].code == "E1231"
+    said = caught.value.diagnostics[0].message
+    assert said == "`length L2 3.0` is impossible together with `d0` and `d1`"
+
+
+def test_each_part_of_a_sketch_has_its_own_contradiction() -> None:
+    second = "add_rect 20,0 25,3 hv; length L4 5; hdistance L4.p1 L4.p2 5 force"
+    session = opened(f"{TWICE}; {second}", {"d1": 6.0, "d3": 7.0})
+    judge = session.editor.judge
+    found = judge.standing(judge.freedoms().redundant)
+    assert {one.members for one in found} == {("d0", "d1"), ("d2", "d3")}
+
+
+def test_a_file_that_only_has_to_be_solved_is_not_impossible() -> None:
+    assert standing(opened(TRIANGLE, {"d2": 1.5})) == {}
+
+
+def test_without_time_equations_that_do_not_hold_are_named() -> None:
+    judge = opened(TRIANGLE, {"d2": 3.0}).editor.judge
+    assert [one.name for one in judge.standing((), seconds=-1.0)] == ["d2"]
+
+
+def test_what_holds_nothing_in_this_position_only_is_told_from_what_never_does() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; add_line 5,0 10,0; length L0 5; length L1 5")
+    session.run("hdistance L0.p1 L1.p2 10")
+    session.run("distance L0.p2 L0.p1 5 force")
+    assert standing(session) == {"d2": "here", "d3": "redundant"}
+
+
+def test_what_is_partly_redundant_holds_something() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; add_line 7,0 9,0; parallel L0 L1; collinear L0 L1")
+    assert standing(session).get("C1") is None
+
+
+def test_redundant_ties_are_redundant() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; add_line 5,0 9,4; add_line 5,0 9,-4")
+    session.run("coincident L1.p1 L2.p1 force")
+    ties = [name for name, kind in standing(session).items() if kind == "redundant"]
+    assert len(ties) == 1
+
+
+def test_numbers_that_can_move_are_known_one_by_one() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; lock L0.p1; horizontal L0")
+    assert session.editor.judge.freedoms().moves.tolist() == [False, False, True, False]

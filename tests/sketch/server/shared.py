@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
 from arael.sketch.commands.session import Session
+from arael.sketch.document.saved import to_json
 from arael.sketch.server.keeping import Keeper
 from arael.sketch.server.protocol import received
 from arael.sketch.server.shared import SharedSketch
@@ -63,3 +65,13 @@ def shared_sketch(path: Path | None = None) -> SharedSketch:
     if keeper is not None:
         session.editor = session.make_editor(keeper.document)
     return SharedSketch(session, keeper)
+
+
+def contradictory(path: Path) -> Path:
+    """A file with a rectangle one side of which has two lengths, 50 and 60."""
+    session = Session()
+    session.run("add_rect 0,0 50,30 hv; length L0 50; hdistance L0.p1 L0.p2 50 force")
+    content = json.loads(to_json(session.document))
+    content["dimensions"][1]["value"] = {"text": "60", "number": 60.0}
+    path.write_text(json.dumps(content))
+    return path

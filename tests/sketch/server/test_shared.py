@@ -12,7 +12,7 @@ from arael.sketch.document.saved import to_json
 from arael.sketch.server import shared as shared_module
 from arael.sketch.server.shared import SharedSketch
 from tests import optional
-from tests.sketch.server.shared import Local, shared_sketch
+from tests.sketch.server.shared import Local, contradictory, shared_sketch
 
 RECTANGLE = "add_rect 0,0 50,30 hv"
 
@@ -447,6 +447,55 @@ def test_verdicts_come_when_nothing_else_is_to_do(shared: SharedSketch, page: Lo
     assert page.verdict["constraints"] == {"d2": "redundant"}
     assert page.verdict["entities"]["L3"] == "defined"
     assert page.verdict["entities"]["L2"] == "redundant"
+
+
+def test_constraints_that_contradict_are_impossible_and_so_is_what_they_act_on(
+    tmp_path: Path,
+) -> None:
+    page = Local(shared_sketch(contradictory(tmp_path / "plate.json")))
+    page.shared.idle()
+    assert page.verdict["constraints"] == {"d0": "impossible", "d1": "impossible"}
+    entities = page.verdict["entities"]
+    assert (entities["L0"], entities["L1"]) == ("impossible", "free")
+    conflicts = page.ask("ask", what="conflicts")["data"]["conflicts"]
+    assert [one["members"] for one in conflicts] == [["d1"], ["d0"]]
+    assert conflicts[1]["sentence"].endswith("is impossible together with d0")
+    page.run("delete d1")
+    page.shared.idle()
+    assert page.verdict["constraints"] == {} and page.verdict["entities"]["L0"] == "free"
+
+
+def test_what_is_redundant_in_this_position_only_is_sent_as_such(
+    shared: SharedSketch, page: Local
+) -> None:
+    page.run("add_line 0,0 5,0; add_line 5,0 10,0; length L0 5; length L1 5")
+    page.run("hdistance L0.p1 L1.p2 10")
+    shared.idle()
+    assert page.verdict["constraints"] == {"d2": "here"}
+    assert set(page.verdict["entities"].values()) == {"free"}
+    sentence = page.ask("ask", what="conflicts")["data"]["conflicts"][0]["sentence"]
+    assert sentence.endswith("follows from d0, d1 in this position")
+
+
+def test_defined_points_of_entities_that_are_free_are_sent(
+    shared: SharedSketch, page: Local
+) -> None:
+    page.run("add_line 0,0 5,3; lock L0.p1; add_circle 9,9 2; lock A0.center; add_point 3,3")
+    page.run("add_line 0,9 5,9")
+    shared.idle()
+    assert page.verdict["points"] == {"L0.p1": "defined", "A0.center": "defined"}
+    page.run("length L0 9; xangle L0 0")
+    shared.idle()
+    assert page.verdict["entities"]["L0"] == "defined"
+    assert page.verdict["points"] == {"A0.center": "defined"}
+
+
+def test_counters_of_names_come_with_changes(shared: SharedSketch, page: Local) -> None:
+    page.run(RECTANGLE)
+    page.run("length L0 50; length L1 30; delete d1")
+    assert page.last("change")["settings"] == {"counter:d": 2}
+    page.run("undo")
+    assert page.last("change")["settings"] == {"counter:d": None}
 
 
 def test_a_window_that_opens_gets_the_verdict(shared: SharedSketch, page: Local) -> None:

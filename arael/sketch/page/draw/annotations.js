@@ -6,7 +6,7 @@ import { splitHandle } from "../geometry/handles.js";
 import { layoutDimension, measured } from "./dimensions.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { ARROW } from "./lines.js";
-import { FONT } from "./palette.js";
+import { EDGES, FONT } from "./palette.js";
 import { Places } from "./places.js";
 import { dimensionText } from "./texts.js";
 
@@ -127,7 +127,8 @@ export class Annotations {
       const d = store.dimensions.get(drawn.name);
       const state = this._state(drawn.name);
       const quiet = d?.derived || d?.active === false;
-      drawDimension(ctx, drawn, state ? colours[state] : quiet ? palette.derived : palette.dimension, palette.background);
+      const colour = state ? colours[state] : quiet ? palette.derived : palette.dimension;
+      drawDimension(ctx, drawn, colour, palette.background, EDGES[state]);
     }
     for (const glyph of this.glyphs) {
       const look = {
@@ -150,8 +151,15 @@ export class Annotations {
   }
 }
 
-/** Draws a dimension. @param {CanvasRenderingContext2D} ctx @param {Drawn} drawn @param {string} colour @param {string} back */
-export function drawDimension(ctx, drawn, colour, back) {
+/**
+ * Draws a dimension.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Drawn} drawn
+ * @param {string} colour
+ * @param {string} back
+ * @param {number[]} [dash]  of its line
+ */
+export function drawDimension(ctx, drawn, colour, back, dash = []) {
   ctx.strokeStyle = ctx.fillStyle = colour;
   ctx.lineWidth = 0.8;
   ctx.globalAlpha = 0.6;
@@ -162,7 +170,8 @@ export function drawDimension(ctx, drawn, colour, back) {
   }
   ctx.stroke();
   ctx.globalAlpha = 1;
-  ctx.lineWidth = 1;
+  ctx.lineWidth = dash.length ? 1.6 : 1;
+  ctx.setLineDash(dash);
   ctx.beginPath();
   for (const [x1, y1, x2, y2] of drawn.lines) {
     ctx.moveTo(x1, y1);
@@ -173,6 +182,7 @@ export function drawDimension(ctx, drawn, colour, back) {
     ctx.arc(x, y, r, start, start + sweep, sweep < 0);
   }
   ctx.stroke();
+  ctx.setLineDash([]);
   ctx.beginPath();
   for (const [x, y, ux, uy] of drawn.arrows) {
     const [bx, by, w] = [x - ARROW * ux, y - ARROW * uy, 0.28 * ARROW];

@@ -5,6 +5,7 @@ import { curveOf, isClosed, lineEnds, nearest, pointAt, roughLength, tangentAt }
 import { meet } from "../geometry/intersect.js";
 import { splitHandle } from "../geometry/handles.js";
 import { left } from "../geometry/vectors.js";
+import { EDGES } from "./palette.js";
 import { drawBadge } from "./symbols.js";
 
 /**
@@ -73,7 +74,7 @@ export function drawGlyph(ctx, glyph, look, palette) {
       ctx.arc(glyph.x, glyph.y, 7, 0, 2 * Math.PI);
       ctx.strokeStyle = strong;
       ctx.lineWidth = 1.8;
-      ctx.setLineDash(look.state === "redundant" ? [2, 2.5] : look.state === "impossible" ? [5, 2.5] : []);
+      ctx.setLineDash(EDGES[look.state] ?? []);
       ctx.stroke();
       ctx.setLineDash([]);
     }
@@ -84,7 +85,7 @@ export function drawGlyph(ctx, glyph, look, palette) {
       edge: strong || palette["glyph-edge"],
       ink: strong || palette.glyph,
       width: strong ? 1.8 : 0.9,
-      dash: look.state === "redundant" ? [2, 2.5] : look.state === "impossible" ? [5, 2.5] : [],
+      dash: EDGES[look.state] ?? [],
     });
   }
   ctx.globalAlpha = 1;

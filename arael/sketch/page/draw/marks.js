@@ -37,6 +37,24 @@ export const SNAP_MARKS = Object.freeze({
 });
 
 /**
+ * A bar across a curve, with serifs like a bracket on each side of the cut.
+ * @param {Pen} p
+ * @param {number} x
+ * @param {number} y
+ * @param {import("../types.js").Point} along  direction of the curve in the sketch
+ */
+export function cutMark(p, x, y, along) {
+  const size = Math.hypot(...along) || 1;
+  const [u, v] = [along[0] / size, -along[1] / size];
+  const half = R + 3;
+  polyline(p, [[x - half * v, y + half * u], [x + half * v, y - half * u]]);
+  for (const side of [1, -1]) {
+    const [ex, ey] = [x + side * half * v, y - side * half * u];
+    polyline(p, [[ex - 3 * u, ey - 3 * v], [ex + 3 * u, ey + 3 * v]]);
+  }
+}
+
+/**
  * @param {CanvasRenderingContext2D} ctx
  * @param {import("../types.js").SnapKind} kind
  * @param {number} x

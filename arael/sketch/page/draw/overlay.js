@@ -4,7 +4,7 @@ import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { traceText } from "../geometry/lettering.js";
 import { drawDimension } from "./annotations.js";
-import { drawSnapMark } from "./marks.js";
+import { cutMark, drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
 import { disc, trace } from "./paths.js";
 import { drawBadge } from "./symbols.js";
@@ -93,8 +93,27 @@ function drawPreview(ctx, view, preview, palette) {
   ctx.fillStyle = palette.background;
   ctx.fill();
   ctx.stroke();
+  drawCuts(ctx, view, preview.cuts ?? [], palette);
   if (preview.dimension) drawDimension(ctx, preview.dimension, palette.preview, palette.background);
   if (preview.box) drawBox(ctx, preview.box, palette);
+}
+
+/**
+ * A bar across the curve at every cut, unlike the mark of any point.
+ * @param {Context} ctx
+ * @param {import("../view.js").View} view
+ * @param {{at: Point, along: Point}[]} cuts
+ * @param {Palette} palette
+ */
+function drawCuts(ctx, view, cuts, palette) {
+  ctx.beginPath();
+  for (const { at, along } of cuts) cutMark(ctx, ...view.toScreen(at), along);
+  ctx.lineWidth = 5.5;
+  ctx.strokeStyle = palette.background;
+  ctx.stroke();
+  ctx.lineWidth = 2.2;
+  ctx.strokeStyle = palette.snap;
+  ctx.stroke();
 }
 
 /** A selection box: from left to right solid, from right to left dashed. @param {Context} ctx @param {{from: Point, to: Point}} box @param {Palette} palette */
@@ -172,18 +191,20 @@ function drawFields(ctx, tool, at, palette) {
 /** @param {number} value */
 const rounded = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
 
-/** @param {Context} ctx @param {Point} at @param {string} text @param {Palette} palette */
+/** Lines of text above a place. @param {Context} ctx @param {Point} at @param {string} text @param {Palette} palette */
 function label(ctx, at, text, palette) {
+  const lines = text.split("\n");
+  const height = 15 * lines.length + 4;
   ctx.font = `12px ${FONT}`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
-  const width = ctx.measureText(text).width + 12;
+  const width = Math.max(...lines.map((line) => ctx.measureText(line).width)) + 14;
   ctx.beginPath();
-  ctx.roundRect(at[0] - width / 2, at[1] - 24, width, 18, 4);
+  ctx.roundRect(at[0] - width / 2, at[1] - 6 - height, width, height, 4);
   ctx.fillStyle = palette["label-back"];
   ctx.fill();
   ctx.fillStyle = palette.label;
-  ctx.fillText(text, at[0], at[1] - 14.5);
+  lines.forEach((line, i) => ctx.fillText(line, at[0], at[1] + 4 - height + 15 * i));
 }
 
 /** The cursor of the commands: where `@dx,dy` starts. @param {Context} ctx @param {Point} at @param {Palette} palette */

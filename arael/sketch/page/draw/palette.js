@@ -12,6 +12,8 @@ const NAMES = /** @type {const} */ ([
 /** Dashes of line styles. @type {Record<string, number[]>} */
 export const STYLE_DASHES = { solid: [], dashed: [9, 5], dashdot: [12, 4, 1.5, 4] };
 export const CONSTRUCTION_DASH = [4, 4];
+/** Dashes of badges and dimensions by their state. @type {Record<string, number[]>} */
+export const EDGES = { redundant: [2, 2.5], impossible: [5, 2.5] };
 export const FONT = "'Inter', 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
 
 /**
@@ -32,8 +34,16 @@ export const STATES = Object.freeze({
  * @returns {Palette}
  */
 export function readPalette(element) {
-  const style = getComputedStyle(element);
+  // a variable is read as it is written, with both themes; as the colour of an element it is the one that holds
+  const probe = element.ownerDocument.createElement("i");
+  probe.hidden = true;
+  element.append(probe);
+  const style = getComputedStyle(probe);
   const found = /** @type {Palette} */ ({});
-  for (const name of NAMES) found[name] = style.getPropertyValue(`--sketch-${name}`).trim() || "#888";
+  for (const name of NAMES) {
+    probe.style.color = `var(--sketch-${name}, #888)`;
+    found[name] = style.color;
+  }
+  probe.remove();
   return found;
 }

@@ -31,7 +31,10 @@ export function dimensionText(d, unit, measured = null) {
   } else if (d.low && d.high) body = `${numberText(d.low.number)}${suffix} … ${numberText(d.high.number)}${suffix}`;
   else if (d.low) body = `≥ ${numberText(d.low.number)}${suffix}`;
   else if (d.high) body = `≤ ${numberText(d.high.number)}${suffix}`;
-  const text = `${PREFIXES[d.kind] ?? ""}${body}${d.broken ? " ⚠" : ""}`;
+  let prefix = PREFIXES[d.kind] ?? "";
+  // apart from the sign before it: "⌀ ƒ 5"
+  if (prefix && /^[ƒ≥≤]/.test(body)) prefix = `${prefix.trim()} `;
+  const text = `${prefix}${body}${d.broken ? " ⚠" : ""}`;
   return d.derived ? `(${text})` : text;
 }
 

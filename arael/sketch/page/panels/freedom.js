@@ -6,11 +6,13 @@ import { mentioning, points } from "../mention.js";
 
 /**
  * @typedef {import("../app.js").App} App
- * @typedef {{sentence: string, entities: string[]}} Motion
+ * @typedef {{sentence: string, entities: string[], count?: number}} Motion
  * @typedef {{name: string, members: string[], sentence: string}} Conflict
  */
 
 const MOST = 100;
+/** Groups of motions that are shown at once. */
+const FEW = 6;
 
 /** @param {App} app @param {HTMLElement} element */
 export function mount(app, element) {
@@ -26,15 +28,15 @@ export function mount(app, element) {
     const mine = ++asked;
     const [free, bad] = await Promise.all([wire.ask("free"), wire.ask("conflicts")]);
     if (mine !== asked || !free.ok || !bad.ok) return;
-    const moving = /** @type {{motions: Motion[]}|undefined} */ (free.data)?.motions ?? [];
+    const { motions: moving = [], groups = moving } = /** @type {{motions?: Motion[], groups?: Motion[]}} */ (free.data ?? {});
     const wrong = /** @type {{conflicts: Conflict[]}|undefined} */ (bad.data)?.conflicts ?? [];
     const total = moving.length;
     if (!store.entities.size) fill(count, "The sketch is empty.");
     else if (total === 0) fill(count, icon("defined"), "Fully defined: nothing can move.");
     else fill(count, h("strong", {}, String(total)), total === 1 ? " degree of freedom" : " degrees of freedom");
     fill(conflicts, ...(wrong.length ? [h("h3", {}, "Redundant or in conflict"), list(wrong.map((one) => conflict(app, one)))] : []));
-    fill(motions, ...(total ? [h("h3", {}, "Still free"), list(moving.slice(0, MOST).map((one) => motion(app, one)))] : []));
-    if (total > MOST) motions.append(h("p", { class: "count" }, `and ${total - MOST} more`));
+    fill(motions, ...(total ? [h("h3", {}, "Still free"), ...few(app, groups)] : []));
+    if (groups.length < total || groups.length > FEW) motions.append(each(app, moving));
   }
   const soon = later(150, ask);
   for (const type of ["verdict", "change"]) store.addEventListener(type, soon);
@@ -44,9 +46,28 @@ export function mount(app, element) {
 /** @param {HTMLElement[]} items */
 const list = (items) => h("ul", { class: "sentences" }, ...items);
 
+/** The first groups, and how many degrees of freedom the others have. @param {App} app @param {Motion[]} groups */
+function few(app, groups) {
+  const rest = groups.slice(FEW).reduce((sum, one) => sum + (one.count ?? 1), 0);
+  const shown = list(groups.slice(0, FEW).map((one) => motion(app, one)));
+  return rest ? [shown, h("p", { class: "count" }, `and ${rest} more`)] : [shown];
+}
+
+/** Every motion, when it is asked for. @param {App} app @param {Motion[]} moving */
+function each(app, moving) {
+  const found = h("details", { class: "each" }, h("summary", {}, "One by one"));
+  found.addEventListener("toggle", () => {
+    if (!found.open || found.children.length > 1) return;
+    found.append(list(moving.slice(0, MOST).map((one) => motion(app, one))));
+    if (moving.length > MOST) found.append(h("p", { class: "count" }, `and ${moving.length - MOST} more`));
+  });
+  return found;
+}
+
 /** @param {App} app @param {Motion} one */
 function motion(app, one) {
-  const item = h("li", { class: "sentence", tabindex: 0 }, h("span", {}, ...mentioning(app.store, one.sentence)));
+  const count = (one.count ?? 1) > 1 ? h("span", { class: "ways", title: "degrees of freedom" }, `×${one.count}`) : null;
+  const item = h("li", { class: "sentence", tabindex: 0 }, h("span", {}, ...mentioning(app.store, one.sentence)), count);
   return points(item, app.store, () => one.entities);
 }
 

@@ -62,7 +62,8 @@ export function mount(app, element) {
   const search = h("input", {
     type: "search",
     class: "search",
-    placeholder: "Search: parallel, L3, d0",
+    placeholder: "Search",
+    title: "words of name, kind and operands: parallel, L3, d0",
     "aria-label": "search constraints and dimensions",
     autocomplete: "off",
     spellcheck: "false",

@@ -66,7 +66,7 @@ async function one(app, name) {
 async function two(app, names) {
   const { store, wire } = app;
   if (!names.every((name) => store.entities.has(name) || store.point(name))) return [];
-  const reply = await wire.run(`measure ${names.join(" ")}`);
+  const reply = await wire.ask("measure", { names: names.join(" ") });
   return reply.ok ? [section(app, "Measured", reply.text)] : [];
 }
 

@@ -2,7 +2,7 @@
 
 import { CURVES, PicksTool } from "./picks.js";
 import { coordinate } from "./compose.js";
-import { curveOf, nearest, pointAt } from "../geometry/curves.js";
+import { curveOf, nearest, pointAt, tangentAt } from "../geometry/curves.js";
 import { crossings } from "../geometry/intersect.js";
 import { dist } from "../geometry/vectors.js";
 
@@ -60,7 +60,8 @@ class CutTool extends PicksTool {
     const here = nearest(curve, at).t;
     const ts = points.map((p) => ({ p, t: nearest(curve, p).t })).sort((a, b) => a.t - b.t);
     const beside = [ts.filter(({ t }) => t < here).at(-1), ts.find(({ t }) => t > here)];
-    return { ...preview, points: beside.flatMap((one) => (one ? [one.p] : [])) };
+    const cuts = beside.flatMap((one) => (one ? [{ at: one.p, along: tangentAt(curve, one.t) }] : []));
+    return { ...preview, cuts };
   }
 }
 

@@ -127,11 +127,8 @@ export class DimensionTool extends PicksTool {
   }
 }
 
-/** The name that the next dimension gets, if none of a higher number was deleted. @param {import("../store.js").Store} store */
-function nextName(store) {
-  const used = [...store.dimensions.keys()].map((name) => Number(name.slice(1)) + 1);
-  return `d${Math.max(Number(store.settings["counter:d"] ?? 0), ...used)}`;
-}
+/** The name that the next dimension gets. @param {import("../store.js").Store} store */
+const nextName = (store) => `d${store.settings["counter:d"] ?? 0}`;
 
 /** Angle between two lines or from the x axis, degrees. @param {import("../store.js").Store} store @param {Dimension} d */
 function angleNow(store, d) {

@@ -2,6 +2,12 @@
 
 import { CURVES, PicksTool } from "./picks.js";
 
+/** Lines of a label. */
+const MOST = 4;
+
+/** What a label shows: the first lines, without what is not so (`parallel: no`). @param {string[]} lines */
+export const told = (lines) => lines.filter((line) => !line.endsWith(": no")).slice(0, MOST);
+
 export class MeasureTool extends PicksTool {
   /** @type {import("../types.js").ToolSpec} */
   static spec = {
@@ -12,14 +18,15 @@ export class MeasureTool extends PicksTool {
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super(app, ["point", "pointlike", ...CURVES], 2);
-    /** What was measured last. */
-    this.result = "";
+    /** What was measured last: `distance: 5`. */
+    /** @type {string[]} */
+    this.lines = [];
     /** @type {import("../types.js").Point|null} */
     this.resultAt = null;
   }
 
   get hint() {
-    return this.result || "what to measure; a second thing for their distance and angle";
+    return this.lines.join(" · ") || "what to measure; a second thing for their distance and angle";
   }
 
   get needsPlace() {
@@ -43,20 +50,20 @@ export class MeasureTool extends PicksTool {
 
   /** @param {import("../types.js").Place} place */
   async measure(place) {
-    const reply = await this.app.wire.run(`measure ${this.names.join(" ")}`);
-    this.result = reply.ok ? reply.text : reply.error?.message ?? reply.text;
+    const reply = await this.app.wire.ask("measure", { names: this.names.join(" ") });
+    this.lines = (reply.ok ? reply.text : reply.error?.message ?? reply.text).split("\n");
     this.resultAt = place.at;
     this.stepped();
   }
 
   cancel() {
     super.cancel();
-    this.result = "";
+    this.lines = [];
   }
 
   preview() {
-    const lines = this.result.split("\n");
-    const labels = this.resultAt && this.result ? [{ at: this.resultAt, text: lines.slice(0, 2).join("; ") }] : [];
+    const text = told(this.lines).join("\n");
+    const labels = this.resultAt && text ? [{ at: this.resultAt, text }] : [];
     return { names: this.names, labels };
   }
 }

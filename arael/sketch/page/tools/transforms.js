@@ -3,7 +3,7 @@
 import { CURVES, PicksTool } from "./picks.js";
 import { copies } from "./copies.js";
 import { coordinate, degrees, short } from "./compose.js";
-import { angleOf, dist, sub } from "../geometry/vectors.js";
+import { angleOf, dist, mix, sub, turned } from "../geometry/vectors.js";
 import { line } from "../geometry/curves.js";
 
 /**
@@ -103,6 +103,21 @@ class TransformTool extends PicksTool {
     this.places = [];
   }
 
+  /**
+   * Ends of the guides: a typed value takes the place of the pointer's.
+   * @param {Point} m
+   * @param {Point[]} given  from which direction or distance, and to which
+   * @param {number} angle
+   * @param {Point} middle  of the selection: what is turned is seen from there as long as no direction is given
+   * @returns {Point[]}
+   */
+  _rays(m, given, angle, middle) {
+    const a = this.places.length < 2 && dist(m, middle) > 0 ? middle : given[0];
+    if (this.word === "rotate" && this.typed.text("angle")) return [a, turned(a, m, angle)];
+    if (this.word === "scale" && this.typed.text("factor")) return [mix(m, a, this.factor)];
+    return given;
+  }
+
   preview() {
     const preview = super.preview();
     const points = this.all;
@@ -110,9 +125,10 @@ class TransformTool extends PicksTool {
     if (!this.placing || !a) return { ...preview, points };
     const made = copies(this.app.store, this.names);
     if (this.word === "move") return { ...preview, points, guides: [line(m, a)], curves: made.moved(sub(a, m)) };
-    const guides = points.slice(1).map((p) => line(m, p));
     const angle = (this.typed.number("angle", (this.angle * 180) / Math.PI) * Math.PI) / 180;
-    return { ...preview, points, guides, curves: this.word === "rotate" ? made.turned(m, angle) : made.scaled(m, this.factor) };
+    const rays = this._rays(m, points.slice(1), angle, made.middle);
+    const guides = rays.map((p) => line(m, p));
+    return { ...preview, points: [m, ...rays], guides, curves: this.word === "rotate" ? made.turned(m, angle) : made.scaled(m, this.factor) };
   }
 }
 
