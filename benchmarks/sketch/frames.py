@@ -239,8 +239,8 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     return [
         "## sketch-frames",
         "",
-        "From the message of the mouse to the painted canvas, milliseconds, in Chromium; the server",
-        "is a process on the same machine.",
+        "From the message of the mouse to the painted canvas, milliseconds, in Chromium; the",
+        "server is a process on the same machine.",
         "",
         *table(head, rows),
         *stages,

@@ -47,10 +47,10 @@ function recorded() {
     if (!count || !renderer.pending) flush();
   };
   const frame = store.frame.bind(store);
-  store.frame = (offsets, numbers) => {
+  store.frame = (...given) => {
     const decoded = performance.now();
     for (const one of open) one.decoded ??= decoded;
-    frame(offsets, numbers);
+    frame(...given);
   };
   const paint = renderer.paint.bind(renderer);
   renderer.paint = () => {

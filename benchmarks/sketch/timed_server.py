@@ -1,8 +1,8 @@
 """`arael sketch --serve` with the time of every stage of a frame, for the benchmark of frames.
 
-``python -m benchmarks.sketch.timed_server FILE LOG``: when the server ends, `LOG` has one record per
-place of the pointer, by its sequence: `STAGES` in milliseconds of the monotonic clock, and `cpu`,
-processor time of the thread that solves.
+``python -m benchmarks.sketch.timed_server FILE LOG``: when the server ends, `LOG` has one record
+per place of the pointer, by its sequence: `STAGES` in milliseconds of the monotonic clock, and
+`cpu`, processor time of the thread that solves.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from arael.sketch.server.serving import serve
 from arael.sketch.server.shared import SharedSketch
 
 STAGES = ("received", "begun", "solving", "solved", "encoded", "sent")
-"""Read from the socket; taken up by the worker; solver's begin and end; given to the socket's queue;
-taken from it."""
+"""Read from the socket; taken up by the worker; solver's begin and end; given to the socket's
+queue; taken from it."""
 
 _HEAD = struct.Struct("<IIII")
 

@@ -2,7 +2,7 @@
 
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
-import { drawDimension } from "./annotations.js";
+import { drawDimensions } from "./annotations.js";
 import { drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
 import { disc, trace } from "./paths.js";
@@ -91,7 +91,7 @@ function drawPreview(ctx, view, preview, palette) {
   ctx.fillStyle = palette.background;
   ctx.fill();
   ctx.stroke();
-  if (preview.dimension) drawDimension(ctx, preview.dimension, palette.preview, palette.background);
+  if (preview.dimension) drawDimensions(ctx, [preview.dimension], palette.preview, palette.background);
   if (preview.box) drawBox(ctx, preview.box, palette);
 }
 
