@@ -1,9 +1,15 @@
-"""Frames of a drag in Chromium: from the event of the mouse to the painted canvas.
+"""Frames of a drag in Chromium: from the message of the mouse to the painted canvas, by stage.
 
 A chain of rectangles, corner to corner: coincident ends, horizontal and vertical sides, a width
-each; the heights are free. The corner at one end is dragged in a circle, so that the whole chain
-deforms. Each move of the mouse is dispatched in the page and followed by the next one as soon as
-its frame is on the canvas, at most one per `PERIOD`; reading a pixel back forces the rasterisation.
+each; the heights are free. The corner at one end is dragged on ellipses, to the side on which its
+rectangle grows: the whole chain moves in every frame, and no rectangle would turn over, which the
+solver refuses. Moves of the mouse are made in two ways, at most one per `PERIOD`:
+
+- *page*: the event is dispatched in the page, the next one as soon as the frame is on the canvas;
+- *mouse*: through the browser's input, as from a mouse; the time begins with the event's own stamp,
+  so that it includes what the browser waits before it hands the event to the page.
+
+Reading a pixel back forces the rasterisation, whose end is that of a frame.
 """
 
 from __future__ import annotations
@@ -11,13 +17,17 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
@@ -30,54 +40,52 @@ PERIOD = 8.0
 """Milliseconds between moves of the mouse: 125 a second."""
 WANTED = {500: "p99 4 ms", 10_000: "p95 16.7 ms"}
 
-_DRAG = """async ([handle, moves, period]) => {
-  const canvas = app.canvas, rect = canvas.getBoundingClientRect();
-  const [x0, y0] = app.view.toScreen(app.store.point(handle));
-  const send = (type, x, y) => canvas.dispatchEvent(new PointerEvent(type, {
-    clientX: rect.left + x, clientY: rect.top + y, pointerId: 1, button: 0, isPrimary: true,
-    pointerType: "mouse", bubbles: true, buttons: type === "pointerup" ? 0 : 1}));
-  const pixel = app.renderer.moving.ctx;
-  const found = {total: [], paint: []};
-  const paint = app.renderer.paint.bind(app.renderer);
-  app.renderer.paint = () => {
-    const began = performance.now();
-    paint();
-    pixel.getImageData(0, 0, 1, 1);
-    found.paint.push(performance.now() - began);
-  };
-  const step = (x, y) => new Promise((resolve) => {
-    const began = performance.now();
-    const ended = setTimeout(() => finish(NaN), 2000);
-    const finish = (now) => {
-      clearTimeout(ended);
-      app.wire.removeEventListener("frame", frame);
-      found.total.push(Number.isNaN(now) ? 2000 : now - began);
-      setTimeout(resolve, Math.max(period - (now - began), 0));
-    };
-    const frame = () => {
-      // drawn as it came, or by the next refresh of the screen
-      const done = () => {
-        pixel.getImageData(0, 0, 1, 1);
-        finish(performance.now());
-      };
-      if (app.renderer.pending) app.renderer.addEventListener("painted", done, {once: true});
-      else done();
-    };
-    app.wire.addEventListener("frame", frame);
-    send("pointermove", x, y);
-  });
-  send("pointermove", x0, y0);
-  send("pointerdown", x0, y0);
-  send("pointermove", x0 + 10, y0);
-  await new Promise((resolve) => setTimeout(resolve, 1500));
-  for (let i = 1; i <= moves; i++) {
-    const a = i / 25;
-    await step(x0 + 10 + 60 * Math.sin(a), y0 + 30 * (1 - Math.cos(a)));
-  }
-  const moved = app.renderer.movedCount;
-  send("pointerup", x0 + 10, y0);
-  return {...found, moved};
-}"""
+_SCRIPT = Path(__file__).with_name("frames_page.js")
+
+STAGES = (
+    ("stamp", "heard", "browser hands the event over"),
+    ("heard", "send", "page: event to message"),
+    ("send", "received_there", "socket to the server"),
+    ("received_there", "begun", "handed to the solving thread"),
+    ("begun", "solved", "solver"),
+    ("solved", "encoded", "what moved, encoded"),
+    ("encoded", "sent", "handed to the socket"),
+    ("sent", "received", "socket to the page"),
+    ("received", "decoded", "decoded"),
+    ("decoded", "painting", "taken in; waits for a refresh"),
+    ("painting", "painted", "drawing commands"),
+    ("painted", "flushed", "rasterised"),
+    ("first", "flushed", "all"),
+)
+"""From, to, name."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Times of the frames of one drag.
+
+    Attributes
+    ----------
+    times : milliseconds by moment, (n,) each, NaN where a frame did not come to it
+    moved : entities that moved
+    still : frames in which nothing moved
+    cpu : (n,) processor time of the solving thread
+    """
+
+    times: dict[str, NDArray[np.float64]]
+    moved: int
+    still: int
+    cpu: NDArray[np.float64]
+
+    def between(self, first: str, last: str) -> NDArray[np.float64]:
+        """Milliseconds from one moment to another of the frames that have both."""
+        found = self.times[last] - self.times[first]
+        return found[np.isfinite(found)]
+
+    @property
+    def total(self) -> NDArray[np.float64]:
+        """Milliseconds from the mouse to the canvas."""
+        return self.between("first", "flushed")
 
 
 def chain(count: int) -> Document:
@@ -91,9 +99,8 @@ def chain(count: int) -> Document:
 
 def _rectangle(document: Document, i: int) -> None:
     w, h = 6.0 + i % 3, 4.0 + i % 4
-    # rows of fifty, so that the drawing is about as high as wide
     x, y = document.numbers_of(f"L{4 * i - 2}")[:2] if i else (0.0, 0.0)
-    up = 1.0 if (i // 40) % 2 == 0 else -1.0
+    up = 1.0 if _goes_up(i) else -1.0
     corners = [(x, y), (x + w, y), (x + w, y + up * h), (x, y + up * h)]
     names = [f"L{4 * i + k}" for k in range(4)]
     for k, name in enumerate(names):
@@ -111,15 +118,22 @@ def _rectangle(document: Document, i: int) -> None:
     document.put("dimensions", Dimension(f"d{i}", "length", (names[0],), Amount(f"{w:g}", w)))
 
 
+def _goes_up(i: int) -> bool:
+    """Whether a rectangle is above the one before it; the chain turns every forty."""
+    return (i // 40) % 2 == 0
+
+
 @contextmanager
-def _page(file: Path) -> Iterator[Any]:
-    """The editor on a file in Chromium."""
+def _page(file: Path, log: Path) -> Iterator[Any]:
+    """The editor on a file in Chromium; the server's times are in `log` afterwards."""
     from playwright.sync_api import sync_playwright
 
     from tests.sketch.server.process import ServerProcess
 
     chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
-    with ServerProcess(file, folder=file.parent) as server, sync_playwright() as playwright:
+    server = ServerProcess(file, folder=file.parent)
+    server.command = [sys.executable, "-m", "benchmarks.sketch.timed_server", str(file), str(log)]
+    with server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.address)
@@ -133,48 +147,120 @@ def _page(file: Path) -> Iterator[Any]:
         browser.close()
 
 
-def frames(count: int, moves: int) -> dict[str, Any]:
-    """Milliseconds of each frame of a drag, by part."""
+def frames(count: int, moves: int, by_mouse: bool = False) -> Frames:
+    """Drag a chain of about `count` constraints; `by_mouse` as the module says."""
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "chain.json"
+        file, log = Path(folder) / "chain.json", Path(folder) / "times.json"
         save(chain(count), file)
-        last = 4 * (count // PER_RECTANGLE - 1) + 2
-        with _page(file) as page:
-            found: dict[str, Any] = page.evaluate(_DRAG, [f"L{last}.p1", moves, PERIOD])
+        last = max(count // PER_RECTANGLE, 1) - 1
+        drag = [f"L{4 * last + 2}.p1", moves, _goes_up(last)]
+        script = _SCRIPT.read_text()
+        with _page(file, log) as page:
+            if by_mouse:
+                found = _by_mouse(page, script, drag)
+            else:
+                call = f"(a) => {{ {script}\nreturn dispatched(...a); }}"
+                found = page.evaluate(call, [*drag, PERIOD])
+        there = {int(key): one for key, one in json.loads(log.read_text()).items()}
+    return _joined(dict(found["records"]), there, found["moved"], by_mouse)
+
+
+def _by_mouse(page: Any, script: str, drag: list[Any]) -> dict[str, Any]:
+    """Move the mouse of the browser, one event per `PERIOD` at most."""
+    begin = f"(a) => {{ {script}\nwindow.taken = {{ recorded, places }}; return places(...a); }}"
+    first, second, *rest = page.evaluate(begin, drag)
+    page.mouse.move(*first)
+    page.mouse.down()
+    page.mouse.move(*second)
+    page.wait_for_timeout(1500)
+    page.evaluate("() => { window.taken = taken.recorded(); }")
+    for at in rest:
+        began = time.perf_counter()
+        page.mouse.move(*at)
+        time.sleep(max(PERIOD / 1e3 - (time.perf_counter() - began), 0.0))
+    page.wait_for_timeout(300)
+    found: dict[str, Any] = page.evaluate(
+        "() => ({ records: [...taken], moved: app.renderer.movedCount })"
+    )
+    page.mouse.up()
     return found
+
+
+def _joined(
+    here: dict[int, dict[str, float]],
+    there: dict[int, dict[str, float]],
+    moved: int,
+    by_mouse: bool,
+) -> Frames:
+    """Times of the page and of the server by the page's clock."""
+    keys = [key for key, one in sorted(here.items()) if "sent" in there.get(key, {})]
+    page = [here[key] for key in keys]
+    server = [there[key] for key in keys]
+    # no message arrives before it was sent: both ways bound how far the clocks are apart
+    both = list(zip(page, server, strict=True))
+    least = max(b["sent"] - a["received"] for a, b in both if "received" in a)
+    most = min(b["received"] - a["send"] for a, b in both)
+    apart = 0.5 * (least + most)
+    times: dict[str, NDArray[np.float64]] = {}
+    for name in ("stamp", "heard", "send", "received", "decoded", "painting", "painted", "flushed"):
+        times[name] = np.array([one.get(name, np.nan) for one in page])
+    for name in ("received", "begun", "solving", "solved", "encoded", "sent"):
+        key = "received_there" if name == "received" else name
+        times[key] = np.array([one.get(name, np.nan) for one in server]) - apart
+    times["first"] = times["stamp" if by_mouse else "heard"]
+    still = sum(one.get("numbers") == 0 for one in page)
+    return Frames(times, moved, still, np.array([one["cpu"] for one in server]))
 
 
 def run(plan: Plan, picture: Path | None) -> list[str]:
     """The chapter of a report."""
     del picture
     moves = 60 if plan.quick else 600
-    rows = []
+    rows, stages = [], []
     for count, wanted in WANTED.items():
-        found = frames(count, moves)
-        total, paint = np.array(found["total"]), np.array(found["paint"])
-        p50, p95, p99 = np.percentile(total, [50, 95, 99])
-        dropped = int((total > 16.7).sum())
-        rows.append(
-            [
-                f"{count:,}",
-                str(found["moved"]),
-                *(f"{x:.1f}" for x in (p50, p95, p99, total.max())),
-                f"{np.median(paint):.1f}",
-                f"{dropped} of {len(total)}",
-                wanted,
-            ]
-        )
-    head = ["constraints", "entities that move", "p50", "p95", "p99", "most", "painting, p50"]
-    head += ["later than 16.7 ms", "wanted"]
+        for way in ("page", "mouse"):
+            found = frames(count, moves, way == "mouse")
+            total = found.total
+            late = int((total > 16.7).sum())
+            rows.append(
+                [
+                    f"{count:,}",
+                    way,
+                    str(found.moved),
+                    *(f"{x:.1f}" for x in (*np.percentile(total, [50, 95, 99]), total.max())),
+                    f"{late} of {len(total)}",
+                    str(found.still),
+                    wanted,
+                ]
+            )
+            stages += ["", f"{count:,}, {way}:", "", *_stages(found, way == "mouse")]
+    head = ["constraints", "moves by", "entities that move", "p50", "p95", "p99", "most"]
+    head += ["later than 16.7 ms", "nothing moved", "wanted"]
     return [
         "## sketch-frames",
         "",
-        "From the event of the mouse to the painted canvas, milliseconds, in Chromium; the server",
-        "is a process on the same machine.",
+        "From the message of the mouse to the painted canvas, milliseconds, in Chromium; the",
+        "server is a process on the same machine.",
         "",
         *table(head, rows),
+        *stages,
     ]
 
 
+def _stages(found: Frames, by_mouse: bool) -> list[str]:
+    rows = []
+    for first, last, name in STAGES:
+        if first == "stamp" and not by_mouse:
+            continue
+        rows.append([name, *(_percentiles(found.between(first, last)))])
+    rows.append(["(processor time of the solving thread)", *_percentiles(found.cpu)])
+    return table(["stage", "p50", "p95", "p99", "most"], rows)
+
+
+def _percentiles(values: NDArray[np.float64]) -> list[str]:
+    return [f"{x:.2f}" for x in (*np.percentile(values, [50, 95, 99]), values.max())]
+
+
 if __name__ == "__main__":
-    print(json.dumps({str(count): frames(count, 100) for count in WANTED}))
+    moves = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    sys.stdout.write("\n".join(run(Plan((), "", (1,), moves <= 60, ()), None)) + "\n")

@@ -3,9 +3,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { Annotations, drawDimensions } from "../../arael/sketch/page/draw/annotations.js";
+import { Batches } from "../../arael/sketch/page/draw/batches.js";
 import { layoutDimension } from "../../arael/sketch/page/draw/dimensions.js";
 import { HALF, layoutGlyphs } from "../../arael/sketch/page/draw/glyphs.js";
-import { Places } from "../../arael/sketch/page/draw/places.js";
+import { Places, SamePlaces } from "../../arael/sketch/page/draw/places.js";
 import { SYMBOLS } from "../../arael/sketch/page/draw/symbols.js";
 import { dimensionText } from "../../arael/sketch/page/draw/texts.js";
 import { scene } from "./sketches.js";
@@ -52,6 +54,80 @@ test("a badge that was dragged keeps its distance from its anchor", () => {
   const at = (nudged) => layoutGlyphs({ store, view, nudged }, new Places(), new Set()).find((one) => one.name === "CL0H");
   const [a, b] = [at(new Map()), at(new Map([["CL0H", [40, 25]]]))];
   assert.deepEqual([b.x - a.x, b.y - a.y], [40, 25]);
+});
+
+/** A context that measures texts and counts what is drawn. */
+function context() {
+  const counts = {};
+  const ctx = new Proxy({ measureText: (text) => ({ width: 7 * text.length }) }, {
+    get: (own, name) => own[name] ?? ((..._) => (counts[name] = (counts[name] ?? 0) + 1)),
+    set: () => true,
+  });
+  return { ctx, counts };
+}
+
+/** Annotations of the rectangle with a dimension, laid out. */
+function annotated() {
+  const { store, view } = rectangle();
+  store.dimensions.set("d0", { name: "d0", kind: "length", args: ["L0"], value: { text: "10", number: 10 } });
+  const annotations = new Annotations(store, view);
+  const { ctx } = context();
+  annotations.layout(ctx);
+  return { annotations, store, view, ctx };
+}
+
+test("in a drag texts and badges move with what they belong to, on the side where they are", () => {
+  const { annotations, store, view, ctx } = annotated();
+  const before = { dimensions: annotations.dimensions, glyphs: annotations.glyphs };
+  annotations.split(new Set(["L0", "L1", "L2", "L3"]));
+  for (let i = 0; i < store.values.length; i += 2) store.values[i] += 3;
+  const after = annotations.follow(ctx);
+  const x = (shown) => [shown.dimensions[0].text.x, ...shown.glyphs.filter((one) => !one.ring).map((one) => one.x)];
+  assert.equal(after.glyphs.length, before.glyphs.filter((one) => !one.ring).length);
+  assert.deepEqual(x(after).map((one) => one.toFixed(6)), x(before).map((one) => (one + 3 * view.scale).toFixed(6)));
+});
+
+test("what a drag does not move is laid out once", () => {
+  const { annotations, ctx } = annotated();
+  annotations.split(new Set(["L1"]));
+  assert.deepEqual(annotations.still.dimensions.map((one) => one.name), ["d0"]);
+  const moving = annotations.follow(ctx);
+  assert.deepEqual(new Set(moving.glyphs.map((one) => one.name)), new Set(["C2", "C4"]));
+  assert.equal(moving.dimensions.length, 0);
+  const still = new Set(annotations.still.glyphs.map((one) => one.name));
+  assert.ok(still.has("CL0H") && !still.has("C2"));
+});
+
+test("the same choices again, and the first place where none was free", () => {
+  const choices = new Map();
+  const places = new Places();
+  const spots = [[0, 0], [50, 0], [100, 0]];
+  for (const key of ["a", "b", "c", "d"]) {
+    places.choosing(key);
+    const [x, y] = places.firstFree(spots, 9, 9);
+    places.take(x, y, 9, 9);
+    choices.set(key, places.refused);
+  }
+  assert.deepEqual([...choices.values()], [0, 1, 2, -1]);
+  const same = new SamePlaces(choices);
+  const found = ["d", "c", "b", "a"].map((key) => (same.choosing(key), same.firstFree(spots, 9, 9)[0]));
+  assert.deepEqual(found, [0, 100, 50, 0]);
+});
+
+test("dimensions of one colour are drawn in one stroke for each kind of line", () => {
+  const { store, view } = rectangle();
+  const pen = { store, view, places: new Places(), middle: [5, 2], width: () => 20 };
+  const all = ["L0", "L1", "L2"].map((name) => layoutDimension(pen, { name, kind: "length", args: [name] }, "1"));
+  const { ctx, counts } = context();
+  drawDimensions(ctx, all, "red", "white");
+  assert.deepEqual([counts.stroke, counts.fill, counts.fillText], [2, 1, 3]);
+});
+
+test("ends that coincide have one mark", () => {
+  const { store, view } = rectangle();
+  const { ctx, counts } = context();
+  new Batches(store, () => true).draw(ctx, view, {});
+  assert.equal(counts.arc, 8); // four rings, of two discs each
 });
 
 test("every kind of constraint has a symbol", () => {

@@ -76,6 +76,41 @@ test("of the places of a drag one is on its way, of the others the newest waits"
   assert.equal(new DataView(sent[2]).getFloat64(16, true), 5);
 });
 
+test("the next place is sent before the frame of the last one is painted", () => {
+  const { wire, store, kinds, handlers } = linked();
+  void wire.beginDrag(["L0.p1"], [0, 0]);
+  wire.dragTo([1, 0]);
+  wire.dragTo([2, 0]);
+  let before = [];
+  store.addEventListener("values", () => (before = kinds()));
+  handlers.onmessage(numbers(1, [0], [1]));
+  assert.deepEqual(before, [1, 3, 3]);
+});
+
+test("a place that comes by two events is sent once", () => {
+  const { wire, kinds, handlers } = linked();
+  void wire.beginDrag(["L0.p1"], [0, 0]);
+  wire.dragTo([1, 0]);
+  wire.dragTo([1, 0]);
+  handlers.onmessage(numbers(1, [0], [1]));
+  wire.dragTo([1, 0]);
+  assert.deepEqual(kinds(), [1, 3]);
+  wire.dragTo([2, 0]);
+  assert.deepEqual(kinds(), [1, 3, 3]);
+});
+
+test("a frame that answers the pointer is painted at once, others by the next refresh of the screen", () => {
+  const { wire, store, handlers } = linked();
+  const answers = [];
+  store.addEventListener("values", (event) => answers.push(event.detail.answers));
+  handlers.onmessage(numbers(0, [0], [1])); // another window drags
+  void wire.beginDrag(["L0.p1"], [0, 0]);
+  wire.dragTo([1, 0]);
+  handlers.onmessage(numbers(1, [0], [1]));
+  handlers.onmessage(numbers(1, [0], [1.5])); // the pointer rests, the frame is gone on with
+  assert.deepEqual(answers, [false, true, false]);
+});
+
 test("numbers of a drag are a view: dropping it shows the document again", async () => {
   const { wire, store, handlers, reply } = linked();
   void wire.beginDrag(["L0.p1"], [0, 0]);

@@ -137,9 +137,9 @@ export class App extends EventTarget {
       }
     });
     store.addEventListener("values", (event) => {
-      const { offsets } = /** @type {CustomEvent} */ (event).detail;
+      const { offsets, answers } = /** @type {CustomEvent} */ (event).detail;
       this.picker.moved();
-      renderer.moved(offsets);
+      renderer.moved(offsets, answers);
     });
     store.addEventListener("verdict", () => renderer.restyled());
     store.addEventListener("hover", () => renderer.overlayChanged());

@@ -79,6 +79,22 @@ export function once(work) {
 }
 
 /**
+ * Call a function at most once in a while: a little after it was asked for, and not again before.
+ * @param {number} milliseconds
+ * @param {() => void} work
+ * @returns {() => void}
+ */
+export function seldom(milliseconds, work) {
+  let timer = 0;
+  return () => {
+    timer ||= window.setTimeout(() => {
+      timer = 0;
+      work();
+    }, milliseconds);
+  };
+}
+
+/**
  * Call a function when nothing asked for it for a while.
  * @template {unknown[]} A
  * @param {number} milliseconds

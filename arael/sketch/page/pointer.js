@@ -28,6 +28,11 @@ export class Pointer {
     const { canvas } = app;
     canvas.addEventListener("pointerdown", (event) => this._down(event));
     canvas.addEventListener("pointermove", (event) => this._move(event));
+    // `pointermove` waits for the next refresh of the screen; a drag takes the pointer as it comes, in
+    // browsers that have this event
+    canvas.addEventListener("pointerrawupdate", (event) => {
+      if (app.drag.active && this._press) this._move(/** @type {PointerEvent} */ (event));
+    });
     canvas.addEventListener("pointerup", (event) => this._up(event));
     canvas.addEventListener("pointercancel", (event) => this._cancel(event));
     canvas.addEventListener("pointerleave", () => this._leave());

@@ -1,8 +1,11 @@
 /** The line at the bottom: what to do next, the cursor, grid and unit; connection, busy, windows. */
 
 import { shown } from "./amounts.js";
-import { fill, h, once } from "./dom.js";
+import { fill, h, once, seldom } from "./dom.js";
 import { icon } from "./icons.js";
+
+/** Milliseconds between coordinates of the pointer. */
+const PLACE_PERIOD = 80;
 
 /** @param {import("./app.js").App} app @param {HTMLElement} element */
 export function mountStatus(app, element) {
@@ -16,7 +19,8 @@ export function mountStatus(app, element) {
   fill(element, hint, busy, place, scale, others, link);
 
   app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
-  const showPlace = once(() => {
+  // a text that changes costs a layout of the page: not for every move of the mouse
+  const showPlace = seldom(PLACE_PERIOD, () => {
     const at = app.tools.current.place?.at;
     const digits = Math.max(0, Math.min(9, Math.ceil(Math.log10(view.scale))));
     place.textContent = at ? `${at[0].toFixed(digits)}, ${at[1].toFixed(digits)}` : "";

@@ -110,12 +110,13 @@ export class Store extends EventTarget {
    * Show numbers of a drag: a view only.
    * @param {Uint32Array} offsets
    * @param {Float64Array} numbers
+   * @param {boolean} [answers]  whether it answers the newest place of this window's pointer
    */
-  frame(offsets, numbers) {
+  frame(offsets, numbers, answers = false) {
     const values = this.values;
     for (let i = 0; i < offsets.length; i++) values[offsets[i]] = numbers[i];
     this.dragging = true;
-    this._emit("values", { offsets });
+    this._emit("values", { offsets, answers });
   }
 
   /** Show the document's own numbers again, after a drag. */
@@ -123,7 +124,7 @@ export class Store extends EventTarget {
     if (!this.dragging) return;
     this.dragging = false;
     this.values.set(this._settled);
-    this._emit("values", { offsets: null });
+    this._emit("values", { offsets: null, answers: false });
   }
 
   /**

@@ -37,6 +37,8 @@ export class Wire extends EventTarget {
     // of the drag: the newest place, whether one is on its way, and since when
     /** @type {Point|null} */
     this._place = null;
+    /** The last place that was sent. @type {Point|null} */
+    this._last = null;
     this._sequence = 0;
     this._answered = 0;
     this._sent = 0;
@@ -121,17 +123,18 @@ export class Wire extends EventTarget {
    */
   beginDrag(handles, at) {
     this._dragging = true;
-    this._place = null;
+    this._place = this._last = null;
     this._answered = this._sequence;
     return this._request({ type: "drag", handles, at });
   }
 
   /**
-   * Drag to a place. At most one is on its way; of those that wait only the newest is kept.
+   * Drag to a place. At most one is on its way; of those that wait only the newest is kept. A place that
+   * comes twice, by both events of one move of the mouse, is sent once.
    * @param {Point} at
    */
   dragTo(at) {
-    this._place = at;
+    this._place = this._last && at[0] === this._last[0] && at[1] === this._last[1] ? null : at;
     this._sendPlace();
   }
 
@@ -170,7 +173,7 @@ export class Wire extends EventTarget {
 
   _sendPlace() {
     if (!this._place || !this._dragging || this._answered < this._sequence) return;
-    const [x, y] = this._place;
+    const [x, y] = (this._last = this._place);
     this._place = null;
     this._sent = performance.now();
     this._send(encodePointer(x, y, ++this._sequence));
@@ -193,11 +196,13 @@ export class Wire extends EventTarget {
   _receive(buffer) {
     const message = decode(buffer);
     if (message.kind === NUMBERS_KIND) {
+      const answers = message.sequence > this._answered;
       this._answered = Math.max(this._answered, message.sequence);
-      if (message.offsets && message.numbers) this.store.frame(message.offsets, message.numbers);
       const delay = performance.now() - this._sent;
-      this.dispatchEvent(new CustomEvent("frame", { detail: { delay, sequence: message.sequence } }));
+      // the next place is solved while this frame is painted
       this._sendPlace();
+      if (message.offsets && message.numbers) this.store.frame(message.offsets, message.numbers, answers);
+      this.dispatchEvent(new CustomEvent("frame", { detail: { delay, sequence: message.sequence } }));
     } else if (message.kind === JSON_KIND) {
       this._json(message.json);
     }

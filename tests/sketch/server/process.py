@@ -27,7 +27,7 @@ class ServerProcess:
     """
 
     def __init__(self, file: Path | str | None, *options: str, folder: Path | None = None) -> None:
-        self._command = [
+        self.command = [
             sys.executable,
             "-m",
             "arael",
@@ -46,7 +46,7 @@ class ServerProcess:
     def start(self) -> ServerProcess:
         """Start it and wait for its address."""
         self.process = subprocess.Popen(
-            self._command,
+            self.command,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

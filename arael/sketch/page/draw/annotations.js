@@ -7,7 +7,7 @@ import { layoutDimension, measured } from "./dimensions.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { ARROW } from "./lines.js";
 import { EDGES, FONT } from "./palette.js";
-import { Places } from "./places.js";
+import { Places, SamePlaces } from "./places.js";
 import { dimensionText } from "./texts.js";
 
 /** What is shorter on the screen, in pixels, has no dimension shown. */
@@ -18,6 +18,9 @@ const TEXT = `12px ${FONT}`;
 /**
  * @typedef {import("./lines.js").Drawn} Drawn
  * @typedef {import("./glyphs.js").Glyph} Glyph
+ * @typedef {import("../types.js").Dimension} Dimension
+ * @typedef {import("../types.js").Constraint} Constraint
+ * @typedef {{dimensions: Drawn[], glyphs: Glyph[]}} Shown
  */
 
 export class Annotations {
@@ -36,21 +39,78 @@ export class Annotations {
     /** Glyphs that were dragged: by how many pixels. @type {Map<string, [number, number]>} */
     this.nudged = new Map();
     this.shown = { dimensions: true, glyphs: true };
+    /** What a drag leaves where it is. @type {Shown} */
+    this.still = { dimensions: [], glyphs: [] };
+    /** Records of what is shown and moves in a drag. @type {{dimensions: Dimension[], constraints: Constraint[]}} */
+    this._moving = { dimensions: [], constraints: [] };
+    /** Where each was laid out among its possible places. @type {Map<string, number>} */
+    this._choices = new Map();
+    /** Middle of the drawing when it was laid out. @type {import("../types.js").Point} */
+    this._middle = [0, 0];
+    /** The view for which it was laid out. */
+    this._for = "";
     /** @type {Map<string, number>} */
     this._widths = new Map();
+  }
+
+  /** Whether it was laid out for the view as it is. */
+  get fits() {
+    return this._for === viewKey(this.view);
   }
 
   /** Lay out anew. @param {CanvasRenderingContext2D} ctx  measures texts */
   layout(ctx) {
     const { store, view } = this;
+    this._for = viewKey(view);
     this.places = new Places();
+    this._choices.clear();
     this.dimensions = [];
     this.glyphs = [];
     const few = store.entities.size <= 400;
     if (few) this._takeCurves();
     const always = new Set([...store.selection, ...store.hovered, ...Object.keys(store.verdict.constraints)]);
     if (this.shown.dimensions && store.dimensions.size) this._layoutDimensions(ctx, always);
-    if (this.shown.glyphs) this.glyphs = layoutGlyphs({ store, view, nudged: this.nudged }, this.places, always);
+    if (this.shown.glyphs) {
+      const scene = { store, view, nudged: this.nudged };
+      this.glyphs = layoutGlyphs(scene, this.places, always, store.constraints.values(), this._choices);
+    }
+    this.still = this;
+    this._moving = { dimensions: [], constraints: [] };
+  }
+
+  /** Part what is shown into what a drag of these entities moves, and what it does not. @param {ReadonlySet<string>} moved */
+  split(moved) {
+    const { store } = this;
+    const moves = (/** @type {{args: string[]}|undefined} */ one) => !!one?.args.some((arg) => moved.has(splitHandle(arg)[0]));
+    const dimensions = this.dimensions.map((one) => store.dimensions.get(one.name)).filter((one) => one !== undefined);
+    // the ring of a coincidence is seen where something is to be said about it only
+    const drawn = new Set(this.glyphs.filter((one) => !one.ring || this._state(one.name)).map((one) => one.name));
+    const constraints = [...drawn].map((name) => store.constraints.get(name)).filter((one) => one !== undefined);
+    this._moving = { dimensions: dimensions.filter(moves), constraints: constraints.filter(moves) };
+    this.still = {
+      dimensions: this.dimensions.filter((one) => !moves(store.dimensions.get(one.name))),
+      glyphs: this.glyphs.filter((one) => !moves(store.constraints.get(one.name))),
+    };
+  }
+
+  /** How many of those that are shown move. */
+  get movingCount() {
+    return this._moving.dimensions.length + this._moving.constraints.length;
+  }
+
+  /**
+   * What moves, where it is now; on the side and level on which it was laid out.
+   * @param {CanvasRenderingContext2D} ctx
+   * @returns {Shown}
+   */
+  follow(ctx) {
+    const { store, view, nudged } = this;
+    const { dimensions, constraints } = this._moving;
+    const places = new SamePlaces(this._choices);
+    const pen = this._pen(ctx, places);
+    const drawn = dimensions.map((d) => this._layoutDimension(pen, d)).filter((one) => one !== null);
+    const always = new Set(constraints.map((one) => one.name));
+    return { dimensions: drawn, glyphs: layoutGlyphs({ store, view, nudged }, places, always, constraints) };
   }
 
   /** Move a glyph; it keeps its place beside its anchor. @param {string} name @param {[number, number]} by  pixels */
@@ -61,22 +121,34 @@ export class Annotations {
 
   /** @param {CanvasRenderingContext2D} ctx @param {Set<string>} always */
   _layoutDimensions(ctx, always) {
-    const { store, view } = this;
+    const { store } = this;
     const box = boundsOfAll(store);
-    ctx.font = TEXT;
-    const pen = {
-      store, view, places: this.places,
-      middle: /** @type {[number, number]} */ (box ? [(box.xmin + box.xmax) / 2, (box.ymin + box.ymax) / 2] : [0, 0]),
-      width: (/** @type {string} */ text) => this._width(ctx, text),
-    };
+    this._middle = box ? [(box.xmin + box.xmax) / 2, (box.ymin + box.ymax) / 2] : [0, 0];
+    const pen = this._pen(ctx, this.places);
     for (const record of store.dimensions.values()) {
       const d = this.dragged?.name === record.name ? this.dragged : record;
       const wanted = always.has(d.name) || d === this.dragged;
       if (!wanted && (this.dimensions.length > MOST || !this._isLarge(d))) continue;
-      const value = d.derived || store.dragging ? measured(store, d) : null;
-      const drawn = layoutDimension(pen, d, dimensionText(d, store.unit, value));
+      const drawn = this._layoutDimension(pen, d);
       if (drawn) this.dimensions.push(drawn);
     }
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Places<string>} places @returns {import("./lines.js").Pen} */
+  _pen(ctx, places) {
+    const { store, view, _middle: middle } = this;
+    ctx.font = TEXT;
+    return { store, view, places, middle, width: (text) => this._width(ctx, text) };
+  }
+
+  /** @param {import("./lines.js").Pen} pen @param {Dimension} d */
+  _layoutDimension(pen, d) {
+    const { store } = this;
+    const value = d.derived || store.dragging ? measured(store, d) : null;
+    pen.places.choosing(d.name);
+    const drawn = layoutDimension(pen, d, dimensionText(d, store.unit, value));
+    if (pen.places === this.places) this._choices.set(d.name, this.places.refused);
+    return drawn;
   }
 
   /** Whether what a dimension measures is large enough and in sight. @param {import("../types.js").Dimension} d */
@@ -119,18 +191,28 @@ export class Annotations {
   /**
    * @param {CanvasRenderingContext2D} ctx
    * @param {import("./palette.js").Palette} palette
+   * @param {Shown} shown
    */
-  draw(ctx, palette) {
+  draw(ctx, palette, shown) {
     const colours = /** @type {Record<string, string>} */ (palette);
     const { store } = this;
-    for (const drawn of this.dimensions) {
+    /** @type {Map<string, {colour: string, dash: number[], all: Drawn[]}>} */
+    const byLook = new Map();
+    for (const drawn of shown.dimensions) {
       const d = store.dimensions.get(drawn.name);
       const state = this._state(drawn.name);
       const quiet = d?.derived || d?.active === false;
       const colour = state ? colours[state] : quiet ? palette.derived : palette.dimension;
-      drawDimension(ctx, drawn, colour, palette.background, EDGES[state]);
+      const dash = EDGES[state] ?? [];
+      const look = `${colour} ${dash}`;
+      const same = byLook.get(look);
+      if (same) same.all.push(drawn);
+      else byLook.set(look, { colour, dash, all: [drawn] });
     }
-    for (const glyph of this.glyphs) {
+    for (const { colour, dash, all } of byLook.values()) {
+      drawDimensions(ctx, all, colour, palette.background, dash);
+    }
+    for (const glyph of shown.glyphs) {
       const look = {
         state: this._state(glyph.name),
         active: store.constraints.get(glyph.name)?.active !== false,
@@ -151,40 +233,36 @@ export class Annotations {
   }
 }
 
+/** @param {import("../view.js").View} view */
+const viewKey = ({ x, y, scale, width, height }) => [x, y, scale, width, height].join(" ");
+
 /**
- * Draws a dimension.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Drawn} drawn
- * @param {string} colour
- * @param {string} back
- * @param {number[]} [dash]  of its line
+ * Draws dimensions of one colour: each kind of line of all of them in one stroke.
+ * @param {CanvasRenderingContext2D} ctx @param {Drawn[]} all @param {string} colour @param {string} back
+ * @param {number[]} [dash]  of their lines
  */
-export function drawDimension(ctx, drawn, colour, back, dash = []) {
+export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.strokeStyle = ctx.fillStyle = colour;
   ctx.lineWidth = 0.8;
   ctx.globalAlpha = 0.6;
   ctx.beginPath();
-  for (const [x1, y1, x2, y2] of drawn.thin) {
-    ctx.moveTo(x1, y1);
-    ctx.lineTo(x2, y2);
-  }
+  for (const { thin } of all) segments(ctx, thin);
   ctx.stroke();
   ctx.globalAlpha = 1;
   ctx.lineWidth = dash.length ? 1.6 : 1;
   ctx.setLineDash(dash);
   ctx.beginPath();
-  for (const [x1, y1, x2, y2] of drawn.lines) {
-    ctx.moveTo(x1, y1);
-    ctx.lineTo(x2, y2);
-  }
-  for (const [x, y, r, start, sweep] of drawn.arcs) {
-    ctx.moveTo(x + r * Math.cos(start), y + r * Math.sin(start));
-    ctx.arc(x, y, r, start, start + sweep, sweep < 0);
+  for (const { lines, arcs } of all) {
+    segments(ctx, lines);
+    for (const [x, y, r, start, sweep] of arcs) {
+      ctx.moveTo(x + r * Math.cos(start), y + r * Math.sin(start));
+      ctx.arc(x, y, r, start, start + sweep, sweep < 0);
+    }
   }
   ctx.stroke();
   ctx.setLineDash([]);
   ctx.beginPath();
-  for (const [x, y, ux, uy] of drawn.arrows) {
+  for (const [x, y, ux, uy] of all.flatMap((one) => one.arrows)) {
     const [bx, by, w] = [x - ARROW * ux, y - ARROW * uy, 0.28 * ARROW];
     ctx.moveTo(x, y);
     ctx.lineTo(bx - w * uy, by + w * ux);
@@ -192,10 +270,7 @@ export function drawDimension(ctx, drawn, colour, back, dash = []) {
     ctx.closePath();
   }
   ctx.fill();
-  const { x, y, angle, text } = drawn.text;
   ctx.save();
-  ctx.translate(x, y);
-  ctx.rotate(angle);
   ctx.font = TEXT;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
@@ -203,7 +278,21 @@ export function drawDimension(ctx, drawn, colour, back, dash = []) {
   ctx.lineWidth = 3;
   ctx.lineJoin = "round";
   ctx.strokeStyle = back;
-  ctx.strokeText(text, 0, 0.5);
-  ctx.fillText(text, 0, 0.5);
+  for (const { text: { x, y, angle, text } } of all) {
+    ctx.translate(x, y);
+    ctx.rotate(angle);
+    ctx.strokeText(text, 0, 0.5);
+    ctx.fillText(text, 0, 0.5);
+    ctx.rotate(-angle);
+    ctx.translate(-x, -y);
+  }
   ctx.restore();
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {import("./lines.js").Four[]} all */
+function segments(ctx, all) {
+  for (const [x1, y1, x2, y2] of all) {
+    ctx.moveTo(x1, y1);
+    ctx.lineTo(x2, y2);
+  }
 }

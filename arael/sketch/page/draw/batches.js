@@ -4,7 +4,7 @@ import { curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
 import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
-import { pointMark, trace } from "./paths.js";
+import { markPen, trace } from "./paths.js";
 
 /**
  * @typedef {import("../types.js").Entity} Entity
@@ -157,25 +157,18 @@ export class Batches {
     for (const { state, large, offsets } of this.marks) {
       if (crowded && !large && (state === "free" || state === "defined")) continue;
       const look = STATES[state] ?? STATES.defined;
-      const r = large ? 3.4 : 2.7;
-      ctx.fillStyle = look.end === "disc" ? colour(palette, state) : palette.background;
-      ctx.strokeStyle = colour(palette, state);
-      ctx.lineWidth = look.end === "cross" ? 2.2 : 1.5;
-      const draw = () => {
-        if (look.end !== "cross") ctx.fill();
-        if (look.end !== "disc") ctx.stroke();
-        ctx.beginPath();
-      };
-      let count = 0;
-      ctx.beginPath();
+      const pen = markPen(ctx, look.end, large ? 3.4 : 2.7, colour(palette, state), palette.background);
+      // ends that coincide have one mark
+      const seen = new Set();
       for (const at of offsets) {
         const px = view.x + view.scale * v[at];
         const py = view.y - view.scale * v[at + 1];
         if (px < -9 || py < -9 || px > view.width + 9 || py > view.height + 9) continue;
-        pointMark(ctx, look.end, px, py, r);
-        if (++count % CHUNK === 0) draw();
+        const key = Math.round(4 * px) * 0x100000 + Math.round(4 * py);
+        if (seen.has(key)) continue;
+        seen.add(key);
+        pen(px, py);
       }
-      draw();
     }
   }
 }

@@ -15,6 +15,7 @@ import { drawBadge } from "./symbols.js";
  * @typedef {{at: Point, normal: Point|null, size: number}} Anchor  in the sketch; size of what it belongs to
  * @typedef {{name: string, kind: string, x: number, y: number, ring: boolean}} Glyph  in pixels
  * @typedef {{store: import("../store.js").Store, view: import("../view.js").View, nudged?: Map<string, Point>}} Scene
+ * @typedef {import("./places.js").Places<string>} Places
  */
 
 export const HALF = 8;
@@ -26,18 +27,20 @@ const ON_BOTH = new Set(["parallel", "equal", "collinear", "equal_angle", "symme
 /**
  * Badges of the constraints that are visible and large enough.
  * @param {Scene} scene
- * @param {import("./places.js").Places<string>} places
+ * @param {Places} places
  * @param {ReadonlySet<string>} always  names that are shown at any size
+ * @param {Iterable<Constraint>} [constraints]  all
+ * @param {Map<string, number>} [choices]  filled with what `places` refused, by name and anchor
  * @returns {Glyph[]}
  */
-export function layoutGlyphs(scene, places, always) {
+export function layoutGlyphs(scene, places, always, constraints = scene.store.constraints.values(), choices = undefined) {
   const { store, view } = scene;
   /** @type {Glyph[]} */
   const found = [];
-  for (const constraint of store.constraints.values()) {
+  for (const constraint of constraints) {
     const wanted = always.has(constraint.name);
     if (found.length > MOST && !wanted) continue;
-    for (const anchor of anchors(constraint, store)) {
+    for (const [i, anchor] of anchors(constraint, store).entries()) {
       if (anchor.size * view.scale < SMALLEST && !wanted) continue;
       const [x, y] = view.toScreen(anchor.at);
       if (x < -40 || y < -40 || x > view.width + 40 || y > view.height + 40) continue;
@@ -50,7 +53,9 @@ export function layoutGlyphs(scene, places, always) {
       const spots = around(x, y, anchor.normal);
       /** @type {Point} */
       const moved = by ? [spots[0][0] + by[0], spots[0][1] + by[1]] : [0, 0];
+      places.choosing(`${name} ${i}`);
       const [gx, gy] = by ? moved : places.firstFree(spots, HALF + 1, HALF + 1);
+      choices?.set(`${name} ${i}`, places.refused);
       places.take(gx, gy, HALF + 1, HALF + 1, name);
       found.push({ name, kind, x: gx, y: gy, ring: false });
     }

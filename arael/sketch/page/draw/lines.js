@@ -64,9 +64,7 @@ export function linear(pen, d, text, a, b, heading) {
   const slides = typeof d.along === "number" ? [d.along] : [0, 0.2, -0.2];
   const w = Math.abs(Math.cos(upright)) * drawn.half + Math.abs(Math.sin(upright)) * HALF_HEIGHT;
   const h = Math.abs(Math.sin(upright)) * drawn.half + Math.abs(Math.cos(upright)) * HALF_HEIGHT;
-  const spots = slides.flatMap((slide) => levels.map((level) => ({ level, at: textAt(level, slide) })));
-  const spot = spots.find(({ at }) => pen.places.isFree(at[0], at[1], w, h)) ?? spots[0];
-  const { level, at } = spot;
+  const [level, at] = firstFree(slides, levels, textAt, (p) => pen.places.isFree(p[0], p[1], w, h));
   pen.places.take(at[0], at[1], w, h, d.name);
   const p = view.toScreen([s * heading[0] + level * n[0], s * heading[1] + level * n[1]]);
   const q = view.toScreen([t * heading[0] + level * n[0], t * heading[1] + level * n[1]]);
@@ -82,6 +80,22 @@ export function linear(pen, d, text, a, b, heading) {
     return { offset, along: Math.abs(along) < 0.04 ? 0 : Math.min(Math.max(along, -0.5), 0.5) };
   };
   return drawn;
+}
+
+/**
+ * The first level and place that are free, in the order of slides and then levels; the first of all if none is.
+ * @param {number[]} slides @param {number[]} levels
+ * @param {(level: number, slide: number) => Point} place @param {(at: Point) => boolean} isFree
+ * @returns {[number, Point]}
+ */
+function firstFree(slides, levels, place, isFree) {
+  for (const slide of slides) {
+    for (const level of levels) {
+      const at = place(level, slide);
+      if (isFree(at)) return [level, at];
+    }
+  }
+  return [levels[0], place(levels[0], slides[0])];
 }
 
 /** @param {number} u @param {number} v @param {number} side @param {number} scale */

@@ -3,7 +3,7 @@
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { traceText } from "../geometry/lettering.js";
-import { drawDimension } from "./annotations.js";
+import { drawDimensions } from "./annotations.js";
 import { cutMark, drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
 import { disc, trace } from "./paths.js";
@@ -94,7 +94,7 @@ function drawPreview(ctx, view, preview, palette) {
   ctx.fill();
   ctx.stroke();
   drawCuts(ctx, view, preview.cuts ?? [], palette);
-  if (preview.dimension) drawDimension(ctx, preview.dimension, palette.preview, palette.background);
+  if (preview.dimension) drawDimensions(ctx, [preview.dimension], palette.preview, palette.background);
   if (preview.box) drawBox(ctx, preview.box, palette);
 }
 

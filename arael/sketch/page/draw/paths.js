@@ -63,21 +63,54 @@ export function disc(pen, x, y, r) {
 }
 
 /**
- * Mark of a point in one of five shapes.
- * @param {Pen} pen
- * @param {string} shape
- * @param {number} x
- * @param {number} y
+ * Draws marks of points in one of five shapes. Each is drawn by itself, rings as a disc in a disc: the
+ * rasteriser has a quick way for one circle or rectangle, and none for a path of many.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {"ring"|"disc"|"square"|"diamond"|"cross"} shape
  * @param {number} r
+ * @param {string} colour
+ * @param {string} back  colour inside of rings, squares and diamonds
+ * @returns {(x: number, y: number) => void}
  */
-export function pointMark(pen, shape, x, y, r) {
-  if (shape === "square") pen.rect(x - r - 1, y - r - 1, 2 * r + 2, 2 * r + 2);
-  else if (shape === "diamond") {
-    const s = r + 2.2;
-    polyline(pen, [[x - s, y], [x, y - s], [x + s, y], [x, y + s]], true);
-  } else if (shape === "cross") {
-    const s = r + 1.8;
-    polyline(pen, [[x - s, y - s], [x + s, y + s]]);
-    polyline(pen, [[x - s, y + s], [x + s, y - s]]);
-  } else disc(pen, x, y, r);
+export function markPen(ctx, shape, r, colour, back) {
+  const line = shape === "cross" ? 2.2 : 1.5;
+  const fill = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ radius, /** @type {string} */ with_) => {
+    ctx.fillStyle = with_;
+    ctx.beginPath();
+    ctx.arc(x, y, radius, 0, 2 * Math.PI);
+    ctx.fill();
+  };
+  if (shape === "disc") return (x, y) => fill(x, y, r, colour);
+  if (shape === "ring") {
+    return (x, y) => {
+      fill(x, y, r + line / 2, colour);
+      fill(x, y, r - line / 2, back);
+    };
+  }
+  const box = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ half, /** @type {string} */ with_) => {
+    ctx.fillStyle = with_;
+    ctx.fillRect(x - half, y - half, 2 * half, 2 * half);
+  };
+  if (shape === "square") {
+    return (x, y) => {
+      box(x, y, r + 1 + line / 2, colour);
+      box(x, y, r + 1 - line / 2, back);
+    };
+  }
+  return (x, y) => {
+    ctx.fillStyle = back;
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = line;
+    ctx.beginPath();
+    if (shape === "diamond") {
+      const s = r + 2.2;
+      polyline(ctx, [[x - s, y], [x, y - s], [x + s, y], [x, y + s]], true);
+      ctx.fill();
+    } else {
+      const s = r + 1.8;
+      polyline(ctx, [[x - s, y - s], [x + s, y + s]]);
+      polyline(ctx, [[x - s, y + s], [x + s, y - s]]);
+    }
+    ctx.stroke();
+  };
 }

@@ -11,6 +11,20 @@ export class Places {
   constructor() {
     /** @type {Map<number, Taken<T>[]>} */
     this._cells = new Map();
+    /** How often `isFree` was asked since `choosing`, and what it answered last. */
+    this._asked = 0;
+    this._free = true;
+  }
+
+  /** Something begins to look for its place. @param {string} _key */
+  choosing(_key) {
+    this._asked = 0;
+    this._free = true;
+  }
+
+  /** How many places were refused since `choosing`, before one was taken; -1 if all were. */
+  get refused() {
+    return this._free ? Math.max(this._asked - 1, 0) : -1;
   }
 
   /**
@@ -18,6 +32,13 @@ export class Places {
    * @param {number} x @param {number} y @param {number} w @param {number} h
    */
   isFree(x, y, w, h) {
+    this._asked++;
+    this._free = this._isFree(x, y, w, h);
+    return this._free;
+  }
+
+  /** @param {number} x @param {number} y @param {number} w @param {number} h */
+  _isFree(x, y, w, h) {
     for (const key of cells(x, y, w, h)) {
       for (const o of this._cells.get(key) ?? []) {
         if (Math.abs(x - o.x) < w + o.w && Math.abs(y - o.y) < h + o.h) return false;
@@ -66,6 +87,34 @@ export class Places {
     }
     return [...found].sort((a, b) => a[1] - b[1]).map(([item]) => item);
   }
+}
+
+/**
+ * The choices of an earlier layout again: while a drag moves things, their texts and badges stay on the
+ * side and level where they are, and nothing is compared.
+ * @template T
+ * @extends {Places<T>}
+ */
+export class SamePlaces extends Places {
+  /** @param {ReadonlyMap<string, number>} choices  `refused` by key */
+  constructor(choices) {
+    super();
+    this._choices = choices;
+    this._left = 0;
+  }
+
+  /** @override @param {string} key */
+  choosing(key) {
+    this._left = this._choices.get(key) ?? 0;
+  }
+
+  /** @override */
+  isFree() {
+    return this._left-- === 0;
+  }
+
+  /** @override */
+  take() {}
 }
 
 /** @param {number} x @param {number} y @param {number} w @param {number} h */

@@ -1,6 +1,6 @@
 /**
- * Draws by requestAnimationFrame on three canvases: the ground (grid and what rests), what a drag
- * moves, and the overlay. Only what changed is drawn anew.
+ * Draws on three canvases: the ground (grid and what rests), what a drag moves, and the overlay. Only
+ * what changed is drawn anew: by requestAnimationFrame, or at once the frame that answers the pointer.
  */
 
 import { Annotations } from "./annotations.js";
@@ -11,12 +11,10 @@ import { readPalette } from "./palette.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
-/** While more annotations than this move, they are hidden. */
+/** While more annotations than this move, those that move are hidden. */
 const MOST_MOVING = 80;
 /** Milliseconds after which a frame of a drag counts as late. */
 const LATE = 60;
-/** Milliseconds between frames of a drag that are drawn at once. */
-const REFRESH = 6;
 
 /** Event: "painted" after a frame, for measurements. */
 export class Renderer extends EventTarget {
@@ -50,8 +48,6 @@ export class Renderer extends EventTarget {
     /** @type {Point|null} */
     this._cursor = null;
     this._late = 0;
-    /** When it was last painted. */
-    this._drawn = 0;
     new ResizeObserver(() => this.resize()).observe(app.canvas);
     new MutationObserver(() => this.themeChanged()).observe(document.documentElement, {
       attributes: true, attributeFilter: ["data-theme", "class"],
@@ -98,8 +94,13 @@ export class Renderer extends EventTarget {
     this._schedule({ ground: false, moving: false, overlay: true });
   }
 
-  /** Numbers changed: those of a drag (offsets), or all. @param {Uint32Array|null} offsets */
-  moved(offsets) {
+  /**
+   * Numbers changed: those of a drag (offsets), or all.
+   * @param {Uint32Array|null} offsets
+   * @param {boolean} [now]  paint at once: one frame at most is under way, so that none waits behind
+   *     another, and the next refresh of the screen has it
+   */
+  moved(offsets, now = false) {
     if (!offsets) {
       this._rest();
       return;
@@ -117,9 +118,7 @@ export class Renderer extends EventTarget {
     const grown = this._moved.size > before;
     if (grown) this._resting = this._movingBatches = null;
     this._schedule({ ground: grown, moving: true, overlay: false });
-    // a frame of a drag is drawn as it comes, so that the next refresh of the screen has it; a second
-    // one before that refresh waits for it
-    if (performance.now() - this._drawn > REFRESH) this.paint();
+    if (now) this.paint();
   }
 
   /** A frame of the drag is so many milliseconds late; 0: it is there. @param {number} delay */
@@ -166,7 +165,6 @@ export class Renderer extends EventTarget {
   paint() {
     cancelAnimationFrame(this._request);
     this._request = 0;
-    this._drawn = performance.now();
     const dirty = this._dirty;
     this._dirty = { ground: false, moving: false, overlay: false };
     if (dirty.ground) this._paintGround();
@@ -192,10 +190,10 @@ export class Renderer extends EventTarget {
     drawGrid(ctx, app.view, palette);
     this._resting ??= new Batches(app.store, (entity) => !this._moved.has(entity.name), app.shown);
     this._resting.draw(ctx, app.view, palette);
-    if (!this._moved.size) {
-      this.annotations.layout(ctx);
-      this.annotations.draw(ctx, palette);
-    }
+    const { annotations } = this;
+    if (!this._moved.size || !annotations.fits) annotations.layout(ctx);
+    if (this._moved.size) annotations.split(this._moved);
+    annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
   }
 
@@ -207,9 +205,8 @@ export class Renderer extends EventTarget {
     if (!this._moved.size) return;
     this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
     this._movingBatches.draw(ctx, app.view, palette);
-    if (annotations.glyphs.length + annotations.dimensions.length > MOST_MOVING) return;
-    annotations.layout(ctx);
-    annotations.draw(ctx, palette);
+    const { movingCount } = annotations;
+    if (movingCount && movingCount <= MOST_MOVING) annotations.draw(ctx, palette, annotations.follow(ctx));
   }
 }
 

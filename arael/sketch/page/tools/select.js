@@ -51,6 +51,11 @@ export class SelectTool extends Tool {
     return this.grab !== "none";
   }
 
+  /** What a drag moves is painted by its frames. */
+  get follows() {
+    return this.grab !== "geometry";
+  }
+
   /** What is under the pointer: the one that Tab chose. @param {Point} screen @returns {Pick|null} */
   pick(screen) {
     const all = this.app.picker.all(screen);

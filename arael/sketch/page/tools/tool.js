@@ -45,6 +45,11 @@ export class Tool {
     return false;
   }
 
+  /** Whether something over the drawing follows the pointer. */
+  get follows() {
+    return true;
+  }
+
   /** @returns {SnapContext} */
   context() {
     return { from: null, draws: "point" };
@@ -58,7 +63,7 @@ export class Tool {
   /** @param {Place} place @param {PointerEvent|null} [_event] */
   move(place, _event) {
     this.place = place;
-    this.app.renderer.overlayChanged();
+    if (this.follows) this.app.renderer.overlayChanged();
   }
 
   /** @param {Place} _place @param {PointerEvent|null} [_event] */
