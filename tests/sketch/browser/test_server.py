@@ -14,6 +14,7 @@ import pytest
 
 from tests import optional
 from tests.sketch.browser.conftest import Editor
+from tests.sketch.server.inside import InsideServer
 from tests.sketch.server.process import ServerProcess
 
 
@@ -83,7 +84,7 @@ ATTACK = """async ([socket, page, agents]) => {
 }"""
 
 
-def test_a_hostile_page_gets_nowhere(browser: Any, server: ServerProcess, elsewhere: str) -> None:
+def test_a_hostile_page_gets_nowhere(browser: Any, server: InsideServer, elsewhere: str) -> None:
     """Even with the tokens: its origin is another one."""
     page = browser.new_page()
     page.goto(elsewhere)
@@ -116,7 +117,7 @@ KERNEL = """async () => {
 }"""
 
 
-def test_the_page_runs_in_a_notebook(browser: Any, server: ServerProcess) -> None:
+def test_the_page_runs_in_a_notebook(browser: Any, server: InsideServer) -> None:
     """A kernel's part is played by this process, a notebook's by an empty page."""
     optional.require("anywidget")
     from arael.sketch.sketch import Sketch
