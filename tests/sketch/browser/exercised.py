@@ -1,9 +1,9 @@
 """Which parts of the page a test exercises: declared by a decorator, checked by what the page does.
 
 A part is named by its kind and id: `tool:split`, `action:undo`, `key:Ctrl+Z`, `snap:grid`,
-`panel:history`, `export:dxf`, `import:svg`, `pointer:Wheel`. `tests/page/test_coverage.py` makes a
-table of all parts and their tests. A test that declares a part fails if the page has not run it;
-what the pointer does is declared only.
+`panel:history`, `export:dxf`, `import:svg`, `pointer:Wheel`; `key:*` stands for all keys.
+`tests/page/test_coverage.py` makes a table of all parts and their tests. A test that declares a
+part fails if the page has not run it; what the pointer does is declared only.
 """
 
 from __future__ import annotations

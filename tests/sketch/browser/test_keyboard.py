@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.sketch.browser.exercised import exercises
 from tests.sketch.browser.panels import RECTANGLE, connected, length, names, press, run, wait
 
 
@@ -16,6 +17,7 @@ def page(editor: Any) -> Any:
     return found
 
 
+@exercises("tool:rect", "pointer:Arrow keys", "pointer:Enter", "pointer:Escape")
 def test_a_part_is_drawn_and_dimensioned_by_keys(page: Any) -> None:
     press(page, "r", "Enter", "ArrowRight*10", "ArrowUp*6", "Enter")
     wait(page, "app.store.entities.size === 4")
@@ -37,6 +39,7 @@ def test_a_part_is_drawn_and_dimensioned_by_keys(page: Any) -> None:
     wait(page, "app.store.entities.size === 4")
 
 
+@exercises("tool:line", "pointer:Arrow keys", "pointer:Enter")
 def test_a_chain_of_lines_ends_with_enter_twice(page: Any) -> None:
     press(page, "l", "Enter", "ArrowRight*8", "Enter", "ArrowUp*5", "Enter")
     wait(page, "app.store.entities.size === 2")

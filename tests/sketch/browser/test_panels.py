@@ -232,6 +232,7 @@ def test_help_is_searched_and_runs_an_action(page: Any) -> None:
     page.get_by_label("search the help").fill("three corners")
     press(page, "Enter")
     assert page.evaluate("app.tools.id") == "rect3"
+    wait(page, "!document.querySelector('dialog')")
     press(page, "Escape", "F1")
     page.get_by_label("search the help").fill("add_slot")
     page.locator(".help-command summary").first.click()

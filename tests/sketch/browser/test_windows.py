@@ -98,4 +98,6 @@ def test_a_server_that_dies_and_comes_back_has_lost_nothing(
         run(page, "length L1 10")
         wait(page, "app.store.dimensions.size === 2")
         assert names(page, "dimensions") == ["d0", "d1"]
+        page.reload()
+        wait(connected(page), "app.store.dimensions.size === 2")
         editor.close()
