@@ -38,6 +38,8 @@ export class Pointer {
     canvas.addEventListener("pointerleave", () => this._leave());
     canvas.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    // else a tap ends as a click of a mouse, which takes the focus from what the tap has opened
+    canvas.addEventListener("touchend", (event) => event.cancelable && event.preventDefault(), { passive: false });
     for (const type of /** @type {const} */ (["keydown", "keyup"])) {
       app.root.addEventListener(type, (event) => this._held(event));
     }

@@ -6,46 +6,14 @@ from typing import Any
 
 import pytest
 
+from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.mouse import at, click, drag, start
 from tests.sketch.browser.panels import connected, length, names, press, run, wait
 
 
 @pytest.fixture
-def page(editor: Any) -> Any:
-    found = connected(editor.page)
-    found.evaluate("() => { app.tour.skip?.(); app.canvas.focus(); }")
-    press(found, "Escape")
-    return found
-
-
-def at(page: Any, x: float, y: float) -> tuple[float, float]:
-    """Where a point of the sketch is in the window."""
-    found = page.evaluate(
-        """([x, y]) => {
-            const [u, v] = app.view.toScreen([x, y]);
-            const box = app.canvas.getBoundingClientRect();
-            return [box.left + u, box.top + v];
-        }""",
-        [x, y],
-    )
-    return found[0], found[1]
-
-
-def click(page: Any, x: float, y: float, **options: Any) -> None:
-    page.mouse.move(*at(page, x, y))
-    page.mouse.click(*at(page, x, y), **options)
-
-
-def drag(page: Any, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Press, move in steps, release."""
-    page.mouse.move(*at(page, *start))
-    page.mouse.down()
-    page.mouse.move(*at(page, *end), steps=8)
-    page.wait_for_timeout(150)
-    page.mouse.up()
-
-
-def start(page: Any, tool: str) -> None:
-    page.evaluate("tool => app.tools.start(tool)", tool)
+def page(sheet: Any) -> Any:
+    return sheet
 
 
 def rectangle(page: Any) -> None:
@@ -55,7 +23,9 @@ def rectangle(page: Any) -> None:
     wait(page, "app.store.entities.size === 4")
 
 
-def test_a_rectangle_is_drawn_dimensioned_dragged_broken_repaired_and_undone(page: Any) -> None:
+@exercises("tool:rect", "tool:dimension", "action:undo", "pointer:Drag")
+def test_a_rectangle_is_drawn_dimensioned_dragged_broken_repaired_and_undone(editor: Any) -> None:
+    page = connected(editor.page)
     rectangle(page)
     assert length(page, "L0") == pytest.approx(40.0)
     # dimension: the lower side, then the place of the text, then the value
@@ -86,21 +56,21 @@ def test_a_rectangle_is_drawn_dimensioned_dragged_broken_repaired_and_undone(pag
     page.locator(".typing").wait_for()
     page.keyboard.type("35")
     press(page, "Enter")
-    message = page.locator(".typing [role=alert], .typing .error, .typing").first
+    message = page.locator(".typing [role=alert] .failure-text")
     message.wait_for()
-    page.wait_for_timeout(400)
+    assert "d0" in message.inner_text()
     assert page.evaluate("app.store.dimensions.size") == 1
-    assert "d0" in page.evaluate("document.body.innerText")
     # repair it: a value that agrees may be measured only
     press(page, "Escape")
-    reply = page.evaluate("app.wire.run('length L2 30 derived')")
-    assert reply["ok"]
-    for _ in range(5):
+    run(page, "length L2 30 derived")
+    steps = wait(page, "app.store.history.done.length")
+    for left in reversed(range(steps)):
         press(page, "Control+z")
-        page.wait_for_timeout(80)
+        wait(page, f"app.store.history.done.length === {left}")
     wait(page, "app.store.entities.size === 0 && app.store.dimensions.size === 0")
 
 
+@exercises("tool:line")
 def test_a_chain_of_lines_is_connected_and_level_as_shown_before_the_click(page: Any) -> None:
     start(page, "line")
     click(page, 0, 0)
@@ -112,12 +82,12 @@ def test_a_chain_of_lines_is_connected_and_level_as_shown_before_the_click(page:
     wait(page, "app.store.entities.size === 2")
     click(page, 0, 0)
     wait(page, "app.store.entities.size === 3")
-    page.wait_for_timeout(200)
+    wait(page, "app.store.constraints.size === 5 && !app.tools.current.begun")
     kinds = page.evaluate("[...app.store.constraints.values()].map((c) => c.kind).sort()")
     assert kinds == ["coincident", "coincident", "coincident", "horizontal", "vertical"]
-    assert not page.evaluate("app.tools.current.begun")
 
 
+@exercises("tool:line", "pointer:Ctrl, or B")
 def test_control_leaves_automatic_constraints_off(page: Any) -> None:
     start(page, "line")
     page.keyboard.down("Control")
@@ -128,6 +98,7 @@ def test_control_leaves_automatic_constraints_off(page: Any) -> None:
     assert names(page, "constraints") == []
 
 
+@exercises("tool:line", "pointer:0-9", "pointer:Tab")
 def test_typed_length_and_angle_become_dimensions(page: Any) -> None:
     start(page, "line")
     click(page, 0, 0)
@@ -161,6 +132,7 @@ CLICKS: dict[str, tuple[list[tuple[float, float]], list[str]]] = {
 }
 
 
+@exercises(*(f"tool:{tool}" for tool in CLICKS), "pointer:Click")
 @pytest.mark.parametrize("tool", CLICKS)
 def test_each_tool_draws_by_clicks(page: Any, tool: str) -> None:
     places, kinds = CLICKS[tool]
@@ -172,6 +144,7 @@ def test_each_tool_draws_by_clicks(page: Any, tool: str) -> None:
     assert found == sorted(kinds)
 
 
+@exercises("tool:spline", "pointer:Right click")
 def test_a_spline_ends_by_a_right_click(page: Any) -> None:
     start(page, "spline")
     for place in ((0, 0), (4, 8), (10, -4), (15, 5), (20, 0)):
@@ -181,6 +154,7 @@ def test_a_spline_ends_by_a_right_click(page: Any) -> None:
     assert page.evaluate("app.store.entities.get('S0').size") == 10
 
 
+@exercises("tool:circle3t", "tool:circle2t", "tool:arc_tangent")
 def test_tangent_circles_and_arcs(page: Any) -> None:
     run(page, "add_line 0,0 20,0; add_line 0,0 0,20; add_line 20,0 0,20")
     start(page, "circle3t")
@@ -205,6 +179,7 @@ def test_tangent_circles_and_arcs(page: Any) -> None:
     )
 
 
+@exercises("tool:fillet", "tool:chamfer", "tool:trim", "tool:extend", "tool:offset")
 def test_corners_cuts_and_copies(page: Any) -> None:
     run(page, "add_rect 0,0 20,12 hv")
     page.evaluate("app.fit()")
@@ -236,6 +211,7 @@ def test_corners_cuts_and_copies(page: Any) -> None:
     wait(page, "app.store.entities.size >= 3")
 
 
+@exercises("tool:pattern_circular", "tool:mirror", "tool:move", "tool:scale", "pointer:Enter")
 def test_transforms_and_patterns_of_the_selection(page: Any) -> None:
     run(page, "add_circle 10,0 2", "add_point 0,0", "add_line -5,-8 -5,8")
     page.evaluate("() => { app.fit(); app.store.select(['A0']); }")
@@ -266,6 +242,7 @@ def test_transforms_and_patterns_of_the_selection(page: Any) -> None:
     wait(page, "Math.abs(app.store.numbers('A0')[2] - 4) < 1e-6")
 
 
+@exercises("tool:select", "pointer:Drag", "pointer:Double click", "pointer:Tab")
 def test_selecting_boxes_chains_and_overlapping_things(page: Any) -> None:
     run(page, "add_rect 0,0 20,12 hv", "add_line 30,0 40,0")
     page.evaluate("app.fit()")
@@ -286,35 +263,55 @@ def test_selecting_boxes_chains_and_overlapping_things(page: Any) -> None:
     wait(page, "app.store.entities.size === 4")
 
 
+def drawn(page: Any, where: str, name: str) -> Any:
+    """Where something is drawn, once it stands still: two frames with the same answer."""
+    still = (
+        f"async (name) => {{ const where = {where};"
+        """
+            const frame = () => new Promise((done) => requestAnimationFrame(done));
+            let last = "";
+            for (let i = 0; i < 200; i++) {
+                await frame();
+                const found = where(name);
+                const text = found ? JSON.stringify([found.x, found.y]) : "";
+                if (text && text === last) return found;
+                last = text;
+            }
+        }"""
+    )
+    found = page.evaluate(still, name)
+    assert found, name
+    return found
+
+
+@exercises("tool:select", "pointer:Drag")
 def test_texts_of_dimensions_and_glyphs_are_dragged_and_glyphs_deleted(page: Any) -> None:
     run(page, "add_rect 0,0 20,12 hv", "length L0 20")
     page.evaluate("app.fit()")
-    page.wait_for_timeout(300)
-    where = "(n) => app.renderer.annotations.dimensions.find((d) => d.name === n).text"
-    text = page.evaluate(f"({where})('d0')")
+    where = "(n) => app.renderer.annotations.dimensions.find((d) => d.name === n)?.text"
+    text = drawn(page, where, "d0")
     box = page.evaluate("(({left, top}) => [left, top])(app.canvas.getBoundingClientRect())")
     page.mouse.move(box[0] + text["x"], box[1] + text["y"])
     page.mouse.down()
     page.mouse.move(box[0] + text["x"] + 40, box[1] + text["y"] + 30, steps=5)
     page.mouse.up()
     wait(page, "app.store.dimensions.get('d0').offset !== null")
-    page.wait_for_timeout(200)
-    moved = page.evaluate(f"({where})('d0')")
+    moved = drawn(page, where, "d0")
     assert moved["y"] - text["y"] == pytest.approx(30, abs=2)
-    glyph = page.evaluate("app.renderer.annotations.glyphs.find((g) => g.name === 'CL2H')")
+    glyph = drawn(page, "(n) => app.renderer.annotations.glyphs.find((g) => g.name === n)", "CL2H")
     page.mouse.click(box[0] + glyph["x"], box[1] + glyph["y"])
     assert page.evaluate("[...app.store.selection]") == ["CL2H"]
     press(page, "Delete")
     wait(page, "!app.store.constraints.has('CL2H')")
 
 
+@exercises("pointer:Wheel", "pointer:Drag with the middle button")
 def test_the_wheel_zooms_at_the_pointer_and_the_middle_button_pans(page: Any) -> None:
     x, y = at(page, 7, 3)
     page.mouse.move(x, y)
     scale = page.evaluate("app.view.scale")
     page.mouse.wheel(0, -300)
-    page.wait_for_timeout(100)
-    assert page.evaluate("app.view.scale") > 1.3 * scale
+    wait(page, f"app.view.scale > {1.3 * scale}")
     assert at(page, 7, 3) == pytest.approx((x, y), abs=1.0)  # wheels report whole pixels
     page.mouse.down(button="middle")
     page.mouse.move(x + 50, y + 20)

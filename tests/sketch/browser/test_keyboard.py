@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.sketch.browser.exercised import exercises
 from tests.sketch.browser.panels import RECTANGLE, connected, length, names, press, run, wait
 
 
@@ -16,6 +17,7 @@ def page(editor: Any) -> Any:
     return found
 
 
+@exercises("tool:rect", "pointer:Arrow keys", "pointer:Enter", "pointer:Escape")
 def test_a_part_is_drawn_and_dimensioned_by_keys(page: Any) -> None:
     press(page, "r", "Enter", "ArrowRight*10", "ArrowUp*6", "Enter")
     wait(page, "app.store.entities.size === 4")
@@ -27,14 +29,17 @@ def test_a_part_is_drawn_and_dimensioned_by_keys(page: Any) -> None:
     assert float(page.input_value("#typed")) == pytest.approx(first)
     page.keyboard.type("24 mm")
     press(page, "Enter")
-    wait(page, "app.store.dimensions.size === 1")
+    wait(page, "app.store.dimensions.size === 1 && document.activeElement === app.canvas")
     assert length(page, "L0") == pytest.approx(24.0)
-    press(page, "Control+z", "Control+z")
+    press(page, "Control+z")
+    wait(page, "app.store.dimensions.size === 0")
+    press(page, "Control+z")
     wait(page, "app.store.entities.size === 0")
     press(page, "Control+Shift+Z")
     wait(page, "app.store.entities.size === 4")
 
 
+@exercises("tool:line", "pointer:Arrow keys", "pointer:Enter")
 def test_a_chain_of_lines_ends_with_enter_twice(page: Any) -> None:
     press(page, "l", "Enter", "ArrowRight*8", "Enter", "ArrowUp*5", "Enter")
     wait(page, "app.store.entities.size === 2")
@@ -84,7 +89,7 @@ def test_every_button_and_field_has_a_name(page: Any) -> None:
     run(page, RECTANGLE, "param w 3", "length L0 40")
     for panel in ("selection", "parameters", "relations", "freedom", "history"):
         page.evaluate("id => app.panels.show(id)", panel)
-        page.wait_for_timeout(100)
+        wait(page, f"!document.querySelector('#panel-{panel}').hidden")
         unnamed = page.evaluate(
             """() => [...document.querySelectorAll("button, input, select, [role=application]")]
                 .filter((one) => one.offsetParent && one.type !== "file")
@@ -118,8 +123,7 @@ def test_the_tour_has_six_steps_and_can_be_skipped(browser: Any, server: Any) ->
     press(page, "Escape")
     assert tour.count() == 0
     page.reload()
-    connected(page)
-    page.wait_for_timeout(200)
+    connected(page)  # the tour of a first visit begins before that
     assert tour.count() == 0
     assert names(page, "entities") == []
     context.close()

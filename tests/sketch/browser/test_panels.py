@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-import base64
-import json
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.sketch.browser.panels import RECTANGLE, connected, length, names, press, run, wait
+from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.panels import RECTANGLE, connected, length, press, run, wait
 
 
 @pytest.fixture
-def page(editor: Any) -> Iterator[Any]:
+def page(sheet: Any) -> Any:
+    run(sheet, RECTANGLE)
+    return sheet
+
+
+@pytest.fixture
+def own_page(editor: Any) -> Any:
+    """Of a server of its own: for what depends on the history, or breaks the page."""
     found = connected(editor.page)
     run(found, RECTANGLE)
     found.evaluate("app.canvas.focus()")
-    yield found
+    return found
 
 
 def show(page: Any, panel: str) -> Any:
@@ -26,6 +30,7 @@ def show(page: Any, panel: str) -> Any:
     return page.locator(f"#panel-{panel}")
 
 
+@exercises("panel:parameters")
 def test_a_parameter_is_added_edited_renamed_and_deleted(page: Any) -> None:
     panel = show(page, "parameters")
     panel.get_by_label("name of the new parameter").fill("width")
@@ -58,6 +63,7 @@ def test_an_expression_that_is_refused_says_so_below_its_row(page: Any) -> None:
     assert page.evaluate("app.store.parameters.get('width').amount.text") == "40"
 
 
+@exercises("panel:relations")
 def test_a_constraint_is_found_switched_off_and_deleted(page: Any) -> None:
     panel = show(page, "relations")
     panel.get_by_label("search constraints").fill("horizontal L0")
@@ -82,6 +88,7 @@ def test_a_value_is_edited_from_the_list(page: Any) -> None:
     assert length(page, "L0") == pytest.approx(32.0)
 
 
+@exercises("panel:freedom")
 def test_sentences_on_freedom_point_at_the_drawing(page: Any) -> None:
     panel = show(page, "freedom")
     sentence = panel.locator(".motions .sentence").first
@@ -102,7 +109,9 @@ def test_a_redundant_constraint_is_listed_with_what_may_be_dropped(page: Any) ->
     wait(page, "Object.keys(app.store.verdict.constraints).length === 0")
 
 
-def test_the_history_goes_back_and_forth(page: Any) -> None:
+@exercises("panel:history")
+def test_the_history_goes_back_and_forth(own_page: Any) -> None:
+    page = own_page
     run(page, "length L0 40", "length L1 20")
     panel = show(page, "history")
     panel.get_by_role("button", name=RECTANGLE).click()
@@ -114,6 +123,7 @@ def test_the_history_goes_back_and_forth(page: Any) -> None:
     wait(page, "app.store.entities.size === 0")
 
 
+@exercises("panel:selection")
 def test_the_selection_is_described(page: Any) -> None:
     page.evaluate("app.store.select(['L0'])")
     panel = show(page, "selection")
@@ -121,6 +131,7 @@ def test_the_selection_is_described(page: Any) -> None:
     assert "CL0H: horizontal L0" in panel.inner_text()
 
 
+@exercises("action:command", "key:/")
 def test_the_command_field_completes_runs_and_keeps_its_history(page: Any) -> None:
     run(page, "param width 40")
     press(page, "/")
@@ -147,7 +158,10 @@ def test_an_error_of_the_command_field_is_marked_at_its_place(page: Any) -> None
     assert page.input_value("#command") == "length L0 breadth"
 
 
-def test_what_is_refused_stays_and_offers_the_cheapest_to_drop(page: Any) -> None:
+def test_what_is_refused_stays_and_offers_the_cheapest_to_drop(
+    own_page: Any,
+) -> None:
+    page = own_page
     run(page, "length L0 40")
     page.evaluate("() => { app.run('length L2 30'); }")
     note = page.locator(".note.error")
@@ -188,6 +202,7 @@ def test_a_refused_value_stays_in_its_place(page: Any) -> None:
     assert page.evaluate("app.store.dimensions.get('d0').value.text") == "40"
 
 
+@exercises("key:Q")
 def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
     page.evaluate("app.store.select(['L0'])")
     press(page, "q")
@@ -195,6 +210,7 @@ def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
     assert "Parallel needs two or more lines" in page.locator(".note").inner_text()
 
 
+@exercises("action:show_glyphs")
 def test_menus_set_unit_theme_and_what_is_shown(page: Any) -> None:
     def choose(menu: str, item: str) -> None:
         page.get_by_role("menuitem", name=menu, exact=True).click()
@@ -210,38 +226,13 @@ def test_menus_set_unit_theme_and_what_is_shown(page: Any) -> None:
     assert page.evaluate("document.documentElement.dataset.theme") is None
 
 
-@pytest.mark.parametrize("kind", ["svg", "json"])
-def test_the_drawing_is_exported(page: Any, kind: str) -> None:
-    page.get_by_role("menuitem", name="File", exact=True).click()
-    with page.expect_download() as waiting:
-        page.locator(".menu:not([hidden])").get_by_text(f"Export {kind.upper()}").click()
-    download = waiting.value
-    assert download.suggested_filename == f"sketch.{kind}"
-    text = Path(download.path()).read_text("utf-8")
-    assert "<svg" in text if kind == "svg" else json.loads(text)
-
-
-def test_a_drawing_is_imported_and_its_relations_are_offered(page: Any) -> None:
-    svg = (
-        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 30 30'>"
-        "<path d='M0 0 H20 V10' fill='none' stroke='black'/></svg>"
-    )
-    run(page, "clear")
-    assert base64.b64encode(svg.encode())
-    page.locator("input[type=file]").set_input_files(
-        {"name": "part.svg", "mimeType": "image/svg+xml", "buffer": svg.encode()}
-    )
-    page.get_by_role("dialog", name="relations that were found").wait_for()
-    assert len(names(page, "entities")) == 2
-    page.get_by_role("button", name="Accept").click()
-    wait(page, "app.store.constraints.size >= 2")
-
-
+@exercises("action:keys", "action:manual")
 def test_help_is_searched_and_runs_an_action(page: Any) -> None:
     press(page, "?")
     page.get_by_label("search the help").fill("three corners")
     press(page, "Enter")
     assert page.evaluate("app.tools.id") == "rect3"
+    wait(page, "!document.querySelector('dialog')")
     press(page, "Escape", "F1")
     page.get_by_label("search the help").fill("add_slot")
     page.locator(".help-command summary").first.click()
@@ -310,7 +301,8 @@ def test_an_agent_is_refused_or_allowed(page: Any) -> None:
         assert note.count() == 0
 
 
-def test_what_runs_long_is_shown_and_can_be_broken_off(page: Any) -> None:
+def test_what_runs_long_is_shown_and_can_be_broken_off(own_page: Any) -> None:
+    page = own_page
     page.evaluate("() => { app.wire._receive = () => {}; }")  # nothing but what follows
     page.evaluate("() => { window.broken = 0; app.wire.breakOff = () => window.broken++; }")
     page.evaluate("app.store.receive({type: 'busy', since_ms: 150, what: 'freeze'})")
@@ -320,7 +312,9 @@ def test_what_runs_long_is_shown_and_can_be_broken_off(page: Any) -> None:
     assert not page.locator(".status-busy").is_visible()
 
 
-def test_that_it_was_saved_is_shown(page: Any) -> None:
+@exercises("action:save", "key:Ctrl+S")
+def test_that_it_was_saved_is_shown(own_page: Any) -> None:
+    page = own_page
     press(page, "Control+s")
     wait(page, "document.querySelector('.saved').textContent === 'saved'")
     assert page.locator(".file-name").inner_text() == "sketch.json"

@@ -93,14 +93,12 @@ def test_the_drawing_follows_the_theme(browser: Any, server: Any, scheme: str) -
         return [...canvas.getContext("2d").getImageData(3, 3, 1, 1).data].slice(0, 3);
     }"""
 
-    def brightness() -> float:
-        page.wait_for_timeout(100)
-        return float(sum(page.evaluate(pixel))) / (3 * 255)
+    bright = f"({pixel})().reduce((sum, one) => sum + one, 0) / (3 * 255)"
 
-    assert (brightness() > 0.7) == (scheme == "light")
+    wait(page, f"{bright} > 0.7" if scheme == "light" else f"{bright} < 0.3")
     page.evaluate("app.theme.set('dark')")
-    assert brightness() < 0.3
+    wait(page, f"{bright} < 0.3")
     page.evaluate("app.theme.set('light')")
-    assert brightness() > 0.7
+    wait(page, f"{bright} > 0.7")
     editor.close()
     assert editor.errors == []

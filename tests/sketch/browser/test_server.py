@@ -1,4 +1,4 @@
-"""The page and its server: a server that comes back, a hostile page, the page in a notebook."""
+"""The page and its server: a hostile page, the page in a notebook."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 
 from tests import optional
-from tests.sketch.browser.conftest import Editor
-from tests.sketch.server.process import ServerProcess
+from tests.sketch.server.inside import InsideServer
 
 
 def until(page: Any, condition: str, between: Callable[[], None] = lambda: None) -> None:
@@ -25,29 +24,6 @@ def until(page: Any, condition: str, between: Callable[[], None] = lambda: None)
             return
         page.wait_for_timeout(25)
     raise AssertionError(f"not reached: {condition}")
-
-
-def run(page: Any, command: str) -> Any:
-    """Run a command by the page's wire; the reply."""
-    return page.evaluate("text => app.wire.run(text)", command)
-
-
-def test_a_server_that_dies_and_comes_back(browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "a.json"
-    with ServerProcess(path, folder=tmp_path) as server:
-        editor = Editor(browser, server)
-        page = editor.page
-        until(page, "app.wire.state === 'open'")
-        assert run(page, "add_rect 0,0 50,30 hv")["ok"]
-        server.kill()
-        until(page, "app.wire.state === 'lost'")
-    with ServerProcess(path, folder=tmp_path):
-        until(page, "app.wire.state === 'open'")
-        until(page, "app.store.entities.size === 4")
-        assert run(page, "length L0 60")["ok"]
-        page.reload()
-        until(page, "app.store.dimensions.size === 1")
-        editor.close()
 
 
 @pytest.fixture
@@ -83,7 +59,7 @@ ATTACK = """async ([socket, page, agents]) => {
 }"""
 
 
-def test_a_hostile_page_gets_nowhere(browser: Any, server: ServerProcess, elsewhere: str) -> None:
+def test_a_hostile_page_gets_nowhere(browser: Any, server: InsideServer, elsewhere: str) -> None:
     """Even with the tokens: its origin is another one."""
     page = browser.new_page()
     page.goto(elsewhere)
@@ -116,7 +92,7 @@ KERNEL = """async () => {
 }"""
 
 
-def test_the_page_runs_in_a_notebook(browser: Any, server: ServerProcess) -> None:
+def test_the_page_runs_in_a_notebook(browser: Any, server: InsideServer) -> None:
     """A kernel's part is played by this process, a notebook's by an empty page."""
     optional.require("anywidget")
     from arael.sketch.sketch import Sketch
