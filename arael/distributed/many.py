@@ -17,6 +17,7 @@ from arael.compiler.cache import digest
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.distributed.cluster import connect, require_dask
 from arael.distributed.compiled import Shipped, ship
+from arael.distributed.retries import Failed, Going
 from arael.distributed.work import Row, Settings, Task, read_row, solve_group
 from arael.model import Model
 
@@ -42,7 +43,7 @@ def map(
     """Solve one problem per data file on the workers of a cluster; yield futures as they end.
 
     Each data file is read on its worker. A problem that fails, or ends its worker, is tried once
-    more, on another worker where there is one; other problems go on. Leaving the iteration early
+    more after the others, alone on another worker where there is one. Leaving the iteration early
     cancels what has not begun.
 
     Parameters
@@ -176,59 +177,60 @@ def _run(
     # imported here: start-up time
     from distributed import as_completed
 
-    going: dict[Any, tuple[list[Task], int, Any]] = {}
+    going: dict[Any, Going] = {}
+    failed = Failed()
     make: Any = as_completed
     with client.as_current():  # whose event loop it uses
         queue = make()
 
-    def submit(some: list[Task], attempt: int, elsewhere: str = "") -> None:
-        where: dict[str, Any] = {}
-        if elsewhere:
-            others = [w for w in client.scheduler_info(-1)["workers"] if w != elsewhere]
-            where = {"workers": others, "allow_other_workers": True} if others else {}
+    def submit(some: list[Task], attempt: int, where: str | None = None) -> None:
+        placed: dict[str, Any] = {}
+        if where is not None:
+            placed = {"workers": [where], "allow_other_workers": True}
         future = client.submit(
-            solve_group,
-            shipped.hash,
-            some,
-            settings,
-            attempt,
-            pure=False,
-            **where,
+            solve_group, shipped.hash, some, settings, attempt, pure=False, **placed
         )
-        going[future.key] = (some, attempt, future)
+        going[future.key] = Going(some, attempt, future, where)
         queue.add(future)
 
     try:
         for k in range(0, len(tasks), group):
             submit(tasks[k : k + group], 1)
         for future in queue:
-            some, attempt, _ = going.pop(future.key)
+            ended = going.pop(future.key)
+            some, attempt = ended.tasks, ended.attempt
             if future.status == "finished":
-                rows = future.result()
+                rows, place = future.result(), ""
             else:
-                why = _why_ended(future, settings)
+                why, place = _why_ended(future, settings)
                 rows = [
                     Row(t.name, t.data, "failed", message=why, attempts=attempt, key=t.key)
                     for t in some
                 ]
             for task, row in zip(some, rows, strict=True):
                 if row.status == "failed" and attempt == 1:
-                    submit([task], 2, row.worker)
+                    failed.add(task, place or row.worker)
                 else:
                     yield _ended(row)
+            if failed and not any(one.attempt == 1 for one in going.values()):
+                for task, where in failed.placed(client, going.values()):
+                    submit([task], 2, where)
     finally:
         queue.clear()
         cancel: Any = client.cancel
-        cancel([future for _, _, future in going.values()])
+        cancel([one.future for one in going.values()])
 
 
-def _why_ended(future: Any, settings: Settings) -> str:
+def _why_ended(future: Any, settings: Settings) -> tuple[str, str]:
+    """Why a task was lost, and the place of the worker that ended, "" if none did."""
     error = future.exception() if future.status == "error" else None
     if type(error).__name__ != "KilledWorker":
-        return f"the task was lost: {error or future.status}"
+        return f"the task was lost: {error or future.status}", ""
     limit = settings.hard_limit
     hang = "" if limit is None else f", or the problem took longer than {limit:g} s"
-    return f"its worker process ended: a crash, lack of memory, a signal{hang}"
+    last = getattr(error, "last_worker", None)
+    place: str | None = getattr(last, "nanny", None) or getattr(last, "address", None)
+    return f"its worker process ended: a crash, lack of memory, a signal{hang}", place or ""
 
 
 def _ended(row: Row) -> Future[Row]:

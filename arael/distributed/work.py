@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from arael.diagnostics.records import AraelError
-from arael.distributed.compiled import load
+from arael.distributed.compiled import load, loaded
 from arael.io.files import write_whole
 from arael.runtime.system import row_name
 
@@ -70,7 +70,8 @@ class Row(msgspec.Struct):
     parameters : stored numbers by name, see `stored_names`. Empty beyond `TABLE_LIMIT`
     sigmas : standard errors of tangent scalars by name. Empty beyond `TABLE_LIMIT`
     seconds : of reading, the solve, the covariance and writing
-    kernels : ``shipped`` or ``compiled``; ``interpreted``: on the expression machine
+    kernels : ``shipped``; ``interpreted``: on the expression machine
+    interpreted : why it was, ""
     """
 
     name: str
@@ -85,6 +86,7 @@ class Row(msgspec.Struct):
     message: str = ""
     worker: str = ""
     kernels: str = ""
+    interpreted: str = ""
     attempts: int = 1
     key: str = ""
     result: str = ""
@@ -127,7 +129,8 @@ def _solve_one(vouched: str, task: Task, settings: Settings, attempt: int) -> Ro
     row = Row(task.name, task.data, "failed", attempts=attempt, key=task.key, worker=_worker())
     try:
         with warnings.catch_warnings(action="ignore"):
-            _solve(load(vouched), task, settings, row)
+            kind, row.interpreted = loaded(vouched)
+            _solve(kind, task, settings, row)
     except AraelError as error:
         row.status, row.converged = "failed", False
         row.message = str(error).strip()
