@@ -131,6 +131,11 @@ def _print(rows: list[Any], count: int, table: Path | None, stopped: bool, as_js
     for why, count in slow.most_common():
         text = f"note: {count} were solved on the expression machine, without kernels: {why}"
         click.echo(text, err=True)
+    together = sum(row.together > 1 for row in rows)
+    if together:
+        click.echo(f"{together} were solved in groups, as components of one problem", err=True)
+    for why, count in Counter(row.apart for row in rows if row.apart).most_common():
+        click.echo(f"note: {count} of groups were solved one after another: {why}", err=True)
     if stopped:
         click.echo("interrupted: what had ended is kept; --resume solves the rest", err=True)
     if table is not None:

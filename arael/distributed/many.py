@@ -56,7 +56,7 @@ def map(
     time_limit : seconds of one solve; a problem that takes half as long again and a second ends
         with its worker process
     resume : do not solve again what `output` has of the same model, data and options
-    group : problems that go to a worker together
+    group : problems that go to a worker together, as one instance where their model allows
     options : as for ``model.solve``; they must be plain data
 
     Returns
