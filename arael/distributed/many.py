@@ -100,8 +100,8 @@ def solve_files(
         tasks = tasks_of(paths, shipped, settings, output)
         left = []
         for task in tasks:
-            row = read_row(Path(task.row)) if resume and task.row else None
-            if row is not None and row.key == task.key:
+            row = read_row(task) if resume else None
+            if row is not None:
                 yield _ended(row)
             else:
                 left.append(task)

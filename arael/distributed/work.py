@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 
+from arael.compiler.cache import digest
 from arael.diagnostics.records import AraelError
 from arael.distributed.compiled import load, loaded
 from arael.io.files import write_whole
@@ -75,6 +76,8 @@ class Row(msgspec.Struct):
     interpreted : why it was, ""
     together : problems of the instance that it was solved in; times are then shares of theirs
     apart : why a problem of a group was solved by itself, ""
+    key : as that of the task
+    result, content : the file of the result, and its SHA-256
     """
 
     name: str
@@ -95,6 +98,7 @@ class Row(msgspec.Struct):
     attempts: int = 1
     key: str = ""
     result: str = ""
+    content: str = ""
 
 
 def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
@@ -166,7 +170,8 @@ def recorded(row: Row, task: Task) -> Iterator[None]:
         row.status, row.converged = "failed", False
         row.message = f"{type(error).__name__}: {error}"
     if task.row is not None and row.status != "failed":
-        write_whole(task.row, lambda file: file.write(msgspec.json.encode(row)))
+        content = msgspec.json.encode(row)
+        write_whole(task.row, lambda file: file.write(content), durable=False)
 
 
 def read_problem(kind: Any, task: Task, settings: Settings, row: Row) -> Any:
@@ -216,12 +221,15 @@ def put_sigmas(model: Any, row: Row) -> None:
 def write_result(model: Any, task: Task, row: Row) -> None:
     """Write the result file of a problem, if one is asked for."""
     # imported here: start-up time
-    import arael
+    from arael.io.formats import dump, format_of
 
     began = time.perf_counter()
     if task.result is not None:
-        arael.write(model, task.result)
-        row.result = task.result
+        path = task.result
+        content = dump(model._store, format_of(path, b""), path, None, None)
+        # Not waited for: a run that is resumed checks the files by their hashes.
+        write_whole(path, lambda file: file.write(content), durable=False)
+        row.result, row.content = path, digest(content)
     row.seconds["write"] = time.perf_counter() - began
 
 
@@ -256,9 +264,18 @@ def _worker() -> str:
     return str(worker.address)
 
 
-def read_row(path: Path) -> Row | None:
-    """Read a row that a worker wrote; None if there is none or it is damaged."""
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=Row)
-    except (OSError, msgspec.MsgspecError):
+def read_row(task: Task) -> Row | None:
+    """Row of a problem that was solved before; None if it has to be solved again.
+
+    That is so without a row, if it is of another model, data or settings, and if the file of the
+    result is not the one that was written.
+    """
+    if task.row is None:
         return None
+    try:
+        row = msgspec.json.decode(Path(task.row).read_bytes(), type=Row)
+        if row.key == task.key and digest(Path(row.result).read_bytes()) == row.content:
+            return row
+    except (OSError, msgspec.MsgspecError):
+        pass
+    return None

@@ -44,7 +44,8 @@ root Graph : f64 {
 
 BOWLS = """
 struct Bowl { param q: quaternion; param s: real in 0 .. 2; k: real; axis: vec3
-    constraint deep { [q.rotate([0, 0, 1]) - axis, 0.3 * q.rotate([1, 0, 0]).y, 0.1 * (s - k), s * s - k] } }
+    constraint deep { [q.rotate([0, 0, 1]) - axis, 0.3 * q.rotate([1, 0, 0]).y] }
+    constraint bounded { [0.1 * (s - k), s * s - k] } }
 root Bowls : f64 { bowls: list of Bowl; scale: real = 1 }
 """
 

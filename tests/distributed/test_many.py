@@ -82,10 +82,12 @@ def test_resume_solves_only_what_is_missing(client: Any, logs: Path, tmp_path: P
     assert json.loads((out / "p4.json").read_text())["a"] == pytest.approx(4)
     (out / "rows" / "p1.json.json").unlink()
     (logs / "p2.json").write_text('{"a": 0, "target": 20}')
+    (out / "p0.json").write_text("{")  # as after a loss of power
     kept = (out / "rows" / "p3.json.json").stat().st_mtime_ns
     rows = rows_of(client, logs, output=out, resume=True)
     assert rows["p2.json"].parameters["a"] == pytest.approx(20)
     assert (out / "rows" / "p1.json.json").exists()
+    assert json.loads((out / "p0.json").read_text())["target"] == 0
     assert (out / "rows" / "p3.json.json").stat().st_mtime_ns == kept
 
 
