@@ -170,8 +170,7 @@ def recorded(row: Row, task: Task) -> Iterator[None]:
         row.status, row.converged = "failed", False
         row.message = f"{type(error).__name__}: {error}"
     if task.row is not None and row.status != "failed":
-        content = msgspec.json.encode(row)
-        write_whole(task.row, lambda file: file.write(content), durable=False)
+        _put(task.row, msgspec.json.encode(row))
 
 
 def read_problem(kind: Any, task: Task, settings: Settings, row: Row) -> Any:
@@ -227,10 +226,26 @@ def write_result(model: Any, task: Task, row: Row) -> None:
     if task.result is not None:
         path = task.result
         content = dump(model._store, format_of(path, b""), path, None, None)
-        # Not waited for: a run that is resumed checks the files by their hashes.
-        write_whole(path, lambda file: file.write(content), durable=False)
+        _put(path, content)
         row.result, row.content = path, digest(content)
     row.seconds["write"] = time.perf_counter() - began
+
+
+def _put(path: str, content: bytes) -> None:
+    """Write a file whole, without waiting for the disk: when a run is resumed, hashes are checked.
+
+    A problem is solved by one process at a time, so that the name beside it is free.
+    """
+    folder, name = os.path.split(path)
+    temporary = os.path.join(folder, f".{name}.{os.getpid()}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(content)
+        os.replace(temporary, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        write_whole(path, lambda file: file.write(content))  # or its message
 
 
 def stored_names(problem: Problem) -> list[str]:

@@ -146,13 +146,8 @@ def compress(content: bytes) -> bytes:
     return gzip.compress(content, 6, mtime=0)
 
 
-def write_whole(path: StrPath, write: Callable[[BinaryIO], object], durable: bool = True) -> None:
+def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
     """Write a file atomically: the old file stays until the new content is safely on disk.
-
-    Parameters
-    ----------
-    durable : wait for the disk. Otherwise the file is whole if this process is killed, but may be
-        damaged after a loss of power; for files that are checked before they are used.
 
     Raises
     ------
@@ -176,13 +171,11 @@ def write_whole(path: StrPath, write: Callable[[BinaryIO], object], durable: boo
         with os.fdopen(handle, "wb") as file:
             write(file)
             file.flush()
-            if durable:
-                os.fsync(file.fileno())
+            os.fsync(file.fileno())
         os.chmod(temporary, mode)
         os.replace(temporary, target)
         temporary = None
-        if durable:
-            _sync_folder(target.parent)
+        _sync_folder(target.parent)
     except OSError as failure:
         reason = (failure.strerror or str(failure)).lower()
         kept = "; the old file is unchanged" if target.is_file() else ""
