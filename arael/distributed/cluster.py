@@ -103,6 +103,8 @@ def _local(workers: int | None, security: Any) -> Iterator[Any]:
         "distributed.scheduler.allowed-failures": 0,
         # No task waits at a worker: one that dies takes only the task that it runs.
         "distributed.scheduler.worker-saturation": 1.0,
+        # Samples of what a worker does, taken in another thread of it.
+        "distributed.worker.profile.enabled": False,
         # Workers are lost as expected; the outcome of their problems is reported.
         "distributed.worker.daemon": True,
     }

@@ -183,42 +183,58 @@ def _run(
     with client.as_current():  # whose event loop it uses
         queue = make()
 
-    def submit(some: list[Task], attempt: int, where: str | None = None) -> None:
-        placed: dict[str, Any] = {}
-        if where is not None:
-            placed = {"workers": [where], "allow_other_workers": True}
-        future = client.submit(
-            solve_group, shipped.hash, some, settings, attempt, pure=False, **placed
-        )
+    def begun(future: Any, some: list[Task], attempt: int, where: str | None = None) -> None:
         going[future.key] = Going(some, attempt, future, where)
         queue.add(future)
 
     try:
-        for k in range(0, len(tasks), group):
-            submit(tasks[k : k + group], 1)
-        for future in queue:
-            ended = going.pop(future.key)
-            some, attempt = ended.tasks, ended.attempt
-            if future.status == "finished":
-                rows, place = future.result(), ""
-            else:
-                why, place = _why_ended(future, settings)
-                rows = [
-                    Row(t.name, t.data, "failed", message=why, attempts=attempt, key=t.key)
-                    for t in some
-                ]
-            for task, row in zip(some, rows, strict=True):
-                if row.status == "failed" and attempt == 1:
+        groups = [tasks[k : k + group] for k in range(0, len(tasks), group)]
+        n = len(groups)
+        # In one request: the scheduler then knows that they are many, and queues them.
+        futures = client.map(
+            solve_group, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False
+        )
+        for future, some in zip(futures, groups, strict=True):
+            begun(future, some, 1)
+        for ended, rows, place in _results(client, queue, going, settings):
+            for task, row in zip(ended.tasks, rows, strict=True):
+                if row.status == "failed" and ended.attempt == 1:
                     failed.add(task, place or row.worker)
                 else:
                     yield _ended(row)
             if failed and not any(one.attempt == 1 for one in going.values()):
                 for task, where in failed.placed(client, going.values()):
-                    submit([task], 2, where)
+                    placed = {"workers": [where], "allow_other_workers": True} if where else {}
+                    future = client.submit(
+                        solve_group, shipped.hash, [task], settings, 2, pure=False, **placed
+                    )
+                    begun(future, [task], 2, where)
     finally:
         queue.clear()
         cancel: Any = client.cancel
         cancel([one.future for one in going.values()])
+
+
+def _results(
+    client: Client, queue: Any, going: dict[Any, Going], settings: Settings
+) -> Iterator[tuple[Going, list[Row], str]]:
+    """Tasks as they end, with their rows and the place of a worker that ended, "" if none did."""
+    for batch in queue.batches():
+        done = [future for future in batch if future.status == "finished"]
+        # In one request: asked for each, they take most of the client's time.
+        gather: Any = client.gather
+        found = dict(zip((future.key for future in done), gather(done), strict=True))
+        for future in batch:
+            ended = going.pop(future.key)
+            if future.key in found:
+                yield ended, found[future.key], ""
+                continue
+            why, place = _why_ended(future, settings)
+            rows = [
+                Row(t.name, t.data, "failed", message=why, attempts=ended.attempt, key=t.key)
+                for t in ended.tasks
+            ]
+            yield ended, rows, place
 
 
 def _why_ended(future: Any, settings: Settings) -> tuple[str, str]:
