@@ -116,6 +116,7 @@ def _local(workers: int | None, security: Any) -> Iterator[Any]:
                 processes=True,
                 security=security,
                 dashboard_address="127.0.0.1:0",
+                preload=["arael.distributed.interrupts"],
                 silence_logs=logging.CRITICAL,
             )
         except RuntimeError as error:
