@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import itertools
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import nullcontext
 from pathlib import Path
@@ -15,8 +15,10 @@ import msgspec
 
 from arael.compiler.cache import digest
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.distributed.cluster import connect, require_dask
+from arael.display.progress import place_for
+from arael.distributed.cluster import connect, dashboard, require_dask
 from arael.distributed.compiled import Shipped, ship
+from arael.distributed.progress import Solved
 from arael.distributed.retries import Failed, Going
 from arael.distributed.work import Row, Settings, Task, read_row, solve_group
 from arael.model import Model
@@ -38,6 +40,7 @@ def map(
     time_limit: float | None = None,
     resume: bool = False,
     group: int = 1,
+    progress: bool | None = None,
     **options: Any,
 ) -> Iterator[Future[Row]]:
     """Solve one problem per data file on the workers of a cluster; yield futures as they end.
@@ -57,6 +60,9 @@ def map(
         with its worker process
     resume : do not solve again what `output` has of the same model, data and options
     group : problems that go to a worker together, as one instance where their model allows
+    progress : whether to count the problems that have ended, in the cell of a notebook or on a
+        terminal, with the address of Dask's dashboard; None: in notebooks and at an interactive
+        prompt
     options : as for ``model.solve``; they must be plain data
 
     Returns
@@ -81,7 +87,8 @@ def map(
             )
         )
     settings = Settings(options=options, time_limit=time_limit)
-    return solve_files(model, paths, settings, client, workers, output, resume, group)
+    show = place_for(progress)
+    return solve_files(model, paths, settings, client, workers, output, resume, group, show)
 
 
 def solve_files(
@@ -93,19 +100,27 @@ def solve_files(
     output: str | os.PathLike[str] | None,
     resume: bool,
     group: int,
+    show: Callable[[str], object] | None = None,
 ) -> Iterator[Future[Row]]:
-    """As `map`, for files that were found."""
+    """As `map`, for files that were found; `show` takes the text of the progress."""
     with nullcontext(client) if client is not None else connect(workers) as found:
+        solved = Solved(len(paths), show, dashboard(found))
         shipped = ship(found, model)
         tasks = tasks_of(paths, shipped, settings, output)
         left = []
         for task in tasks:
             row = read_row(task) if resume else None
             if row is not None:
+                solved.add(row)
                 yield _ended(row)
             else:
                 left.append(task)
-        yield from _run(found, shipped, left, settings, max(1, group))
+        try:
+            for future in _run(found, shipped, left, settings, max(1, group)):
+                solved.add(future.result())
+                yield future
+        finally:
+            solved.clear()
 
 
 def files_of(datasets: Iterable[str | os.PathLike[str]]) -> list[Path]:

@@ -96,9 +96,7 @@ def test_where_no_process_has_a_compiler_rows_have_the_reason(
         kind = arael.loads(MODEL)
     rows = solved(kind, client, tmp_path / "data", 2)
     assert {row.kernels for row in rows} == {"interpreted"}
-    assert {row.interpreted for row in rows} == {
-        "neither it nor a worker like it has a C compiler"
-    }
+    assert {row.interpreted for row in rows} == {"neither it nor a worker like it has a C compiler"}
     assert all(row.converged for row in rows)
 
 
@@ -138,6 +136,7 @@ def test_a_hash_that_was_not_vouched_for_is_refused_by_the_worker(client: Any) -
 
 def test_content_that_does_not_fit_its_hash_does_not_arrive(client: Any) -> None:
     from arael.distributed.arrival import Arrival
+
     vouched = "3" * 64
     try:
         with pytest.raises(AraelError, match="E0883"):
