@@ -28,8 +28,8 @@ import numpy as np  # noqa: E402
 import arael  # noqa: E402
 from benchmarks import components  # noqa: E402
 
-POSES = 300
-LARGE, SMALL = 120, 2000
+POSES = 2500
+LARGE, SMALL = 60, 1000
 GROUPS = (1, 10, 100)
 RUNS = 3
 
@@ -110,7 +110,7 @@ def _rates(found: dict[str, list[Any]], count: int) -> list[str]:
     return [
         "## scale-out",
         "",
-        f"{count} pose graphs of {POSES} poses, with standard errors, without result files. "
+        f"{count} pose graphs of {POSES} poses, without result files. "
         f"Milliseconds a problem by the wall clock, medians of {len(one)} rounds. Share: of the "
         f"rate of one process, by the number of workers (smallest and largest of the rounds); two "
         f"processes without a cluster solve all problems each. Start of the cluster and first "

@@ -7,7 +7,7 @@ import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -189,6 +189,8 @@ def tasks_of(
 def _run(
     client: Client, shipped: Shipped, tasks: list[Task], settings: Settings, group: int
 ) -> Iterator[Future[Row]]:
+    if not tasks:
+        return
     # imported here: start-up time
     from distributed import as_completed
 
@@ -205,11 +207,15 @@ def _run(
     try:
         groups = [tasks[k : k + group] for k in range(0, len(tasks), group)]
         n = len(groups)
-        # In one request: the scheduler then knows that they are many, and queues them.
-        futures = client.map(
-            solve_group, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False
-        )
-        for future, some in zip(futures, groups, strict=True):
+        # In one request: the scheduler then knows that they are many, and queues them. No list of
+        # futures is kept: a worker has a result as long as a future of it exists here.
+        for future, some in zip(
+            client.map(
+                solve_group, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False
+            ),
+            groups,
+            strict=True,
+        ):
             begun(future, some, 1)
         for ended, rows, place in _results(client, queue, going, settings):
             for task, row in zip(ended.tasks, rows, strict=True):
@@ -235,10 +241,7 @@ def _results(
 ) -> Iterator[tuple[Going, list[Row], str]]:
     """Tasks as they end, with their rows and the place of a worker that ended, "" if none did."""
     for batch in queue.batches():
-        done = [future for future in batch if future.status == "finished"]
-        # In one request: asked for each, they take most of the client's time.
-        gather: Any = client.gather
-        found = dict(zip((future.key for future in done), gather(done), strict=True))
+        found = _gathered(client, [one for one in batch if one.status == "finished"])
         for future in batch:
             ended = going.pop(future.key)
             if future.key in found:
@@ -250,6 +253,20 @@ def _results(
                 for t in ended.tasks
             ]
             yield ended, rows, place
+
+
+def _gathered(client: Client, done: list[Any]) -> dict[Any, list[Row]]:
+    """Rows of tasks by their keys; those that were lost with their worker since are left out."""
+    gather: Any = client.gather
+    try:
+        # In one request: asked for each, they take most of the client's time.
+        return dict(zip((one.key for one in done), gather(done), strict=True))
+    except Exception:  # of a task that was repeated, and ended its worker
+        found = {}
+        for one in done:
+            with suppress(Exception):
+                found[one.key] = one.result()
+        return found
 
 
 def _why_ended(future: Any, settings: Settings) -> tuple[str, str]:

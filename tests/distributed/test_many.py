@@ -89,6 +89,7 @@ def test_resume_solves_only_what_is_missing(client: Any, logs: Path, tmp_path: P
     assert (out / "rows" / "p1.json.json").exists()
     assert json.loads((out / "p0.json").read_text())["target"] == 0
     assert (out / "rows" / "p3.json.json").stat().st_mtime_ns == kept
+    assert len(rows_of(client, logs, output=out, resume=True)) == 5  # nothing is missing
 
 
 def test_a_problem_that_hangs_is_listed_and_the_rest_goes_on(client: Any, logs: Path) -> None:
@@ -123,6 +124,28 @@ def test_a_killed_worker_costs_one_retry(client: Any, logs: Path) -> None:
     assert rows["slow.json"].attempts == 2
 
 
+def test_results_that_are_lost_with_their_worker_are_left_out() -> None:
+    from arael.distributed.many import _gathered
+
+    class Task:
+        def __init__(self, key: str) -> None:
+            self.key = key
+
+        def result(self) -> list[str]:
+            if self.key == "lost":
+                raise RuntimeError("killed")
+            return [self.key]
+
+    class Client:
+        def gather(self, tasks: list[Task]) -> list[Any]:
+            return [task.result() for task in tasks]
+
+    tasks: Any = [Task("a"), Task("b")]
+    assert _gathered(Client(), tasks) == {"a": ["a"], "b": ["b"]}  # type: ignore[arg-type]
+    tasks.insert(1, Task("lost"))
+    assert _gathered(Client(), tasks) == {"a": ["a"], "b": ["b"]}  # type: ignore[arg-type]
+
+
 def test_patterns_that_match_nothing_are_an_error(tmp_path: Path) -> None:
     from arael.distributed.many import files_of
 
@@ -134,13 +157,30 @@ def test_the_command_writes_results_and_a_table(request: pytest.FixtureRequest, 
     (logs / "bad.json").write_text("{ bad")
     (logs.parent / "m.arael").write_text(MODEL)
     args = ("solve", logs.parent / "m.arael", logs / "*.json", "--workers", "1", "--interpret")
+    args += ("--group", "3")
     command: Arael = request.getfixturevalue("arael")
     done = command(*args, "-o", logs.parent / "out")
     assert done.code == 1, done.err
     assert "5 of 6 problems converged" in done.out
     assert "bad.json: failed (tried 2 times)" in done.out
     assert "without kernels: the model was loaded with interpret=True" in done.err
+    why = "of groups were solved one after another: the root has parameters"
+    assert f"note: 5 {why}" in done.err
     assert list((logs.parent / "out").glob("table.*"))
+
+
+def test_groups_on_workers_are_solved_together(client: Any, logs: Path) -> None:
+    from arael.distributed import map as solve_all
+
+    text = "struct P { param x: real; k: real\n constraint c { x * x - k } }"
+    kind = arael.loads(f"{text}\nroot All : f64 {{ ps: list of P }}", interpret=True)
+    for k in range(5):
+        (logs / f"p{k}.json").write_text(json.dumps({"ps": [{"x": 1, "k": k + 1}]}))
+    found = [future.result() for future in solve_all(kind, [logs / "*"], client, group=5)]
+    assert {row.together for row in found} == {5}
+    assert len({row.worker for row in found}) == 1
+    for row in found:
+        assert row.parameters["ps[0].x"] ** 2 == pytest.approx(int(row.name[1]) + 1)
 
 
 def test_options_of_many_problems_need_a_cluster(request: pytest.FixtureRequest) -> None:
