@@ -39,7 +39,7 @@ def test_problems_are_solved_over_encrypted_connections_only(tmp_path: Path) -> 
     own = certificates(tmp_path)
     other = tmp_path / "other"
     other.mkdir()
-    strangers = certificates(other)
+    untrusted = certificates(other)
     kind = arael.loads(MODEL, interpret=True)
     with connect(workers=1, **own) as local:
         address = local.scheduler.address
@@ -48,7 +48,7 @@ def test_problems_are_solved_over_encrypted_connections_only(tmp_path: Path) -> 
         with connect(scheduler=address, **own) as client:
             (row,) = (f.result() for f in solve_all(kind, [tmp_path / "one.json"], client))
             assert row.parameters == {"a": pytest.approx(3)}
-        for given in ({}, strangers):
+        for given in ({}, untrusted):
             with (
                 pytest.raises(AraelError, match="E0881"),
                 connect(scheduler=address, timeout=0.5, **given),
