@@ -42,6 +42,7 @@ PARTS = {
     "anywidget": Part("anywidget", 'pip install "arael[notebook]"'),
     "playwright": Part("playwright.sync_api", "pip install playwright"),
     "Dask": Part("distributed", 'pip install "arael[distributed]"'),
+    "cryptography": Part("cryptography", "pip install cryptography"),
     "JAX": Part("jax", "pip install jax"),
     "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -126,9 +127,15 @@ def _print(rows: list[Any], count: int, table: Path | None, stopped: bool, as_js
         said = row.message.splitlines()
         tries = f" (tried {row.attempts} times)" if row.attempts > 1 else ""
         click.echo(f"  {row.name}: {row.status}{tries}" + (f": {said[0]}" if said else ""))
-    slow = sum(row.kernels == "interpreted" for row in rows)
-    if slow:
-        click.echo(f"note: {slow} were solved on the expression machine, without kernels", err=True)
+    slow = Counter(row.interpreted for row in rows if row.kernels == "interpreted")
+    for why, count in slow.most_common():
+        text = f"note: {count} were solved on the expression machine, without kernels: {why}"
+        click.echo(text, err=True)
+    together = sum(row.together > 1 for row in rows)
+    if together:
+        click.echo(f"{together} were solved in groups, as components of one problem", err=True)
+    for why, count in Counter(row.apart for row in rows if row.apart).most_common():
+        click.echo(f"note: {count} of groups were solved one after another: {why}", err=True)
     if stopped:
         click.echo("interrupted: what had ended is kept; --resume solves the rest", err=True)
     if table is not None:

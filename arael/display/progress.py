@@ -107,14 +107,25 @@ def _cleared(progress: Progress) -> Iterator[Progress]:
 
 def progress_for(wanted: bool | None) -> Progress | None:
     """The observer of `shown`."""
+    place = place_for(wanted)
+    return None if place is None else Progress(place)
+
+
+def place_for(wanted: bool | None) -> Callable[[str], object] | None:
+    """What shows text in place of the text before; None if nothing is to be shown.
+
+    Parameters
+    ----------
+    wanted : None: in notebooks and at an interactive prompt on a terminal only
+    """
     if wanted is False:
         return None
     if _is_notebook():
-        return Progress(InNotebook())
+        return InNotebook()
     if not (wanted or hasattr(sys, "ps1") or "IPython" in sys.modules):
         return None
     terminal = sys.stderr is not None and sys.stderr.isatty()
-    return Progress(on_terminal) if terminal else None
+    return on_terminal if terminal else None
 
 
 def _is_notebook() -> bool:

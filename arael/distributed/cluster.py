@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import logging
+import multiprocessing
+import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +52,8 @@ def connect(
     Raises
     ------
     AraelError
-        E0880 Dask is not installed; E0881 the scheduler cannot be reached, or both were given.
+        E0880 Dask is not installed; E0881 the scheduler cannot be reached, or both were given;
+        E0887 processes of the local cluster did not start.
     """
     require_dask()
     if scheduler is not None and workers is not None:
@@ -92,28 +95,34 @@ def _local(workers: int | None, security: Any) -> Iterator[Any]:
     import distributed
 
     start: Any = distributed.LocalCluster
-
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        # A worker process that imports a script without a guard: its parent reports that.
+        raise SystemExit(1)
     settings = {
         # A problem that ends its worker is retried by `arael.distributed.many`, alone.
         "distributed.scheduler.allowed-failures": 0,
         # No task waits at a worker: one that dies takes only the task that it runs.
         "distributed.scheduler.worker-saturation": 1.0,
+        # Samples of what a worker does, taken in another thread of it.
+        "distributed.worker.profile.enabled": False,
         # Workers are lost as expected; the outcome of their problems is reported.
         "distributed.worker.daemon": True,
     }
-    with (
-        dask.config.set(settings),
-        quiet(),
-        start(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            security=security,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-    ):
-        yield cluster
+    with dask.config.set(settings), quiet():
+        try:
+            cluster = start(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                security=security,
+                dashboard_address="127.0.0.1:0",
+                preload=["arael.distributed.interrupts"],
+                silence_logs=logging.CRITICAL,
+            )
+        except RuntimeError as error:
+            raise _not_started(error) from None
+        with cluster:
+            yield cluster
 
 
 @contextlib.contextmanager
@@ -160,6 +169,22 @@ def _security(ca: str | None, cert: str | None, key: str | None) -> Any:
         tls_worker_cert=cert,
         tls_worker_key=key,
         require_encryption=True,
+    )
+
+
+def _not_started(error: RuntimeError) -> AraelError:
+    main = getattr(sys.modules.get("__main__"), "__file__", None)
+    return AraelError(
+        Diagnostic(
+            "E0887",
+            f"worker processes of this machine did not start: {str(error).rstrip('.')}",
+            origin=str(main or "workers"),
+            notes=("each worker process imports the script that was started",),
+            help=(
+                'call it below `if __name__ == "__main__":` in a script',
+                "or use the workers of a running scheduler: dask scheduler; dask worker ADDRESS",
+            ),
+        )
     )
 
 

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
+BY_CHOICE = "the model was loaded with interpret=True"
+NOT_SENT = "the worker joined later, and has no C compiler"
+
+
 class Content(msgspec.Struct, frozen=True):
     """What is sent of a model.
 
@@ -44,6 +48,7 @@ class Content(msgspec.Struct, frozen=True):
     layout : the model as the runtime reads it, with the places of the client's file
     code : Cython source of its kernels; "" to run it on the expression machine everywhere
     modules : name and bytes of the extension module, by architecture
+    without : why there is none for other architectures
     """
 
     version: str
@@ -54,6 +59,7 @@ class Content(msgspec.Struct, frozen=True):
     layout: Layout
     code: str
     modules: dict[str, tuple[str, bytes]]
+    without: dict[str, str] = {}
 
 
 class About(msgspec.Struct, frozen=True):
@@ -115,6 +121,7 @@ def ship(client: Client, model: type[Model]) -> Shipped:
     workers = _workers(client)
     modules = dict(content.modules)
     without: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     if content.code:
         for wanted in sorted({about.architecture for about in workers.values()} - modules.keys()):
             alike = {a: about for a, about in workers.items() if about.architecture == wanted}
@@ -122,10 +129,13 @@ def ship(client: Client, model: type[Model]) -> Shipped:
             if module is not None:
                 modules[wanted] = module
             else:
+                reasons[wanted] = why
                 without.update(dict.fromkeys(alike, why))
     else:
-        without = dict.fromkeys(workers, "the model was loaded with interpret=True")
-    data = msgspec.msgpack.encode(msgspec.structs.replace(content, modules=modules))
+        without = dict.fromkeys(workers, BY_CHOICE)
+    data = msgspec.msgpack.encode(
+        msgspec.structs.replace(content, modules=modules, without=reasons)
+    )
     found = digest(data)
     # Kept by the scheduler, so that a worker that joins or is restarted gets it too.
     client.register_plugin(_arrival(found, data), name=f"arael-{found[:16]}")
@@ -236,9 +246,14 @@ def _arrival(vouched: str, data: bytes) -> Any:
     return Arrival(vouched, data)
 
 
-@lru_cache(maxsize=16)
 def load(vouched: str) -> type[Model]:
-    """Load the model of a hash in this worker process.
+    """Load the model of a hash in this worker process; see `loaded`."""
+    return loaded(vouched)[0]
+
+
+@lru_cache(maxsize=16)
+def loaded(vouched: str) -> tuple[type[Model], str]:
+    """The model of a hash in this worker process, and why it is interpreted, "" if it is not.
 
     Raises
     ------
@@ -253,11 +268,15 @@ def load(vouched: str) -> type[Model]:
     content = msgspec.msgpack.decode(data, type=Content)
     recipe = Recipe(content.text, content.name, content.precision, content.root)
     table, folder, seconds = _kernels(content)
+    why = ""
+    if table is None:
+        why = content.without.get(architecture(), NOT_SENT) if content.code else BY_CHOICE
     origin = "interpreted" if table is None else "shipped"
     with warnings.catch_warnings(action="ignore"):  # warnings of the model: the client gave them
-        return class_of(
+        kind = class_of(
             CompiledModel(content.layout, table, folder, origin, seconds, recipe=recipe)
         )
+    return kind, why
 
 
 def _kernels(content: Content) -> tuple[Any, Path | None, dict[str, float]]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import glob
 import itertools
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +15,11 @@ import msgspec
 
 from arael.compiler.cache import digest
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.distributed.cluster import connect, require_dask
+from arael.display.progress import place_for
+from arael.distributed.cluster import connect, dashboard, require_dask
 from arael.distributed.compiled import Shipped, ship
+from arael.distributed.progress import Solved
+from arael.distributed.retries import Failed, Going
 from arael.distributed.work import Row, Settings, Task, read_row, solve_group
 from arael.model import Model
 
@@ -37,12 +40,13 @@ def map(
     time_limit: float | None = None,
     resume: bool = False,
     group: int = 1,
+    progress: bool | None = None,
     **options: Any,
 ) -> Iterator[Future[Row]]:
     """Solve one problem per data file on the workers of a cluster; yield futures as they end.
 
     Each data file is read on its worker. A problem that fails, or ends its worker, is tried once
-    more, on another worker where there is one; other problems go on. Leaving the iteration early
+    more after the others, alone on another worker where there is one. Leaving the iteration early
     cancels what has not begun.
 
     Parameters
@@ -55,7 +59,10 @@ def map(
     time_limit : seconds of one solve; a problem that takes half as long again and a second ends
         with its worker process
     resume : do not solve again what `output` has of the same model, data and options
-    group : problems that go to a worker together
+    group : problems that go to a worker together, as one instance where their model allows
+    progress : whether to count the problems that have ended, in the cell of a notebook or on a
+        terminal, with the address of Dask's dashboard; None: in notebooks and at an interactive
+        prompt
     options : as for ``model.solve``; they must be plain data
 
     Returns
@@ -80,7 +87,8 @@ def map(
             )
         )
     settings = Settings(options=options, time_limit=time_limit)
-    return solve_files(model, paths, settings, client, workers, output, resume, group)
+    show = place_for(progress)
+    return solve_files(model, paths, settings, client, workers, output, resume, group, show)
 
 
 def solve_files(
@@ -92,19 +100,27 @@ def solve_files(
     output: str | os.PathLike[str] | None,
     resume: bool,
     group: int,
+    show: Callable[[str], object] | None = None,
 ) -> Iterator[Future[Row]]:
-    """As `map`, for files that were found."""
+    """As `map`, for files that were found; `show` takes the text of the progress."""
     with nullcontext(client) if client is not None else connect(workers) as found:
+        solved = Solved(len(paths), show, dashboard(found))
         shipped = ship(found, model)
         tasks = tasks_of(paths, shipped, settings, output)
         left = []
         for task in tasks:
-            row = read_row(Path(task.row)) if resume and task.row else None
-            if row is not None and row.key == task.key:
+            row = read_row(task) if resume else None
+            if row is not None:
+                solved.add(row)
                 yield _ended(row)
             else:
                 left.append(task)
-        yield from _run(found, shipped, left, settings, max(1, group))
+        try:
+            for future in _run(found, shipped, left, settings, max(1, group)):
+                solved.add(future.result())
+                yield future
+        finally:
+            solved.clear()
 
 
 def files_of(datasets: Iterable[str | os.PathLike[str]]) -> list[Path]:
@@ -173,62 +189,96 @@ def tasks_of(
 def _run(
     client: Client, shipped: Shipped, tasks: list[Task], settings: Settings, group: int
 ) -> Iterator[Future[Row]]:
+    if not tasks:
+        return
     # imported here: start-up time
     from distributed import as_completed
 
-    going: dict[Any, tuple[list[Task], int, Any]] = {}
+    going: dict[Any, Going] = {}
+    failed = Failed()
     make: Any = as_completed
     with client.as_current():  # whose event loop it uses
         queue = make()
 
-    def submit(some: list[Task], attempt: int, elsewhere: str = "") -> None:
-        where: dict[str, Any] = {}
-        if elsewhere:
-            others = [w for w in client.scheduler_info(-1)["workers"] if w != elsewhere]
-            where = {"workers": others, "allow_other_workers": True} if others else {}
-        future = client.submit(
-            solve_group,
-            shipped.hash,
-            some,
-            settings,
-            attempt,
-            pure=False,
-            **where,
-        )
-        going[future.key] = (some, attempt, future)
+    def begun(future: Any, some: list[Task], attempt: int, where: str | None = None) -> None:
+        going[future.key] = Going(some, attempt, future, where)
         queue.add(future)
 
     try:
-        for k in range(0, len(tasks), group):
-            submit(tasks[k : k + group], 1)
-        for future in queue:
-            some, attempt, _ = going.pop(future.key)
-            if future.status == "finished":
-                rows = future.result()
-            else:
-                why = _why_ended(future, settings)
-                rows = [
-                    Row(t.name, t.data, "failed", message=why, attempts=attempt, key=t.key)
-                    for t in some
-                ]
-            for task, row in zip(some, rows, strict=True):
-                if row.status == "failed" and attempt == 1:
-                    submit([task], 2, row.worker)
+        groups = [tasks[k : k + group] for k in range(0, len(tasks), group)]
+        n = len(groups)
+        # In one request: the scheduler then knows that they are many, and queues them. No list of
+        # futures is kept: a worker has a result as long as a future of it exists here.
+        for future, some in zip(
+            client.map(
+                solve_group, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False
+            ),
+            groups,
+            strict=True,
+        ):
+            begun(future, some, 1)
+        for ended, rows, place in _results(client, queue, going, settings):
+            for task, row in zip(ended.tasks, rows, strict=True):
+                if row.status == "failed" and ended.attempt == 1:
+                    failed.add(task, place or row.worker)
                 else:
                     yield _ended(row)
+            if failed and not any(one.attempt == 1 for one in going.values()):
+                for task, where in failed.placed(client, going.values()):
+                    placed = {"workers": [where], "allow_other_workers": True} if where else {}
+                    future = client.submit(
+                        solve_group, shipped.hash, [task], settings, 2, pure=False, **placed
+                    )
+                    begun(future, [task], 2, where)
     finally:
         queue.clear()
         cancel: Any = client.cancel
-        cancel([future for _, _, future in going.values()])
+        cancel([one.future for one in going.values()])
 
 
-def _why_ended(future: Any, settings: Settings) -> str:
+def _results(
+    client: Client, queue: Any, going: dict[Any, Going], settings: Settings
+) -> Iterator[tuple[Going, list[Row], str]]:
+    """Tasks as they end, with their rows and the place of a worker that ended, "" if none did."""
+    for batch in queue.batches():
+        found = _gathered(client, [one for one in batch if one.status == "finished"])
+        for future in batch:
+            ended = going.pop(future.key)
+            if future.key in found:
+                yield ended, found[future.key], ""
+                continue
+            why, place = _why_ended(future, settings)
+            rows = [
+                Row(t.name, t.data, "failed", message=why, attempts=ended.attempt, key=t.key)
+                for t in ended.tasks
+            ]
+            yield ended, rows, place
+
+
+def _gathered(client: Client, done: list[Any]) -> dict[Any, list[Row]]:
+    """Rows of tasks by their keys; those that were lost with their worker since are left out."""
+    gather: Any = client.gather
+    try:
+        # In one request: asked for each, they take most of the client's time.
+        return dict(zip((one.key for one in done), gather(done), strict=True))
+    except Exception:  # of a task that was repeated, and ended its worker
+        found = {}
+        for one in done:
+            with suppress(Exception):
+                found[one.key] = one.result()
+        return found
+
+
+def _why_ended(future: Any, settings: Settings) -> tuple[str, str]:
+    """Why a task was lost, and the place of the worker that ended, "" if none did."""
     error = future.exception() if future.status == "error" else None
     if type(error).__name__ != "KilledWorker":
-        return f"the task was lost: {error or future.status}"
+        return f"the task was lost: {error or future.status}", ""
     limit = settings.hard_limit
     hang = "" if limit is None else f", or the problem took longer than {limit:g} s"
-    return f"its worker process ended: a crash, lack of memory, a signal{hang}"
+    last = getattr(error, "last_worker", None)
+    place: str | None = getattr(last, "nanny", None) or getattr(last, "address", None)
+    return f"its worker process ended: a crash, lack of memory, a signal{hang}", place or ""
 
 
 def _ended(row: Row) -> Future[Row]:

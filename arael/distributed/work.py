@@ -8,14 +8,16 @@ import os
 import threading
 import time
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 
+from arael.compiler.cache import digest
 from arael.diagnostics.records import AraelError
-from arael.distributed.compiled import load
+from arael.distributed.compiled import load, loaded
 from arael.io.files import write_whole
 from arael.runtime.system import row_name
 
@@ -70,7 +72,12 @@ class Row(msgspec.Struct):
     parameters : stored numbers by name, see `stored_names`. Empty beyond `TABLE_LIMIT`
     sigmas : standard errors of tangent scalars by name. Empty beyond `TABLE_LIMIT`
     seconds : of reading, the solve, the covariance and writing
-    kernels : ``shipped`` or ``compiled``; ``interpreted``: on the expression machine
+    kernels : ``shipped``; ``interpreted``: on the expression machine
+    interpreted : why it was, ""
+    together : problems of the instance that it was solved in; times are then shares of theirs
+    apart : why a problem of a group was solved by itself, ""
+    key : as that of the task
+    result, content : the file of the result, and its SHA-256
     """
 
     name: str
@@ -85,19 +92,28 @@ class Row(msgspec.Struct):
     message: str = ""
     worker: str = ""
     kernels: str = ""
+    interpreted: str = ""
+    together: int = 1
+    apart: str = ""
     attempts: int = 1
     key: str = ""
     result: str = ""
+    content: str = ""
 
 
 def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
-    """Solve problems one after another on this worker."""
-    _begin(vouched)
+    """Solve problems on this worker: small ones together if their model allows, else in turn."""
+    begin(vouched)
     with _ONE:
-        return [_solve_bounded(vouched, task, settings, attempt) for task in tasks]
+        if len(tasks) > 1:
+            # imported here: it reads this module
+            from arael.distributed.groups import solve_together
+
+            return solve_together(vouched, tasks, settings, attempt)
+        return [solve_alone(vouched, task, settings, attempt) for task in tasks]
 
 
-def _begin(vouched: str) -> None:
+def begin(vouched: str) -> None:
     """Import what a solve needs and load the model: no part of a problem's time."""
     # imported here: start-up time
     import arael.analysis.covariance
@@ -110,24 +126,43 @@ def _begin(vouched: str) -> None:
         load(vouched)
 
 
-def _solve_bounded(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:
-    limit = settings.hard_limit
+@contextlib.contextmanager
+def bounded(limit: float | None) -> Iterator[None]:
+    """End this process if the block takes longer than some seconds."""
     if limit is None:
-        return _solve_one(vouched, task, settings, attempt)
+        yield
+        return
     with open(os.devnull, "w") as nowhere:
         # A thread of C ends the process: also if the hang holds the interpreter's lock.
         faulthandler.dump_traceback_later(limit, exit=True, file=nowhere)
         try:
-            return _solve_one(vouched, task, settings, attempt)
+            yield
         finally:
             faulthandler.cancel_dump_traceback_later()
 
 
-def _solve_one(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:
-    row = Row(task.name, task.data, "failed", attempts=attempt, key=task.key, worker=_worker())
+def solve_alone(vouched: str, task: Task, settings: Settings, attempt: int) -> Row:
+    """Solve one problem."""
+    row = started(task, attempt)
+    with bounded(settings.hard_limit), recorded(row, task):
+        kind, row.interpreted = loaded(vouched)
+        row.kernels = kind.compiled.origin  # type: ignore[attr-defined]
+        model = read_problem(kind, task, settings, row)
+        _solve(model, task, settings, row)
+    return row
+
+
+def started(task: Task, attempt: int) -> Row:
+    """The row of a problem of which nothing is known yet."""
+    return Row(task.name, task.data, "failed", attempts=attempt, key=task.key, worker=_worker())
+
+
+@contextlib.contextmanager
+def recorded(row: Row, task: Task) -> Iterator[None]:
+    """Put what fails in the block into the row, and write the row if nothing did."""
     try:
         with warnings.catch_warnings(action="ignore"):
-            _solve(load(vouched), task, settings, row)
+            yield
     except AraelError as error:
         row.status, row.converged = "failed", False
         row.message = str(error).strip()
@@ -135,17 +170,16 @@ def _solve_one(vouched: str, task: Task, settings: Settings, attempt: int) -> Ro
         row.status, row.converged = "failed", False
         row.message = f"{type(error).__name__}: {error}"
     if task.row is not None and row.status != "failed":
-        write_whole(task.row, lambda file: file.write(msgspec.json.encode(row)))
-    return row
+        _put(task.row, msgspec.json.encode(row))
 
 
-def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
+def read_problem(kind: Any, task: Task, settings: Settings, row: Row) -> Any:
+    """An instance with the data of a problem."""
     # imported here: start-up time
     import arael
 
     model = kind()
-    row.kernels = kind.compiled.origin
-    started = time.perf_counter()
+    began = time.perf_counter()
     arael.read(
         model,
         task.data,
@@ -153,27 +187,65 @@ def _solve(kind: Any, task: Task, settings: Settings, row: Row) -> None:
         collection=settings.collection,
         fields=settings.fields,
     )
-    row.seconds["read"] = -started + (started := time.perf_counter())
+    row.seconds["read"] = time.perf_counter() - began
+    return model
+
+
+def _solve(model: Any, task: Task, settings: Settings, row: Row) -> None:
+    began = time.perf_counter()
     result = model.solve(time_limit=settings.time_limit, **settings.options)
-    row.seconds["solve"] = -started + (started := time.perf_counter())
+    row.seconds["solve"] = -began + (began := time.perf_counter())
     names = model.parameter_names()
     if len(names) <= TABLE_LIMIT:
         values = (float(value) for value in model.serialize())
         row.parameters = dict(zip(stored_names(model._problem()), values, strict=True))
-        try:
-            covariance = model.covariance()
-            sigmas = (float(value) for value in covariance.sigma())
-            row.sigmas = dict(zip(covariance.names, sigmas, strict=True))
-        except AraelError as error:
-            row.message = error.diagnostics[0].message
-    row.seconds["covariance"] = -started + (started := time.perf_counter())
-    if task.result is not None:
-        arael.write(model, task.result)
-        row.result = task.result
-    row.seconds["write"] = time.perf_counter() - started
+        put_sigmas(model, row)
+    row.seconds["covariance"] = time.perf_counter() - began
+    write_result(model, task, row)
     row.cost, row.iterations = float(result.cost), result.iterations
     row.status = result.status
     row.converged = all(one.converged for one in result.passes or (result,))
+
+
+def put_sigmas(model: Any, row: Row) -> None:
+    """Put the standard errors of a problem, or why there are none, into its row."""
+    try:
+        covariance = model.covariance()
+        sigmas = (float(value) for value in covariance.sigma())
+        row.sigmas = dict(zip(covariance.names, sigmas, strict=True))
+    except AraelError as error:
+        row.message = error.diagnostics[0].message
+
+
+def write_result(model: Any, task: Task, row: Row) -> None:
+    """Write the result file of a problem, if one is asked for."""
+    # imported here: start-up time
+    from arael.io.formats import dump, format_of
+
+    began = time.perf_counter()
+    if task.result is not None:
+        path = task.result
+        content = dump(model._store, format_of(path, b""), path, None, None)
+        _put(path, content)
+        row.result, row.content = path, digest(content)
+    row.seconds["write"] = time.perf_counter() - began
+
+
+def _put(path: str, content: bytes) -> None:
+    """Write a file whole, without waiting for the disk: when a run is resumed, hashes are checked.
+
+    A problem is solved by one process at a time, so that the name beside it is free.
+    """
+    folder, name = os.path.split(path)
+    temporary = os.path.join(folder, f".{name}.{os.getpid()}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(content)
+        os.replace(temporary, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        write_whole(path, lambda file: file.write(content))  # or its message
 
 
 def stored_names(problem: Problem) -> list[str]:
@@ -207,9 +279,18 @@ def _worker() -> str:
     return str(worker.address)
 
 
-def read_row(path: Path) -> Row | None:
-    """Read a row that a worker wrote; None if there is none or it is damaged."""
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=Row)
-    except (OSError, msgspec.MsgspecError):
+def read_row(task: Task) -> Row | None:
+    """Row of a problem that was solved before; None if it has to be solved again.
+
+    That is so without a row, if it is of another model, data or settings, and if the file of the
+    result is not the one that was written.
+    """
+    if task.row is None:
         return None
+    try:
+        row = msgspec.json.decode(Path(task.row).read_bytes(), type=Row)
+        if row.key == task.key and digest(Path(row.result).read_bytes()) == row.content:
+            return row
+    except (OSError, msgspec.MsgspecError):
+        pass
+    return None

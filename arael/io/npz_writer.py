@@ -40,10 +40,15 @@ def dump(store: Store) -> bytes:
     return memory.getvalue()
 
 
-def arrays_of(store: Store) -> Iterator[tuple[str, Array]]:
-    """Names and arrays of all columns; raises AraelError as `dump` does."""
+def arrays_of(store: Store, orders: dict[str, Ints] | None = None) -> Iterator[tuple[str, Array]]:
+    """Names and arrays of all columns; raises AraelError as `dump` does.
+
+    Parameters
+    ----------
+    orders : takes the rows of each table by its path, in the order in which they are written
+    """
     store.check_complete()
-    orders: dict[str, Ints] = {}
+    orders = {} if orders is None else orders
     for table in store.tables.values():
         yield from _arrays(table, orders)
 

@@ -64,6 +64,7 @@ def test_each_file_is_solved_as_alone(client: Any, logs: Path, group: int) -> No
     assert rows["p3.json"].iterations == result.iterations
     assert rows["p3.json"].sigmas == {"a": pytest.approx(1.0)}
     assert {row.kernels for row in rows.values()} == {"interpreted"}
+    assert rows["p3.json"].interpreted == "the model was loaded with interpret=True"
 
 
 def test_a_failure_is_retried_once_and_listed(client: Any, logs: Path) -> None:
@@ -81,20 +82,25 @@ def test_resume_solves_only_what_is_missing(client: Any, logs: Path, tmp_path: P
     assert json.loads((out / "p4.json").read_text())["a"] == pytest.approx(4)
     (out / "rows" / "p1.json.json").unlink()
     (logs / "p2.json").write_text('{"a": 0, "target": 20}')
+    (out / "p0.json").write_text("{")  # as after a loss of power
     kept = (out / "rows" / "p3.json.json").stat().st_mtime_ns
     rows = rows_of(client, logs, output=out, resume=True)
     assert rows["p2.json"].parameters["a"] == pytest.approx(20)
     assert (out / "rows" / "p1.json.json").exists()
+    assert json.loads((out / "p0.json").read_text())["target"] == 0
     assert (out / "rows" / "p3.json.json").stat().st_mtime_ns == kept
+    assert len(rows_of(client, logs, output=out, resume=True)) == 5  # nothing is missing
 
 
 def test_a_problem_that_hangs_is_listed_and_the_rest_goes_on(client: Any, logs: Path) -> None:
     os.mkfifo(logs / "hang.json")  # no process writes to it: reading it never ends
-    rows = rows_of(client, logs, time_limit=1.0)
+    rows = rows_of(client, logs, time_limit=1.5, group=3)
     assert rows["hang.json"].status == "failed"
     assert rows["hang.json"].attempts == 2
-    assert "took longer than 2.5 s" in rows["hang.json"].message
+    assert "took longer than 3.25 s" in rows["hang.json"].message
+    # Those that went to the worker with it are solved alone, so that it takes none with it twice.
     assert sum(row.converged for row in rows.values()) == 5
+    assert sum(row.attempts == 2 for row in rows.values()) == 3
 
 
 def test_a_killed_worker_costs_one_retry(client: Any, logs: Path) -> None:
@@ -118,6 +124,28 @@ def test_a_killed_worker_costs_one_retry(client: Any, logs: Path) -> None:
     assert rows["slow.json"].attempts == 2
 
 
+def test_results_that_are_lost_with_their_worker_are_left_out() -> None:
+    from arael.distributed.many import _gathered
+
+    class Task:
+        def __init__(self, key: str) -> None:
+            self.key = key
+
+        def result(self) -> list[str]:
+            if self.key == "lost":
+                raise RuntimeError("killed")
+            return [self.key]
+
+    class Client:
+        def gather(self, tasks: list[Task]) -> list[Any]:
+            return [task.result() for task in tasks]
+
+    tasks: Any = [Task("a"), Task("b")]
+    assert _gathered(Client(), tasks) == {"a": ["a"], "b": ["b"]}  # type: ignore[arg-type]
+    tasks.insert(1, Task("lost"))
+    assert _gathered(Client(), tasks) == {"a": ["a"], "b": ["b"]}  # type: ignore[arg-type]
+
+
 def test_patterns_that_match_nothing_are_an_error(tmp_path: Path) -> None:
     from arael.distributed.many import files_of
 
@@ -129,12 +157,30 @@ def test_the_command_writes_results_and_a_table(request: pytest.FixtureRequest, 
     (logs / "bad.json").write_text("{ bad")
     (logs.parent / "m.arael").write_text(MODEL)
     args = ("solve", logs.parent / "m.arael", logs / "*.json", "--workers", "1", "--interpret")
+    args += ("--group", "3")
     command: Arael = request.getfixturevalue("arael")
     done = command(*args, "-o", logs.parent / "out")
     assert done.code == 1, done.err
     assert "5 of 6 problems converged" in done.out
     assert "bad.json: failed (tried 2 times)" in done.out
+    assert "without kernels: the model was loaded with interpret=True" in done.err
+    why = "of groups were solved one after another: the root has parameters"
+    assert f"note: 5 {why}" in done.err
     assert list((logs.parent / "out").glob("table.*"))
+
+
+def test_groups_on_workers_are_solved_together(client: Any, logs: Path) -> None:
+    from arael.distributed import map as solve_all
+
+    text = "struct P { param x: real; k: real\n constraint c { x * x - k } }"
+    kind = arael.loads(f"{text}\nroot All : f64 {{ ps: list of P }}", interpret=True)
+    for k in range(5):
+        (logs / f"p{k}.json").write_text(json.dumps({"ps": [{"x": 1, "k": k + 1}]}))
+    found = [future.result() for future in solve_all(kind, [logs / "*"], client, group=5)]
+    assert {row.together for row in found} == {5}
+    assert len({row.worker for row in found}) == 1
+    for row in found:
+        assert row.parameters["ps[0].x"] ** 2 == pytest.approx(int(row.name[1]) + 1)
 
 
 def test_options_of_many_problems_need_a_cluster(request: pytest.FixtureRequest) -> None:
