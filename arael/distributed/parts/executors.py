@@ -9,7 +9,9 @@ from itertools import count
 from typing import Any, Protocol
 from uuid import uuid4
 
+from arael.compiled_model import CompiledModel, warn_of_machine
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.parts.requests import name_here
 
 _FRESH = 0.5
 """Seconds for which the list of workers is taken as it was."""
@@ -17,6 +19,9 @@ _FRESH = 0.5
 
 class Executor(Protocol):
     """Answers requests; what `submit` returns may be an argument of further ones."""
+
+    def ship(self, compiled: CompiledModel) -> str:
+        """Make a model known where requests are answered; the name that recipes have for it."""
 
     def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
         """Ask for ``function(*args)``, where the part of that number is, if possible."""
@@ -27,6 +32,14 @@ class Executor(Protocol):
 
 class InProcess:
     """All parts in this process, one after another: for tests, and for what fits."""
+
+    def __init__(self) -> None:
+        self._models: list[CompiledModel] = []
+
+    def ship(self, compiled: CompiledModel) -> str:
+        """Name the model, which is kept for as long as this object."""
+        self._models.append(compiled)
+        return name_here(compiled)
 
     def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
         """Call the function."""
@@ -56,6 +69,31 @@ class OnDask:
         self._name = uuid4().hex[:12]
         self._workers: list[str] = []
         self._asked = float("-inf")
+
+    def ship(self, compiled: CompiledModel) -> str:
+        """Send the compiled model to all workers; its SHA-256.
+
+        Raises
+        ------
+        AraelError
+            E0882 a worker has no arael, or another version.
+
+        Warns
+        -----
+        InterpretedWarning
+            Workers run the model on the expression machine, and were not asked to.
+        """
+        # imported here: start-up time
+        from arael.distributed.compiled import ship
+        from arael.loading import class_of
+
+        with self._connected():
+            shipped = ship(self.client, class_of(compiled))
+        assert compiled.recipe is not None
+        if shipped.interpreted and compiled.recipe.interpret is not True:
+            worker, why = next(iter(shipped.interpreted.items()))
+            warn_of_machine(f"worker {worker}: {why}", 5)
+        return shipped.hash
 
     def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
         """Submit a task under a name of its own."""

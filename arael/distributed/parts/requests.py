@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from threading import Lock, RLock
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.compiled_model import CompiledModel, Recipe
+from arael.compiled_model import CompiledModel
 from arael.diagnostics.records import Diagnostic
+from arael.distributed.compiled import load
 from arael.distributed.parts.boundary import Boundary, BoundarySystem
 from arael.distributed.parts.data import columns_of, rows_of_share
 from arael.distributed.parts.part import Part, Reduced, number_as_whole
@@ -40,7 +42,7 @@ class PartRecipe:
     ----------
     run : name of the solve
     turn : number of the pass
-    model : text and options of the model
+    model : SHA-256 of the compiled model, which the client vouches for; or a name by `name_here`
     share : rows of the part
     path : of the data set; None: `arrays` are the rows of the part
     frozen : paths of parameters that do not move in this pass
@@ -50,7 +52,7 @@ class PartRecipe:
 
     run: str
     turn: int
-    model: Recipe
+    model: str
     share: Share
     path: str | None
     arrays: dict[str, NDArray[Any]] | None
@@ -102,28 +104,32 @@ class Kept:
 
 _LOCK = Lock()
 _PARTS: dict[tuple[str, int, int], Kept] = {}
-_MODELS: dict[Recipe, CompiledModel] = {}
+_HERE: WeakValueDictionary[str, CompiledModel] = WeakValueDictionary()
 _SYSTEMS: dict[str, tuple[BoundarySystem, int]] = {}
 _RUNS: list[str] = []
 
 
-def compiled(recipe: Recipe) -> CompiledModel:
-    """The model of a recipe, loaded once in a process."""
-    with _LOCK:
-        if recipe not in _MODELS:
-            # imported here: start-up time
-            from arael.loading import loads
+def name_here(compiled: CompiledModel) -> str:
+    """A name by which requests of this process find a model that was not sent."""
+    name = f"here-{id(compiled)}"
+    _HERE[name] = compiled
+    return name
 
-            interpret = True if recipe.interpret == "meanwhile" else recipe.interpret
-            made: Any = loads(
-                recipe.text,
-                name=recipe.name,
-                precision=recipe.precision,
-                root=recipe.root,
-                interpret=interpret,
-            )
-            _MODELS[recipe] = made()._compiled
-        return _MODELS[recipe]
+
+def model_of(name: str) -> CompiledModel:
+    """The model of a name by `name_here`, or what has arrived with that hash.
+
+    Raises
+    ------
+    AraelError
+        E0883 no content of that hash has arrived, or it was changed since.
+    """
+    found = _HERE.get(name)
+    if found is not None:
+        return found
+    loaded: Any = load(name)
+    sent: CompiledModel = loaded.compiled
+    return sent
 
 
 def _begin(run: str) -> None:
@@ -155,7 +161,7 @@ def kept(recipe: PartRecipe) -> Kept:
 
 def made(recipe: PartRecipe) -> Part:
     """Read the rows of a part, and prepare its problem."""
-    model = compiled(recipe.model)
+    model = model_of(recipe.model)
     layout = lenient(model.layout)
     store = Store(layout)
     store.kernels, store.bindings = model.kernels, model.bindings

@@ -355,7 +355,7 @@ def run(
     results: list[Result] = []
     traffic = Traffic()
     given: tuple[Any, ...] = ()
-    assert prepared.compiled.recipe is not None
+    model = executor.ship(prepared.compiled)
     for turn, (one, own) in enumerate(zip(schedule, configs, strict=True)):
         if one.freeze or one.free:
             frozen = frozen_after(layout, frozen, one)
@@ -375,7 +375,7 @@ def run(
             PartRecipe(
                 f"{name}-{turn}",
                 turn,
-                prepared.compiled.recipe,
+                model,
                 share,
                 prepared.path,
                 arrays,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,11 @@ import numpy as np
 import pytest
 
 from arael.diagnostics.records import AraelError
-from arael.distributed import solve
+from arael.distributed import compiled, contents, solve
+from arael.distributed.parts import requests
+from arael.distributed.parts.executors import OnDask
+from arael.distributed.parts.requests import PartRecipe
+from arael.distributed.parts.solve import prepare
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
@@ -44,6 +49,34 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
         rtol=1e-5,
         atol=1e-8,
     )
+
+
+def tampered(vouched: str) -> None:
+    """Change what has arrived at this worker."""
+    contents.ARRIVED[vouched] += b"changed"
+    compiled.load.cache_clear()
+
+
+def part_of(model: Any, name: str) -> PartRecipe:
+    prepared = prepare(model._compiled, arrays_of(model), 2, None)
+    return PartRecipe("vouched", 0, name, prepared.shares[0], None, prepared.arrays[0])
+
+
+def test_workers_run_only_models_whose_hash_the_client_vouches_for(client: Any) -> None:
+    model = PROBLEMS["grid"]()
+    vouched = OnDask(client).ship(model._compiled)
+    instances = client.submit(requests.describe, part_of(model, vouched), pure=False).result()[0]
+    assert instances > 0
+    requested = client.submit(requests.describe, replace(part_of(model, "0" * 64), run="other"))
+    with pytest.raises(AraelError, match=r"E0883.*no content of this hash"):
+        requested.result()
+    client.run(tampered, vouched)
+    requested = client.submit(requests.describe, replace(part_of(model, vouched), run="third"))
+    with pytest.raises(AraelError, match=r"E0883.*changed after its arrival"):
+        requested.result()
+    # It is sent again by the next solve.
+    found = solve(model, partition=2, client=client)
+    assert found.result.converged
 
 
 def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:

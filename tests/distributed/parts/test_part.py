@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arael.compiled_model import CompiledModel
-from arael.distributed.parts.requests import PartRecipe, made
+from arael.distributed.parts.requests import PartRecipe, made, name_here
 from arael.distributed.parts.solve import prepare
 from arael.runtime.assembly.positions import dense_matrix
 
@@ -18,9 +18,8 @@ from .problems import PROBLEMS, arrays_of
 def first_part(name: str, parts: int) -> Any:
     model: Any = PROBLEMS[name]()
     compiled: CompiledModel = model._compiled
-    assert compiled.recipe is not None
     prepared = prepare(compiled, arrays_of(model), parts, None)
-    recipe = PartRecipe("r", 0, compiled.recipe, prepared.shares[0], None, prepared.arrays[0])
+    recipe = PartRecipe("r", 0, name_here(compiled), prepared.shares[0], None, prepared.arrays[0])
     return made(recipe)
 
 
@@ -53,7 +52,7 @@ def test_a_part_that_fixes_nothing_has_a_singular_complement() -> None:
     model: Any = PROBLEMS["loop"]()
     prepared = prepare(model._compiled, arrays_of(model), 3, None)
     share = prepared.shares[2]
-    part = made(PartRecipe("r", 0, model._compiled.recipe, share, None, prepared.arrays[2]))
+    part = made(PartRecipe("r", 0, name_here(model._compiled), share, None, prepared.arrays[2]))
     _, _, diagonal = part.linearise()
     assert part.eliminate(diagonal[part.interior]) == 0
     matrix = part.reduced(np.zeros(len(part.interior))).matrix
