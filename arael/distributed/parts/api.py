@@ -53,8 +53,8 @@ def solve(
     ----------
     model : an instance, whose parameters are solved in place; or a loaded model, or what
         `arael.load` takes, with `data`
-    data : an NPZ file, or a folder of NPZ files with some of the rows each, of which every worker
-        reads what it needs; or a file of another format, which is read here
+    data : an NPZ file, or a folder of NPZ or Parquet files with some of the rows each, of which
+        every worker reads what it needs; or a file of another format, which is read here
     partition : number of parts; by default as many as there are workers
     partition_by : column of integers or strings in collections with parameters, by which entities
         are split; others follow their neighbours

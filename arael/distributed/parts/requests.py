@@ -166,7 +166,7 @@ def made(recipe: PartRecipe) -> Part:
     store = Store(layout)
     store.kernels, store.bindings = model.kernels, model.bindings
     if recipe.path is not None:
-        columns = columns_of(recipe.path)
+        columns = columns_of(recipe.path, model.layout)
         npz.adopt(store, rows_of_share(layout, columns, recipe.share), columns.label)
     else:
         assert recipe.arrays is not None

@@ -208,7 +208,9 @@ def prepare(
     check_splittable(layout)
     slim = skeleton(layout)
     columns = (
-        columns_of(data) if isinstance(data, str | os.PathLike) else Columns([dict(data)], "data")
+        columns_of(data, layout)
+        if isinstance(data, str | os.PathLike)
+        else Columns([dict(data)], "data")
     )
     store = whole_skeleton(lenient(layout), slim, columns)
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
