@@ -105,7 +105,9 @@ def kills(runs: int, folder: Path, seed: int = 0) -> Count:
     cluster = Cluster(folder)
     count = Count()
     try:
-        with distributed.Client(cluster.address, set_as_default=False) as client:
+        with distributed.Client(
+            cluster.address, set_as_default=False, direct_to_workers=True
+        ) as client:
             client.wait_for_workers(2, timeout=60)
             attempts, x = once(model, arrays, client)
             began = time.perf_counter()

@@ -16,6 +16,7 @@ from arael.distributed.parts import requests
 from arael.distributed.parts.executors import OnDask
 from arael.distributed.parts.requests import PartRecipe
 from arael.distributed.parts.solve import prepare
+from arael.distributed.parts.stations import ask_directly
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
@@ -124,3 +125,27 @@ def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(AraelError) as caught:
         solve(model, partition=2, scheduler="tcp://127.0.0.1:9")
     assert caught.value.diagnostics[0].code == "E0881"
+
+
+def test_workers_out_of_reach_are_asked_through_the_scheduler(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = client.direct_to_workers
+    try:
+        ask_directly(client)
+        assert client.direct_to_workers
+        client.direct_to_workers = False
+        monkeypatch.setattr(client, "rpc", lambda address: client.scheduler)
+        monkeypatch.setattr(client.scheduler, "identity", unreachable, raising=False)
+        monkeypatch.setattr(
+            "arael.distributed.parts.stations.present_workers", lambda: {"tcp://10.0.0.1:1"}
+        )
+        ask_directly(client)
+        assert not client.direct_to_workers
+    finally:
+        client.direct_to_workers = before
+
+
+async def unreachable() -> None:
+    """No route to the worker."""
+    raise OSError("no route to host")

@@ -1,0 +1,103 @@
+"""Where parts live: one Dask actor on each worker, which answers requests about its parts.
+
+The calling process asks it directly, or through the scheduler where it does not reach workers; the
+worker with the boundary asks those with the parts. A request and its answer are one message each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from arael.distributed.parts.requests import Answer, answer
+
+POLL = 1.0
+"""Seconds after which it is checked that a worker is still there."""
+
+LOST = "lost"
+
+
+class Station:
+    """The actor: a way to the functions of `requests` in the process of a worker."""
+
+    def answer(self, function: Callable[..., Any], *args: Any) -> Answer:
+        """Answer a request; exceptions are part of the answer."""
+        return answer(function, args)
+
+
+@dataclass(frozen=True)
+class Remote:
+    """A station as seen from the calling process or from another worker.
+
+    Attributes
+    ----------
+    actor : distributed.actor.Actor of a `Station`
+    address : of its worker
+    """
+
+    actor: Any
+    address: str
+
+    def start(self, function: Callable[..., Any], *args: Any) -> Any:
+        """Send a request; what is returned goes to `wait`."""
+        try:
+            return self.actor.answer(function, *args)
+        except RuntimeError as error:  # of Dask: the worker is known to be lost
+            return error
+
+    def wait(self, pending: Any) -> Answer:
+        """The answer to a request; ``("lost", why)`` if the worker is."""
+        if isinstance(pending, Exception):
+            return LOST, pending
+        while True:
+            try:
+                found: Answer = pending.result(timeout=POLL)
+                return found
+            except TimeoutError:
+                if self.address not in present_workers():
+                    return LOST, OSError("the worker has left the cluster")
+            except Exception as error:  # of the connection: those of requests are in the answer
+                return LOST, error
+
+
+def present_workers() -> set[str]:
+    """Addresses of the workers, as the scheduler has them.
+
+    Raises
+    ------
+    OSError
+        The scheduler is lost.
+    """
+    # imported here: an optional part
+    from distributed import Client, get_worker
+    from distributed.utils import sync
+
+    try:
+        worker: Any = get_worker()
+    except ValueError:
+        current: Any = Client.current
+        client = current()
+        if client.status != "running":
+            raise OSError("the connection to the scheduler is lost") from None
+        return set(client.sync(client.scheduler.identity)["workers"])
+    ask: Any = sync
+    return set(ask(worker.loop, worker.scheduler.identity)["workers"])
+
+
+def ask_directly(client: Any, seconds: float = 2.0) -> None:
+    """Let a client send to workers without the scheduler in between, if it reaches one of them."""
+    # imported here: start-up time
+    import asyncio
+
+    async def reached(address: str) -> Any:
+        return await asyncio.wait_for(client.rpc(address).identity(), seconds)
+
+    with client.as_current():
+        workers = sorted(present_workers())
+    if workers:
+        try:
+            client.sync(reached, workers[0])
+        except OSError:
+            return
+    client.direct_to_workers = True
