@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from threading import Lock, RLock
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -34,6 +34,9 @@ Floats = NDArray[np.float64]
 _KEPT_RUNS = 2
 """Runs of which a worker keeps parts: others were solved before."""
 
+
+Wanted = Literal["nothing", "right", "whole"]
+"""What a sweep returns for the boundary system: its right-hand side, or S too."""
 
 Answer = tuple[str, Any]
 """``("known", value)``; ``("unknown", None)``, send all it takes; ``("raised", exception)``."""
@@ -123,18 +126,15 @@ class Damped:
 
 @dataclass(frozen=True)
 class Right:
-    """A right-hand side (interior,) and its number.
-
-    `descends`: it is the negative gradient of the factor, which the part has.
-    """
+    """A right-hand side (interior,) and its number; `at`: the negative gradient at that state."""
 
     number: int
     values: Floats | None = None
-    descends: bool = False
+    at: Point | None = None
 
     def named(self) -> Right:
-        """The number alone."""
-        return Right(self.number, None, self.descends)
+        """The numbers alone."""
+        return Right(self.number, None, self.at and self.at.named())
 
 
 class BoundaryStep(NamedTuple):
@@ -157,7 +157,6 @@ class Kept:
     failed: int = 0
     right: tuple[int, int] = (-1, -1)
     swept: Floats = field(default_factory=lambda: np.zeros(0))
-    gradient: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 _LOCK = Lock()
@@ -299,31 +298,63 @@ def curvature(part: PartName | PartRecipe, point: Point, step: Floats) -> float:
         return one.part.curvature(step)
 
 
-def sweep(part: PartName | PartRecipe, damped: Damped, right: Right) -> int:
-    """Factorise and sweep forward, as far as it is not done; 0 or 1 + the scalar that failed."""
+def sweep(
+    part: PartName | PartRecipe, damped: Damped, right: Right, wanted: Wanted = "nothing"
+) -> tuple[int, Reduced | None]:
+    """Factorise and sweep forward, as far as it is not done.
+
+    Returns
+    -------
+    failed : 0 or 1 + the scalar that failed
+    reduced : what the part has for the boundary system, as far as it is wanted; else None
+    """
     one = kept(part)
     with one.lock:
-        return _sweep(one, damped, right)
+        failed = _sweep(one, damped, right)
+        if failed or wanted == "nothing":
+            return failed, None
+        return 0, _reduced(one, wanted)
 
 
-def contribution(part: PartName, damped: Damped, right: Right, whole: bool) -> Reduced:
-    """What a part has for the boundary system; `whole`: with S."""
+def contribution(part: PartName, damped: Damped, right: Right, wanted: Wanted) -> Reduced:
+    """What a part has for the boundary system, after its sweep."""
     one = kept(part)
     with one.lock:
         if _sweep(one, damped, right):
             raise UnknownError
-        matrix = one.part.complement() if whole else np.zeros((0, 0))
-        return Reduced(matrix, one.swept)
+        return _reduced(one, wanted)
+
+
+def _reduced(one: Kept, wanted: Wanted) -> Reduced:
+    matrix = one.part.complement() if wanted == "whole" else np.zeros((0, 0))
+    return Reduced(matrix, one.swept)
 
 
 def substitute(
-    part: PartName | PartRecipe, damped: Damped, right: Right, boundary: Floats
-) -> Floats:
-    """The interior's solution, from that of the part's boundary (b,)."""
+    part: PartName | PartRecipe,
+    damped: Damped,
+    right: Right,
+    boundary: Floats,
+    point: Point | None,
+) -> tuple[Floats, float]:
+    """The interior's solution, from that of the part's boundary (b,).
+
+    Returns
+    -------
+    solution : (interior,)
+    curvature : ``x' H x`` of both at the state `point`; 0 without one
+    """
     one = kept(part)
     with one.lock:
         _sweep(one, damped, right)
-        return one.part.substituted(boundary)
+        found = one.part.substituted(boundary)
+        if point is None:
+            return found, 0.0
+        if one.linearised != point.number:
+            _linearise(one, point)
+        step = np.zeros(one.part.structure.system.size)
+        step[one.part.interior], step[one.part.boundary] = found, boundary
+        return found, one.part.curvature(step)
 
 
 def _move(one: Kept, point: Point) -> None:
@@ -345,28 +376,36 @@ def _sweep(one: Kept, damped: Damped, right: Right) -> int:
     factored = one.factor == damped.number
     if factored and (one.failed or one.right == (damped.number, right.number)):
         return one.failed
-    if right.values is None and not right.descends:
-        raise UnknownError
+    one.right = (-1, -1)
     if not factored:
         if damped.diagonal is None:
             raise UnknownError
         if one.linearised != damped.at.number:
             _linearise(one, damped.at)
-        one.gradient = one.part.gradient[one.part.interior]
-    values = -one.gradient if right.values is None else right.values
-    one.right = (-1, -1)
-    if factored:
-        one.part.sweep(values)
-    else:
-        assert damped.diagonal is not None
         one.factor = -1
+        # That of the gradient is swept with the factorisation.
+        together = right.at is not None and right.at.number == damped.at.number
+        values = _values(one, right) if together else np.zeros(len(one.part.interior))
         one.failed = one.part.eliminate(damped.diagonal, values)
         one.factor = damped.number
         if one.failed:
             return one.failed
+        factored = not together
+    if factored:
+        one.part.sweep(_values(one, right))
     one.swept = one.part.swept()
     one.right = (damped.number, right.number)
     return 0
+
+
+def _values(one: Kept, right: Right) -> Floats:
+    if right.values is not None:
+        return right.values
+    if right.at is None:
+        raise UnknownError
+    if one.linearised != right.at.number:
+        _linearise(one, right.at)
+    return np.asarray(-one.part.gradient[one.part.interior])
 
 
 def solve_boundary(
@@ -395,7 +434,8 @@ def solve_boundary(
         raise UnknownError
     system, factor = known or (BoundarySystem(_given(boundary)), -1)
     whole = factor != number
-    pending = [one and one[0].start(contribution, *one[1], whole) for one in sources]
+    wanted = "whole" if whole else "right"
+    pending = [one and one[0].start(contribution, *one[1], wanted) for one in sources]
     answers: list[Answer] = [
         ("known", None) if one is None else one[0].wait(waiting)
         for one, waiting in zip(sources, pending, strict=True)

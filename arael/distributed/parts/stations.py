@@ -18,12 +18,20 @@ POLL = 1.0
 LOST = "lost"
 
 
+@dataclass(frozen=True)
+class Letter:
+    """A request or an answer, so that it is one object of a message: its arrays are not copied."""
+
+    content: Any
+
+
 class Station:
     """The actor: a way to the functions of `requests` in the process of a worker."""
 
-    def answer(self, function: Callable[..., Any], *args: Any) -> Answer:
+    def answer(self, request: Letter) -> Letter:
         """Answer a request; exceptions are part of the answer."""
-        return answer(function, args)
+        function, args = request.content
+        return Letter(answer(function, args))
 
 
 @dataclass(frozen=True)
@@ -42,7 +50,7 @@ class Remote:
     def start(self, function: Callable[..., Any], *args: Any) -> Any:
         """Send a request; what is returned goes to `wait`."""
         try:
-            return self.actor.answer(function, *args)
+            return self.actor.answer(Letter((function, args)))
         except RuntimeError as error:  # of Dask: the worker is known to be lost
             return error
 
@@ -52,7 +60,7 @@ class Remote:
             return LOST, pending
         while True:
             try:
-                found: Answer = pending.result(timeout=POLL)
+                found: Answer = pending.result(timeout=POLL).content
                 return found
             except TimeoutError:
                 if self.address not in present_workers():

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.distributed.parts import requests
-from arael.distributed.parts.boundary import Boundary, scalars_of
+from arael.distributed.parts.boundary import Boundary, BoundarySystem, scalars_of
 from arael.distributed.parts.executors import Call, Executor, lost_too_often
 from arael.distributed.parts.requests import BoundaryStep, Damped, PartRecipe, Point, Right
 from arael.distributed.parts.shares import Share
@@ -20,6 +20,9 @@ from arael.distributed.parts.shares import Share
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+
+_SMALL = 4_000_000
+"""Bytes of the parts' S up to which the boundary is solved in the calling process."""
 
 _REPEATS = 20
 """Times that the boundary is asked again, since a part's answer did not reach it."""
@@ -83,6 +86,11 @@ class Team:
         self._at: list[Point] = []
         self._own: Floats = np.zeros(0)
         self._factor: tuple[list[Damped], Floats] | None = None
+        self._factored = -1
+        self._system: tuple[BoundarySystem, int] | None = None
+        self._descent: Floats = np.zeros(0)  # negative gradient at the state of the parts
+        self._curved: tuple[Floats, float] = (np.zeros(0), 0.0)
+        self._is_small = sum(8 * len(at.boundary) ** 2 for at in self._places) <= _SMALL
 
     def describe(self) -> list[tuple[int, bool, int]]:
         """Of each part `requests.describe`."""
@@ -117,11 +125,15 @@ class Team:
             for whole, mine in ((at.interior, at.of_interior), (at.boundary, at.of_boundary)):
                 gradient[whole] += first[mine]
                 diagonal[whole] += second[mine]
-        self._own = diagonal
+        self._own, self._descent = diagonal, -gradient
+        self._curved = (np.zeros(0), 0.0)
         return total, gradient, diagonal
 
     def curvature(self, step: Floats) -> float:
         """``step' J'J step`` with the present linearisation."""
+        known, found = self._curved
+        if len(known) and np.array_equal(known, step):
+            return found
         asked = []
         for point, at in zip(self._at, self._places, strict=True):
             mine = np.zeros(len(at.every))
@@ -132,10 +144,7 @@ class Team:
         return float(sum(self._ask(requests.curvature, asked)))
 
     def factor(self, damped: Floats, right: Floats) -> tuple[int, Floats | None]:
-        """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None.
-
-        The right-hand side of interiors is the negative gradient, which the parts have.
-        """
+        """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None."""
         number = self._next()
         factors = [
             Damped(number, point, damped[at.interior])
@@ -146,17 +155,23 @@ class Team:
             8 * len(at.boundary) * (len(at.boundary) + 1) for at in self._places
         )
         self._factor = (factors, (damped - self._own)[self.scalars])
-        return self._solved([Right(self._next(), None, True)] * len(factors), right)
+        return self._solved(self._rights(right), right)
 
     def solve(self, right: Floats) -> Floats:
         """Solve with the last factor."""
-        number = self._next()
-        rights = [Right(number, right[at.interior]) for at in self._places]
-        self.traffic.out += sum(one.values.nbytes for one in rights if one.values is not None)
-        failed, found = self._solved(rights, right)
+        failed, found = self._solved(self._rights(right), right, curved=True)
         if found is None:
             raise ArithmeticError(f"a factor failed when it was used again, at scalar {failed}")
         return found
+
+    def _rights(self, right: Floats) -> list[Right]:
+        """Right-hand sides of the interiors; the parts have that of the gradient."""
+        number = self._next()
+        if np.array_equal(right, self._descent):
+            return [Right(number, None, point) for point in self._at]
+        rights = [Right(number, right[at.interior]) for at in self._places]
+        self.traffic.out += sum(one.values.nbytes for one in rights if one.values is not None)
+        return rights
 
     def inverse(self, scalars: Ints) -> Floats:
         """(k, k) entries of the inverse between scalars of one block, by the last factor.
@@ -171,56 +186,74 @@ class Team:
             rights: list[Right | None] = [None] * len(self._places)
             unit = (self.scalars == scalar).astype(np.float64)
             if part < 0:
-                step = self._on_boundary(rights, unit)
+                step = self._on_boundary(rights, unit, [])
                 assert step.x is not None
                 found.append(step.x[np.searchsorted(self.scalars, scalars)])
                 continue
             place = self._places[part]
             own = (place.interior == scalar).astype(np.float64)
             rights[part] = Right(self._next(), own)
-            self._sweep(rights)
-            step = self._on_boundary(rights, unit)
+            step = self._on_boundary(rights, unit, self._sweep(rights))
             assert step.x is not None
-            (x,) = self._substituted(rights, step.x)
+            ((x, _),) = self._substituted(rights, step.x)
             found.append(x[np.searchsorted(place.interior, scalars)])
         return np.stack(found, axis=1)
 
-    def _solved(self, rights: Sequence[Right | None], right: Floats) -> tuple[int, Floats | None]:
-        """Sweep, solve the boundary and substitute; or 1 + the scalar that failed and None."""
-        for at, failed in zip(self._places, self._sweep(rights), strict=True):
+    def _solved(
+        self, rights: Sequence[Right | None], right: Floats, curved: bool = False
+    ) -> tuple[int, Floats | None]:
+        """Sweep, solve the boundary and substitute; or 1 + the scalar that failed and None.
+
+        `curved`: the curvature along the solution will be asked for.
+        """
+        swept = self._sweep(rights)
+        for at, (failed, _) in zip(self._places, swept, strict=True):
             if failed:
                 return 1 + int(at.every[failed - 1]), None
-        step = self._on_boundary(rights, right[self.scalars])
+        step = self._on_boundary(rights, right[self.scalars], swept)
         if step.x is None:
             return 1 + int(self.scalars[step.failed - 1]), None
         x = np.zeros(self._size)
         x[self.scalars] = step.x
-        for at, own in zip(self._places, self._substituted(rights, step.x), strict=True):
+        total = 0.0
+        found = self._substituted(rights, step.x, curved)
+        for at, (own, curvature) in zip(self._places, found, strict=True):
             self.traffic.back += own.nbytes
             x[at.interior] = own
+            total += curvature
+        if curved:
+            self._curved = (x.copy(), total)
         return 0, x
 
     def _sweep(
         self, rights: Sequence[Right | None], only: Sequence[int] | None = None
     ) -> list[Any]:
-        """Ask the parts with a right-hand side for their forward sweeps."""
+        """Ask the parts with a right-hand side for their forward sweeps; see `requests.sweep`."""
         assert self._factor is not None
         factors = self._factor[0]
-        numbers = range(len(rights)) if only is None else only
+        # Diagonals are sent with the first right-hand side of a factor.
+        first = factors[0].number != self._factored if factors else False
+        wanted: requests.Wanted = "nothing"
+        if self._is_small:
+            wanted = "whole" if first else "right"
         calls = []
-        for k in numbers:
+        for k in range(len(rights)) if only is None else only:
             right = rights[k]
             if right is None:
                 continue
             damped = factors[k]
-            # The diagonal is sent with the first right-hand side, which is the gradient's.
-            thin = Damped(damped.number, damped.at.named(), damped.diagonal)
-            thin = thin if right.descends else thin.named()
-            calls.append(self._call(k, (thin, right), (damped, right)))
+            thin = Damped(damped.number, damped.at.named(), damped.diagonal if first else None)
+            own = Right(right.number, right.values, right.at and right.at.named())
+            calls.append(self._call(k, (thin, own, wanted), (damped, right, wanted)))
+        self._factored = factors[0].number if factors else -1
         return self._asked(requests.sweep, calls)
 
-    def _on_boundary(self, rights: Sequence[Right | None], right: Floats) -> BoundaryStep:
-        """The solution of the boundary system, with the sweeps that the parts have."""
+    def _on_boundary(
+        self, rights: Sequence[Right | None], right: Floats, swept: Sequence[Any]
+    ) -> BoundaryStep:
+        """The solution of the boundary system, here or on a worker."""
+        if self._is_small:
+            return self._on_boundary_here(rights, right, swept)
         assert self._factor is not None
         factors, added = self._factor
         for _ in range(_REPEATS):
@@ -242,15 +275,35 @@ class Team:
             self._sweep(rights, found.missing)
         raise lost_too_often("the answers of parts do not reach the worker of the boundary")
 
-    def _substituted(self, rights: Sequence[Right | None], boundary: Floats) -> list[Floats]:
-        """Solutions of the interiors of the parts with a right-hand side."""
+    def _on_boundary_here(
+        self, rights: Sequence[Right | None], right: Floats, swept: Sequence[Any]
+    ) -> BoundaryStep:
+        """A small system is solved in this process, from what came with the sweeps."""
+        assert self._factor is not None
+        factors, added = self._factor
+        answers = iter(swept)
+        parts = [None if one is None else next(answers)[1] for one in rights]
+        number = factors[0].number if factors else 0
+        system, factor = self._system or (BoundarySystem(self.boundary), -1)
+        if factor != number:
+            failed = system.factorise([one.matrix for one in parts if one is not None], added)
+            self._system = (system, -1 if failed else number)
+            if failed:
+                return BoundaryStep(None, failed)
+        return BoundaryStep(system.solve([one and one.right for one in parts], right))
+
+    def _substituted(
+        self, rights: Sequence[Right | None], boundary: Floats, curved: bool = False
+    ) -> list[tuple[Floats, float]]:
+        """Solutions of the interiors of the parts with a right-hand side, and curvatures."""
         assert self._factor is not None
         calls = []
         for k, right in enumerate(rights):
             if right is not None:
                 damped, own = self._factor[0][k], boundary[self._places[k].on_boundary]
-                thin = (damped.named(), right.named(), own)
-                calls.append(self._call(k, thin, (damped, right, own)))
+                at = self._at[k] if curved else None
+                thin = (damped.named(), right.named(), own, at and at.named())
+                calls.append(self._call(k, thin, (damped, right, own, at)))
         return self._asked(requests.substitute, calls)
 
     # --- requests ------------------------------------------------------------------------------
