@@ -12,11 +12,11 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.distributed import compiled, contents, solve
-from arael.distributed.parts import requests
+from arael.distributed.parts import executors, requests
 from arael.distributed.parts.executors import OnDask
 from arael.distributed.parts.requests import PartRecipe
-from arael.distributed.parts.solve import prepare
-from arael.distributed.parts.stations import ask_directly
+from arael.distributed.parts.solve import prepare, run
+from arael.distributed.parts.stations import LOST, Remote, ask_directly
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
@@ -149,3 +149,39 @@ def test_workers_out_of_reach_are_asked_through_the_scheduler(
 async def unreachable() -> None:
     """No route to the worker."""
     raise OSError("no route to host")
+
+
+def asked(client: Any) -> str:
+    """What a solve that cannot go on reports."""
+    with pytest.raises(AraelError) as caught:
+        solve(PROBLEMS["grid"](), partition=2, client=client)
+    assert caught.value.diagnostics[0].code == "E0898"
+    return str(caught.value)
+
+
+def test_a_cluster_without_workers_is_a_message(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(executors, "present_workers", set)
+    monkeypatch.setattr(executors, "_PATIENCE", 0.2)
+    assert "no worker for 0.2 s" in asked(client)
+
+
+def test_a_part_whose_workers_are_lost_again_and_again_is_a_message(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = (LOST, OSError("the connection was reset"))
+    monkeypatch.setattr(Remote, "wait", lambda self, pending: lost)
+    monkeypatch.setattr(executors, "_SUSPECT", 0.0)
+    text = asked(client)
+    assert "several workers died with the same part" in text
+    assert "the connection was reset" in text
+
+
+def test_an_error_of_a_file_on_a_worker_is_that_error(client: Any, tmp_path: Path) -> None:
+    model = PROBLEMS["grid"]()
+    model.write(tmp_path / "grid.npz")
+    prepared = prepare(model._compiled, tmp_path / "grid.npz", 2, None)
+    (tmp_path / "grid.npz").write_bytes(b"PK and nothing")
+    with pytest.raises(AraelError, match="E0711"):
+        run(prepared, OnDask(client))

@@ -206,6 +206,25 @@ def test_bounds_are_refused() -> None:
     assert "bounds" in refused("E0895", model, partition=2)
 
 
+def test_single_precision_is_refused() -> None:
+    model: Any = arael.load("pose_graph_2d", precision="f32", interpret=True)()
+    text = refused("E0895", model, partition=2)
+    assert "parts are solved in f64" in text and "precision='f64'" in text
+
+
+@pytest.mark.filterwarnings("ignore:.*bound to a Python function")
+def test_native_functions_are_refused() -> None:
+    text = """
+    extern fn twice(x) derivs [2]
+    struct L { param x: real; constraint c { twice(x) - 2 } }
+    root R { ls: list of L }
+    """
+    kind = arael.loads(text, functions={"twice": lambda x: 2 * x}, interpret=True)
+    model: Any = kind()
+    model.ls.append(x=1.0)
+    assert "native functions, which workers do not have" in refused("E0895", model, partition=2)
+
+
 def test_independent_problems_are_refused() -> None:
     text = "struct L { param x: real; constraint c { x - 2 } }\nroot R { ls: list of L }"
     model: Any = arael.loads(text, interpret=True)()
