@@ -6,11 +6,15 @@ worker with the boundary asks those with the parts. A request and its answer are
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from arael.distributed.parts.requests import Answer, answer
+from arael.distributed.parts.requests import Answer, answer, solve_boundary
 
 POLL = 1.0
 """Seconds after which it is checked that a worker is still there."""
@@ -26,12 +30,26 @@ class Letter:
 
 
 class Station:
-    """The actor: a way to the functions of `requests` in the process of a worker."""
+    """The actor: a way to the functions of `requests` in the process of a worker.
 
-    def answer(self, request: Letter) -> Letter:
+    Parts are worked on by as many threads as the worker has; the boundary has one of its own, since
+    it waits for parts that may be on the same worker.
+    """
+
+    def __init__(self) -> None:
+        # imported here: an optional part
+        from distributed import get_worker
+
+        worker: Any = get_worker()
+        self._parts = ThreadPoolExecutor(max(1, worker.state.nthreads))
+        self._boundary = ThreadPoolExecutor(1)
+
+    async def answer(self, request: Letter) -> Letter:
         """Answer a request; exceptions are part of the answer."""
         function, args = request.content
-        return Letter(answer(function, args))
+        threads = self._boundary if function is solve_boundary else self._parts
+        work = partial(copy_context().run, answer, function, args)
+        return Letter(await asyncio.get_running_loop().run_in_executor(threads, work))
 
 
 @dataclass(frozen=True)
@@ -95,8 +113,6 @@ def present_workers() -> set[str]:
 
 def ask_directly(client: Any, seconds: float = 2.0) -> None:
     """Let a client send to workers without the scheduler in between, if it reaches one of them."""
-    # imported here: start-up time
-    import asyncio
 
     async def reached(address: str) -> Any:
         return await asyncio.wait_for(client.rpc(address).identity(), seconds)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +14,7 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.distributed import compiled, contents, solve
-from arael.distributed.parts import executors, requests
+from arael.distributed.parts import executors, requests, team
 from arael.distributed.parts.executors import OnDask
 from arael.distributed.parts.requests import PartRecipe
 from arael.distributed.parts.solve import prepare, run
@@ -117,6 +119,33 @@ def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: P
     )
     assert found.result.cost == pytest.approx(alone.cost, rel=1e-9)
     assert found.result.history["cost"][0] == pytest.approx(seen[-1]["trial_cost"], rel=1e-12)
+
+
+def test_parts_and_boundary_share_a_worker_of_several_threads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    distributed = require("Dask")
+    monkeypatch.setattr(team, "_SMALL", 0)
+    threads: set[str] = set()
+    cost = requests.cost
+
+    def noted(*args: Any) -> float:
+        threads.add(threading.current_thread().name)
+        time.sleep(0.02)
+        return cost(*args)
+
+    monkeypatch.setattr(requests, "cost", noted)
+    model = PROBLEMS["grid"]()
+    other = with_arrays(model, arrays_of(model))
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        found = solve(model, partition=3, client=client)
+    assert found.result.iterations == other.solve(solver="sparse").iterations
+    assert len(threads) == 2
 
 
 def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
