@@ -167,28 +167,47 @@ class Stamps:
     Attributes
     ----------
     gaps : seconds from one accepted attempt to the next one of the same solve
+    spent : processor seconds of the processes from the first accepted attempts to the ends
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clocks: Callable[[], list[float]]) -> None:
         self.gaps: list[float] = []
+        self.spent: Any = 0.0
+        self._clocks = clocks
+        self._began: list[float] = []
         self._last: float | None = None
 
     def begin(self) -> None:
         """Begin another solve; its first iteration analyses patterns and does not count."""
         self._last = None
 
+    def end(self) -> None:
+        """Note the processor time at the end of a solve."""
+        self.spent = self.spent + np.array(self._clocks()) - self._began
+
     def __call__(self, record: Any) -> None:
         if not record["accepted"]:
             return
-        now = time.perf_counter()
         if self._last is not None:
-            self.gaps.append(now - self._last)
-        self._last = now
+            self.gaps.append(time.perf_counter() - self._last)
+        else:
+            self._began = self._clocks()
+        self._last = time.perf_counter()
 
     @property
     def median(self) -> float:
         """The middle gap."""
         return statistics.median(self.gaps) if self.gaps else float("nan")
+
+    @property
+    def processor(self) -> float:
+        """Processor seconds of an iteration: of the caller and of the busiest worker."""
+        caller, *workers = self.spent / max(len(self.gaps), 1)
+        return float(caller + max(workers, default=0.0))
+
+
+def _own_clock() -> list[float]:
+    return [time.process_time()]
 
 
 def alone(name: str, path: str) -> dict[str, Any]:
@@ -196,21 +215,23 @@ def alone(name: str, path: str) -> dict[str, Any]:
     from arael.distributed import solve
 
     kind = _kind(name)
-    before = _memory()
-    stamps = Stamps()
+    before, memory = _memory(), 0.0
+    stamps = Stamps(_own_clock)
     for _ in range(SOLVES):
         model: Any = kind()
         model.read(path)
         stamps.begin()
         result = model.solve(solver="sparse", passes=[], max_iters=ATTEMPTS, observer=stamps)
-    memory = _memory() - before
+        stamps.end()
+        memory = memory or _memory() - before
     work = {}
     for parts in PARTS:
-        mine = Stamps()
+        mine = Stamps(_own_clock)
         solve(kind, path, partition=parts, workers=0, passes=[], max_iters=ATTEMPTS, observer=mine)
         work[parts] = mine.median
     return {
         "seconds": stamps.median,
+        "processor": stamps.processor,
         "iterations": result.iterations,
         "cost": result.cost,
         "memory": memory,
@@ -235,6 +256,7 @@ class Cell:
     ----------
     between, largest : scalars of the whole boundary, and of the part with most
     seconds : of an iteration
+    processor : processor seconds of an iteration, of the caller and of the busiest worker
     caller, reduced : bytes of an iteration, to and from the caller, and of S
     rounds : of an iteration
     memory : growth of the largest worker, MB
@@ -247,6 +269,7 @@ class Cell:
     between: int
     largest: int
     seconds: float
+    processor: float
     caller: float
     reduced: float
     rounds: float
@@ -258,10 +281,11 @@ def in_parts(kind: Any, path: Path, parts: int, cost: float) -> Cell:
     """Solve on a cluster of so many processes."""
     from arael.distributed import solve
 
-    stamps = Stamps()
     with _cluster(parts) as client:
+        stamps = Stamps(lambda: [time.process_time(), *client.run(time.process_time).values()])
         client.run(_ready)
         before = client.run(_memory)
+        after: dict[str, float] = {}
         for _ in range(SOLVES):
             stamps.begin()
             found = solve(
@@ -273,7 +297,9 @@ def in_parts(kind: Any, path: Path, parts: int, cost: float) -> Cell:
                 max_iters=ATTEMPTS,
                 observer=stamps,
             )
-        after = client.run(_memory)
+            stamps.end()
+            # Of the first solve: workers keep the parts of two.
+            after = after or client.run(_memory)
     iterations, traffic, split = found.result.iterations, found.traffic, found.split
     return Cell(
         split.parts,
@@ -282,6 +308,7 @@ def in_parts(kind: Any, path: Path, parts: int, cost: float) -> Cell:
         split.between,
         int(split.boundary.max()),
         stamps.median,
+        stamps.processor,
         (traffic.out + traffic.back) / iterations,
         traffic.reduced / iterations,
         traffic.rounds / iterations,
@@ -380,6 +407,7 @@ class Model:
 
 def run(plan: Plan, picture: Path | None) -> list[str]:
     """Measure and return the report's lines."""
+    load = [os.getloadavg()[0]]
     one: dict[str, Any] = {}
     cells: dict[str, list[Cell]] = {}
     with tempfile.TemporaryDirectory() as place:
@@ -388,14 +416,18 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
             one[name] = child("parts", "--alone", name, path)
             cells[name] = [in_parts(kind, path, p, one[name]["cost"]) for p in PARTS]
     model = Model(*messages(), os.cpu_count() or 1)
+    load.append(os.getloadavg()[0])
     return [
         "## parts",
         "",
         "One problem on a local cluster with as many processes as parts, and in one process "
         '(`solver="sparse"`, one thread). An iteration is the median time between accepted '
         f"attempts of {SOLVES} solves without the first, which analyses patterns. Bytes are those "
-        "of arrays in an iteration; memory is the growth of the largest process. The boundary is "
-        "solved by the caller as long as all S take 4 MB or less.",
+        "of arrays in an iteration. Processor seconds are those of the caller and of the busiest "
+        "worker: about what an iteration would take if every process had a core. Memory is the "
+        "growth of the largest process. The boundary is "
+        "solved by the caller as long as all S take 4 MB or less. Load average before and after, "
+        f"on {model.cores} cores: {load[0]:.1f}, {load[1]:.1f} (with that of this run).",
         "",
         *_measured(one, cells),
         "",
@@ -432,7 +464,8 @@ def _measured(one: dict[str, Any], cells: dict[str, list[Cell]]) -> list[str]:
             [
                 what,
                 "1 process",
-                *("", "", f"{alone_['seconds']:.3f}", "1", "", "", ""),
+                *("", "", f"{alone_['seconds']:.3f}", "1"),
+                *(f"{alone_['processor']:.3f}", "1", "", "", ""),
                 *(f"{alone_['memory']:.0f}", ""),
             ]
         )
@@ -445,6 +478,8 @@ def _measured(one: dict[str, Any], cells: dict[str, list[Cell]]) -> list[str]:
                     cell.largest,
                     f"{cell.seconds:.3f}",
                     f"{cell.seconds / alone_['seconds']:.2f}",
+                    f"{cell.processor:.3f}",
+                    f"{cell.processor / alone_['processor']:.2f}",
                     f"{cell.rounds:.1f}",
                     f"{cell.caller / 1e6:.1f}",
                     f"{cell.reduced / 1e6:.2f}",
@@ -452,7 +487,16 @@ def _measured(one: dict[str, Any], cells: dict[str, list[Cell]]) -> list[str]:
                     f"{cell.off:.0e}",
                 ]
             )
-    head = ["problem", "parts", "boundary", "largest b_p", "iteration, s", "of one process"]
+    head = [
+        "problem",
+        "parts",
+        "boundary",
+        "largest b_p",
+        "iteration, s",
+        "ratio",
+        "processor, s",
+        "ratio",
+    ]
     head += ["rounds", "caller, MB", "S, MB", "memory, MB", "cost differs by"]
     return table(head, rows)
 

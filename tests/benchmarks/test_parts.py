@@ -9,7 +9,7 @@ from benchmarks.parts import Cell, Model, Stamps, boundary_of
 
 
 def cell(parts: int, between: int, largest: int) -> Cell:
-    return Cell(parts, 30_000, 10_000, between, largest, 0.1, 3e6, 1e6, 5.0, 10.0, 0.0)
+    return Cell(parts, 30_000, 10_000, between, largest, 0.1, 0.1, 3e6, 1e6, 5.0, 10.0, 0.0)
 
 
 def test_the_model_adds_work_messages_and_bytes() -> None:
@@ -27,9 +27,12 @@ def test_boundaries_grow_with_parts_on_a_line_and_with_their_root_on_a_grid() ->
 
 
 def test_iterations_are_between_accepted_attempts_of_one_solve() -> None:
-    stamps = Stamps()
+    clocks = iter([[1.0, 10.0, 20.0], [2.0, 13.0, 21.0]])
+    stamps = Stamps(lambda: next(clocks, [9.0, 9.0, 9.0]))
     for accepted in (True, False, True):
         stamps({"accepted": accepted})
+    stamps.end()
+    assert stamps.processor == 1.0 + 3.0
     stamps.begin()
     stamps({"accepted": True})
     assert len(stamps.gaps) == 1
