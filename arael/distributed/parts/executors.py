@@ -129,7 +129,13 @@ class OnDask:
         from arael.loading import class_of
 
         with self._connected():
-            shipped = ship(self.client, class_of(compiled))
+            for left in reversed(range(_LOSSES)):
+                try:
+                    shipped = ship(self.client, class_of(compiled))
+                    break
+                except OSError:  # a worker has died meanwhile, or the scheduler
+                    if not left or self.client.status != "running":
+                        raise
         assert compiled.recipe is not None
         if shipped.interpreted and compiled.recipe.interpret is not True:
             worker, why = next(iter(shipped.interpreted.items()))

@@ -188,6 +188,25 @@ def asked(client: Any) -> str:
     return str(caught.value)
 
 
+def test_a_worker_that_dies_while_the_model_is_sent_is_left_out(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, sent = client.run, client.register_plugin
+    lost = [OSError("Stream is closed")]
+
+    def run_with_one_lost(function: Any, **how: Any) -> Any:
+        return asked(function, **how) | {"tcp://127.0.0.1:9": OSError("Stream is closed")}
+
+    def lost_at_first(*args: Any, **how: Any) -> Any:
+        if lost:
+            raise lost.pop()
+        return sent(*args, **how)
+
+    monkeypatch.setattr(client, "run", run_with_one_lost)
+    monkeypatch.setattr(client, "register_plugin", lost_at_first)
+    assert len(OnDask(client).ship(PROBLEMS["grid"]()._compiled)) == 64
+
+
 def test_a_cluster_without_workers_is_a_message(
     client: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
