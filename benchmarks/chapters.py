@@ -16,6 +16,7 @@ from benchmarks import (
     fit,
     kernels,
     optimum,
+    parts,
     pictures,
     runtime_residuals,
     scale,
@@ -53,6 +54,7 @@ OWN: dict[str, Chapter] = {
     "sketch": sketch.run,
     "sketch-frames": frames.run,
     "demo-seeds": demo_seeds.run,
+    "parts": parts.run,
 }
 SUITES = (*BESIDE, *OWN)
 

@@ -1,8 +1,9 @@
-"""One problem in parts on a local cluster: ``python -m benchmarks.parts [loop grid bundle]``.
+"""One problem in parts on a local cluster, beside one process: ``python -m benchmarks parts``.
 
-For 2, 4 and 8 processes with a part each: boundary, time of an iteration, bytes of an iteration,
-largest memory of a worker beside that of a solve in one process. Then the constants of the cost
-model of `docs/internals/scale_out.md`, and what the model says of the same runs.
+A loop, a grid and a bundle with 2, 4 and 8 processes of a part each: time of an iteration, bytes
+moved, boundary, memory of the largest process. Then what the cost model of
+`docs/internals/scale_out.md` gives for the same runs, from constants that are measured apart, and
+for 100 and 1,000 workers.
 """
 
 from __future__ import annotations
@@ -10,21 +11,21 @@ from __future__ import annotations
 import json
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import THREADS
-
-for variable in THREADS:
-    os.environ.setdefault(variable, "1")
-
-import arael  # noqa: E402
+import arael
+from benchmarks.measure import child, table
+from benchmarks.systems import Plan
 
 GRID = """
 struct Node { param h: real; param s: vec2 }
@@ -52,9 +53,8 @@ root Bundle { cameras: list of Camera; points: list of Point }
 """
 
 
-def loop(folder: Path) -> tuple[Any, Path]:
-    """40,000 planar poses on a loop, with chords, 10 times the memory of parameters in edges."""
-    n = 40_000
+def loop(folder: Path, n: int = 40_000) -> tuple[Any, Path]:
+    """Planar poses on a loop with chords: ten times the memory of parameters in edges."""
     rng = np.random.default_rng(1)
     kind = arael.load("pose_graph_2d")
     graph: Any = kind()
@@ -82,9 +82,8 @@ def loop(folder: Path) -> tuple[Any, Path]:
     return _written(graph, folder / "loop.npz"), folder / "loop.npz"
 
 
-def grid(folder: Path) -> tuple[Any, Path]:
-    """150 by 150 nodes of three scalars."""
-    n = 150
+def grid(folder: Path, n: int = 150) -> tuple[Any, Path]:
+    """Nodes of three scalars, n by n."""
     rng = np.random.default_rng(2)
     field: Any = arael.loads(GRID, name="grid.arael")()
     x, y = np.meshgrid(np.arange(n), np.arange(n))
@@ -99,15 +98,19 @@ def grid(folder: Path) -> tuple[Any, Path]:
     return _written(field, folder / "grid.npz"), folder / "grid.npz"
 
 
-def bundle(folder: Path) -> tuple[Any, Path]:
-    """300 cameras along a road, 30,000 points, each seen by the cameras near it."""
-    cameras, points = 300, 30_000
+def bundle(folder: Path, cameras: int = 300, points: int = 30_000) -> tuple[Any, Path]:
+    """Cameras along a road, and points, each seen by the cameras near it."""
     rng = np.random.default_rng(3)
     scene: Any = arael.loads(BUNDLE, name="bundle.arael")()
-    at = np.stack((np.linspace(0, 600, cameras), np.zeros(cameras), np.zeros(cameras)), 1)
+    at = np.stack((np.linspace(0, 2.0 * cameras, cameras), np.zeros(cameras), np.zeros(cameras)), 1)
     q = np.tile([1.0, 0, 0, 0], (cameras, 1))
     where = np.stack(
-        (rng.uniform(0, 600, points), rng.uniform(-5, 5, points), rng.uniform(8, 20, points)), 1
+        (
+            rng.uniform(0, 2.0 * cameras, points),
+            rng.uniform(-5, 5, points),
+            rng.uniform(8, 20, points),
+        ),
+        1,
     )
     moved = at + rng.normal(0, 0.05, at.shape)
     moved[[0, 1]] = at[[0, 1]]
@@ -132,32 +135,108 @@ def _written(model: Any, path: Path) -> Any:
     return type(model)
 
 
-CASES = {"loop": loop, "grid": grid, "bundle": bundle}
+CASES: dict[str, Callable[..., tuple[Any, Path]]] = {"loop": loop, "grid": grid, "bundle": bundle}
+SMALL: dict[str, dict[str, int]] = {
+    "loop": {"n": 2_000},
+    "grid": {"n": 30},
+    "bundle": {"cameras": 30, "points": 1_000},
+}
+PARTS = (2, 4, 8)
+SOLVES = 2
+"""Solves of each cell: iterations of all count."""
+ATTEMPTS = 6
+OBSERVATIONS = 1e8
+WORKERS = (100, 1_000)
 
 
-def alone(name: str, path: str) -> None:
-    """Solve in this process and print seconds of an iteration, attempts, cost and memory."""
-    kind = {
-        "loop": lambda: arael.load("pose_graph_2d"),
-        "grid": lambda: arael.loads(GRID, name="grid.arael"),
-        "bundle": lambda: arael.loads(BUNDLE, name="bundle.arael"),
-    }[name]()
-    before = _memory()
-    model: Any = kind()
-    model.read(path)
-    result = model.solve(solver="sparse", passes=[], max_iters=6)
-    inside = sum(v for k, v in result.timing.items() if k not in ("prepare", "analyse", "total"))
-    print(
-        json.dumps(
-            {
-                "seconds": inside / result.iterations,
-                "iterations": result.iterations,
-                "cost": result.cost,
-                "memory": _memory() - before,
-                "phases": result.timing,
-            }
-        )
+# --- one process -------------------------------------------------------------------------------
+
+
+def _kind(name: str) -> Any:
+    texts = {"grid": GRID, "bundle": BUNDLE}
+    return (
+        arael.loads(texts[name], name=f"{name}.arael")
+        if name in texts
+        else arael.load("pose_graph_2d")
     )
+
+
+class Stamps:
+    """An observer that notes the time of attempts.
+
+    Attributes
+    ----------
+    gaps : seconds from one accepted attempt to the next one of the same solve
+    spent : processor seconds of the processes from the first accepted attempts to the ends
+    """
+
+    def __init__(self, clocks: Callable[[], list[float]]) -> None:
+        self.gaps: list[float] = []
+        self.spent: Any = 0.0
+        self._clocks = clocks
+        self._began: list[float] = []
+        self._last: float | None = None
+
+    def begin(self) -> None:
+        """Begin another solve; its first iteration analyses patterns and does not count."""
+        self._last = None
+
+    def end(self) -> None:
+        """Note the processor time at the end of a solve."""
+        self.spent = self.spent + np.array(self._clocks()) - self._began
+
+    def __call__(self, record: Any) -> None:
+        if not record["accepted"]:
+            return
+        if self._last is not None:
+            self.gaps.append(time.perf_counter() - self._last)
+        else:
+            self._began = self._clocks()
+        self._last = time.perf_counter()
+
+    @property
+    def median(self) -> float:
+        """The middle gap."""
+        return statistics.median(self.gaps) if self.gaps else float("nan")
+
+    @property
+    def processor(self) -> float:
+        """Processor seconds of an iteration: of the caller and of the busiest worker."""
+        caller, *workers = self.spent / max(len(self.gaps), 1)
+        return float(caller + max(workers, default=0.0))
+
+
+def _own_clock() -> list[float]:
+    return [time.process_time()]
+
+
+def alone(name: str, path: str) -> dict[str, Any]:
+    """Seconds of an iteration in this process, whole and in parts, and its memory."""
+    from arael.distributed import solve
+
+    kind = _kind(name)
+    before, memory = _memory(), 0.0
+    stamps = Stamps(_own_clock)
+    for _ in range(SOLVES):
+        model: Any = kind()
+        model.read(path)
+        stamps.begin()
+        result = model.solve(solver="sparse", passes=[], max_iters=ATTEMPTS, observer=stamps)
+        stamps.end()
+        memory = memory or _memory() - before
+    work = {}
+    for parts in PARTS:
+        mine = Stamps(_own_clock)
+        solve(kind, path, partition=parts, workers=0, passes=[], max_iters=ATTEMPTS, observer=mine)
+        work[parts] = mine.median
+    return {
+        "seconds": stamps.median,
+        "processor": stamps.processor,
+        "iterations": result.iterations,
+        "cost": result.cost,
+        "memory": memory,
+        "work": work,
+    }
 
 
 def _memory() -> float:
@@ -166,79 +245,323 @@ def _memory() -> float:
     return int(text.partition("VmHWM:")[2].split()[0]) / 1024
 
 
-def in_parts(name: str, kind: Any, path: Path, parts: int) -> dict[str, Any]:
-    """Solve on a cluster of so many processes."""
-    import distributed
+# --- a cluster ---------------------------------------------------------------------------------
 
+
+@dataclass(frozen=True)
+class Cell:
+    """A problem in so many parts, with a process each.
+
+    Attributes
+    ----------
+    between, largest : scalars of the whole boundary, and of the part with most
+    seconds : of an iteration
+    processor : processor seconds of an iteration, of the caller and of the busiest worker
+    caller, reduced : bytes of an iteration, to and from the caller, and of S
+    rounds : of an iteration
+    memory : growth of the largest worker, MB
+    off : difference of the cost to that of one process, relative
+    """
+
+    parts: int
+    size: int
+    instances: int
+    between: int
+    largest: int
+    seconds: float
+    processor: float
+    caller: float
+    reduced: float
+    rounds: float
+    memory: float
+    off: float
+
+
+def in_parts(kind: Any, path: Path, parts: int, cost: float) -> Cell:
+    """Solve on a cluster of so many processes."""
     from arael.distributed import solve
 
-    stamps: list[float] = []
-    with (
+    with _cluster(parts) as client:
+        stamps = Stamps(lambda: [time.process_time(), *client.run(time.process_time).values()])
+        client.run(_ready)
+        before = client.run(_memory)
+        after: dict[str, float] = {}
+        for _ in range(SOLVES):
+            stamps.begin()
+            found = solve(
+                kind,
+                path,
+                partition=parts,
+                client=client,
+                passes=[],
+                max_iters=ATTEMPTS,
+                observer=stamps,
+            )
+            stamps.end()
+            # Of the first solve: workers keep the parts of two.
+            after = after or client.run(_memory)
+    iterations, traffic, split = found.result.iterations, found.traffic, found.split
+    return Cell(
+        split.parts,
+        split.size,
+        int(split.instances.sum()),
+        split.between,
+        int(split.boundary.max()),
+        stamps.median,
+        stamps.processor,
+        (traffic.out + traffic.back) / iterations,
+        traffic.reduced / iterations,
+        traffic.rounds / iterations,
+        max(after[w] - before[w] for w in after),
+        abs(found.result.cost / cost - 1),
+    )
+
+
+def _cluster(processes: int) -> Any:
+    # imported here: an optional part
+    import distributed
+
+    stack = ExitStack()
+    cluster = stack.enter_context(
         distributed.LocalCluster(
-            n_workers=parts,
+            n_workers=processes,
             threads_per_worker=1,
             dashboard_address=":0",
             silence_logs=50,
             memory_limit=0,
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-        client.run(_ready)
-        before = client.run(_memory)
-        found = solve(
-            kind,
-            path,
-            partition=parts,
-            client=client,
-            passes=[],
-            max_iters=6,
-            observer=lambda record: stamps.append(time.perf_counter()),
         )
-        after = client.run(_memory)
-    iterations = found.result.iterations
-    traffic = found.traffic
-    gaps = np.diff(stamps)
-    return {
-        "parts": found.split.parts,
-        "share": found.split.share,
-        "between": found.split.between,
-        "size": found.split.size,
-        "largest_boundary": int(found.split.boundary.max()),
-        "split_seconds": found.seconds,
-        "seconds": statistics.median(gaps) if len(gaps) else float("nan"),
-        "iterations": iterations,
-        "cost": found.result.cost,
-        "out": traffic.out / iterations,
-        "back": traffic.back / iterations,
-        "reduced": traffic.reduced / iterations,
-        "rounds": traffic.rounds / iterations,
-        "memory": max(after[w] - before[w] for w in after),
-        "phases": found.result.timing,
-    }
+    )
+    client = stack.enter_context(
+        distributed.Client(cluster, set_as_default=False, direct_to_workers=True)
+    )
+    return _Open(stack, client)
+
+
+class _Open:
+    def __init__(self, stack: Any, client: Any) -> None:
+        self._stack, self._client = stack, client
+
+    def __enter__(self) -> Any:
+        return self._client
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
 
 
 def _ready() -> None:
     import arael.distributed.parts.requests  # noqa: F401
 
 
-def main(names: list[str]) -> None:
-    """Run the cases named, or all."""
+def echo(values: Any) -> Any:
+    """A request that does nothing."""
+    return values
+
+
+def messages() -> tuple[float, float]:
+    """Seconds of a request to one of two workers, and bytes a second of arrays there and back."""
+    from arael.distributed.parts.executors import Call, OnDask
+
+    size = 125_000
+    with _cluster(2) as client:
+        executor = OnDask(client)
+        found = {}
+        for n in (1, size):
+            args = (np.zeros(n),)
+            calls = [Call(part, args, partial(tuple, args)) for part in (0, 1)]
+            runs = []
+            for _ in range(60):
+                began = time.perf_counter()
+                executor.ask(echo, calls)
+                runs.append(time.perf_counter() - began)
+            found[n] = statistics.median(runs[10:])
+    return found[1] / 2, 4 * 8 * size / (found[size] - found[1])
+
+
+# --- the model ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Model:
+    """The cost model: T = W_p / min(p, cores) + R p t + bytes / v.
+
+    Attributes
+    ----------
+    message : t, seconds of a request
+    rate : v, bytes a second
+    cores : that compute at a time
+    """
+
+    message: float
+    rate: float
+    cores: int
+
+    def parts_of(self, cell: Cell, work: float) -> tuple[float, float, float]:
+        """Seconds of work, of messages and of bytes."""
+        moved = cell.caller + cell.reduced
+        return (
+            work / min(cell.parts, self.cores),
+            cell.rounds * cell.parts * self.message,
+            moved / self.rate,
+        )
+
+
+def run(plan: Plan, picture: Path | None) -> list[str]:
+    """Measure and return the report's lines."""
+    load = [os.getloadavg()[0]]
+    one: dict[str, Any] = {}
+    cells: dict[str, list[Cell]] = {}
     with tempfile.TemporaryDirectory() as place:
-        for name in names or list(CASES):
-            kind, path = CASES[name](Path(place))
-            one = subprocess.run(
-                [sys.executable, "-m", "benchmarks.parts", "--alone", name, str(path)],
-                check=True,
-                capture_output=True,
-                text=True,
+        for name, make in CASES.items():
+            kind, path = make(Path(place), **SMALL[name] if plan.quick else {})
+            one[name] = child("parts", "--alone", name, path)
+            cells[name] = [in_parts(kind, path, p, one[name]["cost"]) for p in PARTS]
+    model = Model(*messages(), os.cpu_count() or 1)
+    load.append(os.getloadavg()[0])
+    return [
+        "## parts",
+        "",
+        "One problem on a local cluster with as many processes as parts, and in one process "
+        '(`solver="sparse"`, one thread). An iteration is the median time between accepted '
+        f"attempts of {SOLVES} solves without the first, which analyses patterns. Bytes are those "
+        "of arrays in an iteration. Processor seconds are those of the caller and of the busiest "
+        "worker: about what an iteration would take if every process had a core. Memory is the "
+        "growth of the largest process. The boundary is "
+        "solved by the caller as long as all S take 4 MB or less. Load average before and after, "
+        f"on {model.cores} cores: {load[0]:.1f}, {load[1]:.1f} (with that of this run).",
+        "",
+        *_measured(one, cells),
+        "",
+        "### Cost model",
+        "",
+        "    T = W_p / min(p, cores) + R p t + bytes / v",
+        "",
+        f"with R rounds, t = {1e3 * model.message:.2f} ms a request and v = "
+        f"{model.rate / 1e6:.0f} MB/s, measured apart with requests that do nothing, of 8 bytes "
+        "and of 1 MB, to two workers; W_p, the work of an iteration in p parts, is that of all "
+        f"parts in one process, measured apart too; {model.cores} cores. So nothing is fitted, and "
+        "every row is a check.",
+        "",
+        *_checked(one, cells, model),
+        "",
+        "### 100 and 1,000 workers",
+        "",
+        "Extrapolated, not measured. Assumed: t and v as above, one core per worker, work that "
+        "grows with the observations and divides evenly, with W_8 / W_1 as above; 40 bytes a "
+        "scalar to and from the caller; a boundary that grows with the number of parts (loop, "
+        f"bundle), or as 2 (sqrt(p) - 1) sides (grid). {OBSERVATIONS:.0e} observations:",
+        "",
+        *_extrapolated(one, cells, model),
+    ]
+
+
+def _measured(one: dict[str, Any], cells: dict[str, list[Cell]]) -> list[str]:
+    rows: list[list[object]] = []
+    for name, found in cells.items():
+        first = found[0]
+        what = f"{name}, {first.size:,} scalars, {first.instances:,} observations"
+        alone_ = one[name]
+        rows.append(
+            [
+                what,
+                "1 process",
+                *("", "", f"{alone_['seconds']:.3f}", "1"),
+                *(f"{alone_['processor']:.3f}", "1", "", "", ""),
+                *(f"{alone_['memory']:.0f}", ""),
+            ]
+        )
+        for cell in found:
+            rows.append(
+                [
+                    "",
+                    cell.parts,
+                    f"{cell.between} ({100 * cell.between / cell.size:.2g} %)",
+                    cell.largest,
+                    f"{cell.seconds:.3f}",
+                    f"{cell.seconds / alone_['seconds']:.2f}",
+                    f"{cell.processor:.3f}",
+                    f"{cell.processor / alone_['processor']:.2f}",
+                    f"{cell.rounds:.1f}",
+                    f"{cell.caller / 1e6:.1f}",
+                    f"{cell.reduced / 1e6:.2f}",
+                    f"{cell.memory:.0f}",
+                    f"{cell.off:.0e}",
+                ]
             )
-            print(name, "alone", one.stdout.strip(), flush=True)
-            for parts in (2, 4, 8):
-                print(name, json.dumps(in_parts(name, kind, path, parts)), flush=True)
+    head = [
+        "problem",
+        "parts",
+        "boundary",
+        "largest b_p",
+        "iteration, s",
+        "ratio",
+        "processor, s",
+        "ratio",
+    ]
+    head += ["rounds", "caller, MB", "S, MB", "memory, MB", "cost differs by"]
+    return table(head, rows)
+
+
+def _checked(one: dict[str, Any], cells: dict[str, list[Cell]], model: Model) -> list[str]:
+    rows = []
+    for name, found in cells.items():
+        for cell in found:
+            work = one[name]["work"][str(cell.parts)]
+            shares = model.parts_of(cell, work)
+            rows.append(
+                [
+                    name,
+                    cell.parts,
+                    f"{one[name]['seconds']:.3f}",
+                    f"{work:.3f}",
+                    *(f"{share:.3f}" for share in shares),
+                    f"{sum(shares):.3f}",
+                    f"{cell.seconds:.3f}",
+                    f"{cell.seconds / sum(shares):.2f}",
+                ]
+            )
+    head = ["problem", "parts", "W_1, s", "W_p, s", "work", "messages", "bytes", "model, s"]
+    return table([*head, "measured, s", "ratio"], rows)
+
+
+def boundary_of(name: str, cells: list[Cell], size: float, parts: int) -> tuple[float, float]:
+    """Scalars of the boundary of a larger problem in more parts, and of a part's boundary."""
+    last = cells[-1]
+    if name != "grid":
+        return parts * last.between / last.parts, last.largest
+    side = float(np.sqrt(size / 3)) * 3
+    return 2 * (float(np.sqrt(parts)) - 1) * side, 4 * side / float(np.sqrt(parts))
+
+
+def _extrapolated(one: dict[str, Any], cells: dict[str, list[Cell]], model: Model) -> list[str]:
+    rows: list[list[object]] = []
+    for name, found in cells.items():
+        last = found[-1]
+        times = OBSERVATIONS / last.instances
+        size = last.size * times
+        work = one[name]["work"][str(last.parts)] * times
+        for parts in WORKERS:
+            between, largest = boundary_of(name, found, size, parts)
+            reduced = 8.0 * parts * largest**2
+            rows.append(
+                [
+                    name,
+                    parts,
+                    f"{size:.1e}",
+                    f"{between:.1e}",
+                    f"{largest:.0f}",
+                    f"{reduced / 1e9:.2g}",
+                    f"{work / parts:.2g}",
+                    f"{last.rounds * parts * model.message:.2g}",
+                    f"{40 * size / model.rate:.2g}",
+                    f"{reduced / model.rate:.2g}",
+                ]
+            )
+    head = ["problem", "workers", "scalars", "boundary", "b_p", "S, GB", "work, s", "messages, s"]
+    return table([*head, "bytes of the caller, s", "bytes of S, s"], rows)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--alone"]:
-        alone(sys.argv[2], sys.argv[3])
+        print(json.dumps(alone(sys.argv[2], sys.argv[3])))
     else:
-        main(sys.argv[1:])
+        print("\n".join(run(Plan((), sys.executable, (1,), "--quick" in sys.argv), None)))

@@ -192,6 +192,8 @@ def _source(compiled: CompiledModel, recipe: Recipe) -> str:
 def _workers(client: Client) -> dict[str, About]:
     found: dict[str, About] = {}
     for address, about in client.run(describe, on_error="return").items():
+        if isinstance(about, OSError):  # of the connection: it has died meanwhile
+            continue
         if isinstance(about, BaseException):
             raise _unfit(address, f"cannot run arael: {about}")
         if about.version != __version__:

@@ -18,6 +18,7 @@ from arael.distributed.cluster import connect, require_dask
 from arael.distributed.parts.data import is_columnar
 from arael.distributed.parts.executors import Executor, InProcess, OnDask
 from arael.distributed.parts.solve import Solved, prepare, refusal, run
+from arael.distributed.parts.stations import ask_directly
 from arael.io import npz_writer
 from arael.model import Model
 from arael.runtime.store import Store
@@ -53,12 +54,13 @@ def solve(
     ----------
     model : an instance, whose parameters are solved in place; or a loaded model, or what
         `arael.load` takes, with `data`
-    data : an NPZ file, or a folder of NPZ files with some of the rows each, of which every worker
-        reads what it needs; or a file of another format, which is read here
+    data : an NPZ file, or a folder of NPZ or Parquet files with some of the rows each, of which
+        every worker reads what it needs; or a file of another format, which is read here
     partition : number of parts; by default as many as there are workers
     partition_by : column of integers or strings in collections with parameters, by which entities
         are split; others follow their neighbours
-    client : a `distributed.Client`; or
+    client : a `distributed.Client`; made with ``direct_to_workers=True``, vectors do not pass
+        through the scheduler; or
     scheduler : address of a scheduler (``tcp://...``); or
     workers : processes to start on this machine, by default one per core; 0: all in this process
     checkpoint : file that is written after each accepted attempt
@@ -165,6 +167,7 @@ def executor_for(
     require_dask()
     if scheduler is not None:
         with connect(workers, scheduler, timeout=PATIENCE) as own:
+            ask_directly(own)
             yield OnDask(own), max(1, len(own.scheduler_info(n_workers=-1)["workers"]))
         return
     # Not `connect`: there a task whose worker dies is not run again.
@@ -178,6 +181,6 @@ def executor_for(
             dashboard_address=":0",
             silence_logs=50,
         ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as own,
+        distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as own,
     ):
         yield OnDask(own), count

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.distributed.parts.part import Reduced
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.positions import coordinates, diagonal_positions
 from arael.runtime.linear.auto import make_solver
@@ -76,23 +75,17 @@ class BoundarySystem:
             at = np.flatnonzero((place[row] >= 0) & (place[column] >= 0))
             self._entries.append((scalars, at, place[row[at]], place[column[at]]))
 
-    def factorise(self, parts: list[Reduced], added: Floats) -> int:
+    def factorise(self, parts: Sequence[Floats], added: Floats) -> int:
         """Factorise the sum of the parts' S with `added` (n,) on its diagonal."""
         values = np.zeros(self.pattern.value_count)
         for one, (_, at, row, column) in zip(parts, self._entries, strict=True):
-            values[at] += one.matrix[row, column]
+            values[at] += one[row, column]
         return int(self.solver.factorise(values, values[self._diagonal_at] + added))
 
-    def solve(self, parts: list[Floats], right: Floats) -> Floats:
+    def solve(self, parts: Sequence[Floats | None], right: Floats) -> Floats:
         """Solution for the right-hand side (n,), with what the parts' sweeps add to it."""
         whole = np.array(right)
         for one, (scalars, *_) in zip(parts, self._entries, strict=True):
-            whole[scalars] += one
+            if one is not None:
+                whole[scalars] += one
         return np.asarray(self.solver.solved(whole))
-
-
-def kept_system(known: dict[Any, BoundarySystem], key: Any, boundary: Boundary) -> BoundarySystem:
-    """The system of that key, made where it is not known."""
-    if key not in known:
-        known[key] = BoundarySystem(boundary)
-    return known[key]

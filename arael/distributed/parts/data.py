@@ -2,7 +2,8 @@
 
 A data set is an NPZ file, or a folder of NPZ files whose rows follow each other in the order of
 their names: refs count the rows of the whole data set, offsets those of their file. Fields of the
-root are those of the first file that has them. Other formats are read whole, and cut then.
+root are those of the first file that has them. Or it is a folder of Parquet files (`parquet.py`).
+Other formats are read whole, and cut then.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.parts.parquet import Piece, has_parquet, pieces_of
 from arael.distributed.parts.shares import Share
 from arael.io import npz
-from arael.io.columns import full_path, offsets_name
+from arael.io.columns import full_path, offsets_name, presence_name
 from arael.runtime.layout import Layout
 from arael.runtime.store import Store
 
@@ -74,10 +76,14 @@ class Columns:
                     continue
             elif begin == end:
                 continue
-            array = np.asarray(piece[name]) if name in piece else None
-            if array is None:
-                array = self._absent(name, int(end - begin))
-            found.append(array if inside is None else array[inside])
+            if name not in piece:
+                count = int(end - begin) if inside is None else len(inside)
+                found.append(self._absent(name, count))
+            elif isinstance(piece, Piece):
+                found.append(piece.rows(name, inside))
+            else:
+                array = np.asarray(piece[name])
+                found.append(array if inside is None else array[inside])
         if not found:
             some = next(np.asarray(piece[name]) for piece in self.pieces if name in piece)
             return some[:0]
@@ -101,6 +107,10 @@ class Columns:
 
     def offsets(self, layout: Layout, path: str) -> Ints:
         """(owners + 1,) row offsets of a nested table by owner, of the whole data set."""
+        owners_count = sum(self.counts(layout, layout.table(path).parent))
+        owned = [p for p in self.pieces if isinstance(p, Piece) and p.table.path == path]
+        if owned:
+            return _offsets_by_parents([p.parents() for p in owned], owners_count, owned[-1].path)
         found = [np.zeros(1, dtype=np.int64)]
         total = 0
         name = f"{path}.offsets"
@@ -112,8 +122,25 @@ class Columns:
         return np.concatenate(found)
 
 
+def _offsets_by_parents(parents: list[Ints], owners: int, label: str) -> Ints:
+    """(owners + 1,) row offsets by owner from the owner of each row."""
+    every = np.concatenate(parents)
+    if (np.diff(every) < 0).any() or (len(every) and not 0 <= every[0] <= every[-1] < owners):
+        raise AraelError(
+            Diagnostic(
+                "E0704",
+                f"`parent` must be row numbers of the {owners} owners, sorted over all files",
+                origin=label,
+                help=("sort the rows by their owners before they are written",),
+            )
+        )
+    return np.searchsorted(every, np.arange(owners + 1)).astype(np.int64)
+
+
 def _rows(layout: Layout, piece: Any, path: str) -> int:
     table = layout.table(path)
+    if isinstance(piece, Piece):
+        return piece.count if piece.table.path == path else 0
     if f"{path}.count" in piece:
         return int(np.asarray(piece[f"{path}.count"]))
     if table.parent:
@@ -182,27 +209,28 @@ def is_columnar(path: str | os.PathLike[str]) -> bool:
     return os.path.isdir(path) or os.fspath(path).endswith(".npz")
 
 
-def columns_of(path: str | os.PathLike[str]) -> Columns:
-    """The columns of an NPZ file, or of a folder of such.
+def columns_of(path: str | os.PathLike[str], layout: Layout) -> Columns:
+    """The columns of an NPZ file, or of a folder of such or of Parquet files.
 
     Raises
     ------
     AraelError
-        E0711 not an archive; E0720 a folder without one.
+        E0711 not an archive, or a folder without files; of Parquet files also E0713 no such
+        collection and E0725 without pyarrow.
     """
     where = Path(path)
     if not where.is_dir():
         return Columns([Archive(where)], os.fspath(path))
     files = sorted(where.glob("*.npz"))
     if not files:
-        other = next(where.glob("*.parquet"), None)
-        found = "" if other is None else f", but Parquet files such as `{other.name}`"
+        if has_parquet(where):
+            return Columns(list(pieces_of(where, layout)), os.fspath(path))
         raise AraelError(
             Diagnostic(
                 "E0711",
-                f"the folder holds no .npz file{found}",
+                "the folder holds neither .npz nor .parquet files",
                 origin=os.fspath(path),
-                help=("a data set in parts is a folder of .npz files, each with some of the rows",),
+                help=("a data set in parts is a folder of such files, each with some of the rows",),
             )
         )
     return Columns([Archive(file) for file in files], os.fspath(path))
@@ -221,12 +249,20 @@ def whole_skeleton(layout: Layout, slim: Layout, columns: Columns) -> Store:
             if column.role == "param":
                 wanted += [f"{name}.{extra}" for extra in ("fixed", *_BOUNDS)]
         wanted += [full_path(table, held.path) for held in table.layout.values]
-        wanted += [f"{full_path(table, p)}.present" for p in table.optionals]
         for name in wanted:
             if name.endswith(".count") and path:
                 arrays[name] = np.array(sum(columns.counts(layout, path)))
             elif name in names:
                 arrays[name] = columns.take(layout, path, name)
+        values = {c.path for c in layout.table(path).columns if c.role != "present"}
+        for optional in table.optionals:
+            name = full_path(table, f"{optional}.present" if optional in values else optional)
+            if name in names and not (
+                optional in table.data and table.data[optional].role == "ref"
+            ):
+                # Here an optional value is as an optional struct, since its numbers are left out.
+                given = columns.take(layout, path, name)
+                arrays[full_path(table, presence_name(table, optional))] = given
         if table.layout.parent:
             arrays[offsets_name(table)] = columns.offsets(layout, path)
     npz.adopt(store, arrays, columns.label)

@@ -4,84 +4,240 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from itertools import count
-from typing import Any, Protocol
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple, Protocol
 from uuid import uuid4
 
+from arael.compiled_model import CompiledModel, warn_of_machine
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.distributed.parts.requests import Answer, answer, name_here
+from arael.distributed.parts.stations import LOST, POLL, Remote, Station, present_workers
 
-_FRESH = 0.5
-"""Seconds for which the list of workers is taken as it was."""
+_LOSSES = 4
+"""Workers that may be lost with the same request."""
+
+_SUSPECT = 5.0
+"""Seconds for which a worker that did not answer is asked only where there is no other."""
+
+_PATIENCE = 60.0
+"""Seconds that a solve waits for a worker where there is none."""
+
+
+class Call(NamedTuple):
+    """A request of a part.
+
+    Attributes
+    ----------
+    part : its number, by which the worker is chosen
+    thin : arguments for a worker that has what they refer to
+    full : makes the arguments for any worker
+    """
+
+    part: int
+    thin: tuple[Any, ...]
+    full: Callable[[], tuple[Any, ...]]
 
 
 class Executor(Protocol):
-    """Answers requests; what `submit` returns may be an argument of further ones."""
+    """Answers requests."""
 
-    def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
-        """Ask for ``function(*args)``, where the part of that number is, if possible."""
+    def ship(self, compiled: CompiledModel) -> str:
+        """Make a model known where requests are answered; the name that recipes have for it."""
 
-    def gather(self, found: Sequence[Any]) -> list[Any]:
-        """Wait for answers."""
+    def ask(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
+        """Answers to requests, in their order."""
+
+    def source(self, part: int) -> Any:
+        """Where another worker finds a part: an object with `start` and `wait`."""
 
 
 class InProcess:
     """All parts in this process, one after another: for tests, and for what fits."""
 
-    def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
-        """Call the function."""
-        return function(*args)
+    def __init__(self) -> None:
+        self._models: list[CompiledModel] = []
 
-    def gather(self, found: Sequence[Any]) -> list[Any]:
-        """Return what was found."""
-        return list(found)
+    def ship(self, compiled: CompiledModel) -> str:
+        """Name the model, which is kept for as long as this object."""
+        self._models.append(compiled)
+        return name_here(compiled)
+
+    def ask(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
+        """Call the function."""
+        found = []
+        for call in calls:
+            kind, value = self.start(function, *call.thin)
+            for _ in range(_LOSSES):
+                if kind != "unknown":
+                    break
+                kind, value = self.start(function, *call.full())
+            if kind == "raised":
+                raise value
+            if kind != "known":
+                raise lost_too_often("a part is lost in this process")
+            found.append(value)
+        return found
+
+    def source(self, part: int) -> InProcess:
+        """Return the object itself."""
+        return self
+
+    def start(self, function: Callable[..., Any], *args: Any) -> Answer:
+        """Answer a request."""
+        return answer(function, args)
+
+    def wait(self, pending: Answer) -> Answer:
+        """Return what was answered."""
+        return pending
 
 
 class OnDask:
-    """Requests as tasks of a Dask client.
+    """Requests of stations on the workers of a Dask client; see `stations`.
 
-    Each part has a worker that its requests go to, so that it keeps its rows and factor; another
-    one takes over if that is lost. Dask runs a task again whose worker died, with all that it
-    depends on: states and recipes are tasks too.
+    Each part has a worker that its requests go to, and that has its rows and factor. If it is lost,
+    another one takes over, which gets the next request of the part with all that it takes. An
+    answer counts once: that of a worker that was taken for lost is not waited for any more.
 
     Parameters
     ----------
-    client : distributed.Client
+    client : distributed.Client; with ``direct_to_workers=True`` vectors go to the workers without
+        passing through the scheduler
     """
 
     def __init__(self, client: Any) -> None:
         self.client = client
         self._homes: dict[int, str] = {}
-        self._number = count()
-        self._name = uuid4().hex[:12]
-        self._workers: list[str] = []
-        self._asked = float("-inf")
+        self._settled: dict[int, str] = {}
+        self._stations: dict[str, tuple[Remote, Any]] = {}
+        self._suspects: dict[str, float] = {}
 
-    def submit(self, function: Callable[..., Any], *args: Any, part: int = -1) -> Any:
-        """Submit a task under a name of its own."""
+    def ship(self, compiled: CompiledModel) -> str:
+        """Send the compiled model to all workers; its SHA-256.
+
+        Raises
+        ------
+        AraelError
+            E0882 a worker has no arael, or another version.
+
+        Warns
+        -----
+        InterpretedWarning
+            Workers run the model on the expression machine, and were not asked to.
+        """
+        # imported here: start-up time
+        from arael.distributed.compiled import ship
+        from arael.loading import class_of
+
         with self._connected():
+            for left in reversed(range(_LOSSES)):
+                try:
+                    shipped = ship(self.client, class_of(compiled))
+                    break
+                except OSError:  # a worker has died meanwhile, or the scheduler
+                    if not left or self.client.status != "running":
+                        raise
+        assert compiled.recipe is not None
+        if shipped.interpreted and compiled.recipe.interpret is not True:
+            worker, why = next(iter(shipped.interpreted.items()))
+            warn_of_machine(f"worker {worker}: {why}", 5)
+        return shipped.hash
+
+    def ask(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
+        """Send all requests, and wait for the answers."""
+        with self._connected():
+            found, raised = self._ask(function, calls)
+        if raised is not None:
+            raise raised
+        return found
+
+    def source(self, part: int) -> Remote:
+        """The station of a part's worker, or of another one if that is lost."""
+        with self._connected():
+            return self._station(part)
+
+    def _ask(
+        self, function: Callable[..., Any], calls: Sequence[Call]
+    ) -> tuple[list[Any], Exception | None]:
+        """Answers, or the first exception that a request raised."""
+        found: dict[int, Any] = {}
+        losses = [0] * len(calls)
+        full: set[int] = set()
+        left = list(range(len(calls)))
+        while left:
+            started = []
+            for k in left:
+                part = calls[k].part
+                station = self._station(part)
+                known = k not in full and self._settled.get(part) == station.address
+                args = calls[k].thin if known else calls[k].full()
+                started.append((k, part, station, station.start(function, *args)))
+            left = []
+            for k, part, station, pending in started:
+                kind, value = station.wait(pending)
+                if kind == "raised":
+                    return [], value
+                if kind == "known":
+                    found[k] = value
+                    self._settled[part] = station.address
+                    continue
+                left.append(k)
+                full.add(k)
+                if kind == LOST:
+                    self._forget(station.address)
+                    losses[k] += 1
+                    if losses[k] > _LOSSES:
+                        raise lost_too_often(f"{type(value).__name__}: {value}")
+        return [found[k] for k in range(len(calls))], None
+
+    def _station(self, part: int) -> Remote:
+        while True:
             home = self._home(part)
-            return self.client.submit(
-                function,
-                *args,
-                key=f"arael-{function.__name__}-{part}-{self._name}-{next(self._number)}",
-                workers=None if home is None else [home],
-                allow_other_workers=home is not None,
+            if home in self._stations:
+                return self._stations[home][0]
+            future = self.client.submit(
+                Station,
+                actor=True,
+                workers=[home],
+                allow_other_workers=False,
+                key=f"arael-station-{uuid4().hex}",
                 pure=False,
             )
+            while future.status == "pending" and home in present_workers():
+                wait: Any = distributed_wait()
+                with suppress(TimeoutError):
+                    wait([future], timeout=POLL)
+            if future.status == "finished":
+                self._stations[home] = Remote(future.result(), home), future
+                return self._stations[home][0]
+            future.cancel()
+            self._forget(home)
 
-    def gather(self, found: Sequence[Any]) -> list[Any]:
-        """Wait for the results, each of which counts once."""
-        with self._connected():
-            return list(self.client.gather(list(found)))
+    def _forget(self, worker: str) -> None:
+        """Choose other workers for the parts of one that does not answer, if there are others."""
+        self._stations.pop(worker, None)
+        self._suspects[worker] = time.monotonic()
+        for kept in (self._homes, self._settled):
+            for part in [part for part, home in kept.items() if home == worker]:
+                del kept[part]
 
-    def _present(self) -> list[str]:
-        """Addresses of the workers, asked for now and then: a question takes a round trip."""
-        now = time.monotonic()
-        if now - self._asked > _FRESH:
-            self._workers = sorted(self.client.scheduler_info(n_workers=-1).get("workers", {}))
-            self._asked = now
-        return self._workers
+    def _home(self, part: int) -> str:
+        known = self._homes.get(part)
+        if known is not None:
+            return known
+        until = time.monotonic() + _PATIENCE
+        while True:
+            now = time.monotonic()
+            workers = present_workers()
+            trusted = {w for w in workers if now - self._suspects.get(w, -_SUSPECT) >= _SUSPECT}
+            taken = list(self._homes.values())
+            # One that has just failed to answer is asked again only where there is no other.
+            choice = trusted or (workers if now > until - _PATIENCE + _SUSPECT else set())
+            if choice:
+                self._homes[part] = min(choice, key=lambda w: (taken.count(w), w))
+                return self._homes[part]
+            if now > until:
+                raise no_workers()
+            time.sleep(0.1)
 
     @contextmanager
     def _connected(self) -> Iterator[None]:
@@ -89,26 +245,14 @@ class OnDask:
         # imported here: start-up time
         from concurrent.futures import CancelledError
 
-        from distributed.comm.core import CommClosedError
-        from distributed.scheduler import KilledWorker
-
         try:
-            if self.client.status in ("closing", "closed"):
+            if self.client.status != "running":
                 raise OSError("the connection is closed")
-            yield
+            with self.client.as_current():
+                yield
         except AraelError:
             raise
-        except KilledWorker as error:
-            raise AraelError(
-                Diagnostic(
-                    "E0898",
-                    "several workers died with the same part",
-                    origin="cluster",
-                    notes=(" ".join(str(error).split()),),
-                    help=("is a part too large for the memory of a worker? take more parts",),
-                )
-            ) from None
-        except (CancelledError, CommClosedError, OSError, TimeoutError) as error:
+        except (CancelledError, OSError, TimeoutError) as error:
             raise AraelError(
                 Diagnostic(
                     "E0898",
@@ -119,13 +263,38 @@ class OnDask:
                 )
             ) from None
 
-    def _home(self, part: int) -> str | None:
-        workers = self._present()
-        if not workers:
-            return None
-        known = self._homes.get(part)
-        if known not in workers:
-            taken = list(self._homes.values())
-            known = min(workers, key=lambda w: (taken.count(w), w))
-            self._homes[part] = known
-        return known
+
+def lost_too_often(why: str) -> AraelError:
+    """E0898 for a part whose workers are lost again and again."""
+    return AraelError(
+        Diagnostic(
+            "E0898",
+            "several workers died with the same part",
+            origin="cluster",
+            notes=(why,),
+            help=("is a part too large for the memory of a worker? take more parts",),
+        )
+    )
+
+
+def no_workers() -> AraelError:
+    """E0898 for a cluster without workers."""
+    return AraelError(
+        Diagnostic(
+            "E0898",
+            f"the cluster had no worker for {_PATIENCE:g} s",
+            origin="cluster",
+            help=(
+                "start workers: dask worker ADDRESS; go on with `--resume`, if there is a "
+                "checkpoint",
+            ),
+        )
+    )
+
+
+def distributed_wait() -> Any:
+    """`distributed.wait`."""
+    # imported here: an optional part
+    from distributed import wait
+
+    return wait

@@ -10,8 +10,9 @@ S may be singular, since other parts hold the boundary too. So not A is factoris
 
 with b last in the order of elimination. Its Cholesky factor L contains that of S + D_bb, which is
 well conditioned: L_bb L_bb' = S + D_bb. D_bb is of the size of what S was computed from, so that
-its subtraction loses no more digits than the elimination itself. Whole solves with M then give both
-sweeps: M y = (g_i, 0) has (S + D_bb) y_b = r, and M x = (g_i, (S + D_bb) x_b - r) has the wanted x.
+its subtraction loses no more digits than the elimination itself. The sweeps with M are those of the
+part: L y = (g_i, 0) forward has r = L_bb y_b, and L' x = (y_i, L_bb' x_b) backward has the wanted
+x_i. So a step takes one sweep forward and one backward, as on one machine.
 """
 
 from __future__ import annotations
@@ -44,12 +45,10 @@ class Reduced:
 
     Attributes
     ----------
-    failed : 0, or 1 + the scalar of the part at whose pivot the factorisation failed
     matrix : (b, b) S
     right : (b,) r
     """
 
-    failed: int
     matrix: Floats
     right: Floats
 
@@ -119,8 +118,9 @@ class Part:
         self._solver: SparseSolver | None = None
         self._values: Floats = np.zeros(0)
         self._diagonal: Floats = np.zeros(0)
-        self._shifted: Floats = np.zeros((0, 0))  # S + D_bb
         self._corner: list[tuple[Any, ...]] = []
+        self._factor: Floats = np.zeros((0, 0))  # L_bb
+        self._swept_at: Ints = np.zeros(0, dtype=np.int64)  # places of y_b in the solver's memory
 
     # --- states ------------------------------------------------------------------------------
 
@@ -167,41 +167,54 @@ class Part:
             place = np.full(pattern.size, -1, dtype=np.int64)
             place[self.boundary] = np.arange(len(self.boundary))
             self._corner = _fronts_of(self._solver, place)
+            self._swept_at = _places_of_sweeps(self._corner, len(self.boundary))
         return self._solver
 
-    def eliminate(self, damped: Floats) -> int:
-        """Factorise with the damped diagonal (interior,); 0 or 1 + the scalar that failed."""
+    def eliminate(self, damped: Floats, right: Floats) -> int:
+        """Factorise with the damped diagonal (interior,), and sweep as `sweep` does.
+
+        Returns
+        -------
+        0, or 1 + the scalar that failed
+        """
         own = self._diagonal
         shift = np.where(own[self.boundary] > 0, own[self.boundary], 1.0)
         diagonal = np.ones(len(own))
         diagonal[self.interior] = damped
         diagonal[self.boundary] = own[self.boundary] + shift
-        failed = self.solver.factorise(self._values, diagonal)
+        failed = self.solver.factor_forward(self._values, diagonal, self._whole(right))
         if failed:
             return int(failed)
-        corner = self._factor_of_boundary()
-        self._shifted = corner @ corner.T
+        self._factor = self._factor_of_boundary()
         self._shift = shift
         return 0
 
-    def reduced(self, right: Floats) -> Reduced:
-        """What the boundary system gets, for the right-hand side (interior,)."""
-        matrix = self._shifted.copy()
+    def complement(self) -> Floats:
+        """(b, b) S of the last factor."""
+        matrix = self._factor @ self._factor.T
         matrix[np.diag_indices_from(matrix)] -= self._shift
-        return Reduced(0, matrix, self.sweep(right))
+        return np.asarray(matrix)
 
-    def sweep(self, right: Floats) -> Floats:
-        """What the right-hand side (interior,) adds to that of the boundary."""
+    def sweep(self, right: Floats) -> None:
+        """Sweep forward over the interior, with the right-hand side (interior,)."""
+        self.solver.forward(self._whole(right))
+
+    def swept(self) -> Floats:
+        """(b,) r: what the last sweep adds to the right-hand side of the boundary."""
+        return np.asarray(self._factor @ self.solver.parts()[1][self._swept_at])
+
+    def substituted(self, boundary: Floats) -> Floats:
+        """(interior,) solution of the last sweep, from that of the boundary (b,).
+
+        What `swept` reads is overwritten.
+        """
+        self.solver.parts()[1][self._swept_at] = self._factor.T @ boundary
+        return np.asarray(self.solver.backward()[self.interior])
+
+    def _whole(self, right: Floats) -> Floats:
         whole = np.zeros(self.structure.system.size)
         whole[self.interior] = right
-        return np.asarray(self._shifted @ self.solver.solved(whole)[self.boundary])
-
-    def substituted(self, right: Floats, swept: Floats, boundary: Floats) -> Floats:
-        """(interior,) solution, from that of the boundary and the `right` of its `Reduced`."""
-        whole = np.zeros(self.structure.system.size)
-        whole[self.interior] = right
-        whole[self.boundary] = self._shifted @ boundary - swept
-        return np.asarray(self.solver.solved(whole)[self.interior])
+        return whole
 
     def _factor_of_boundary(self) -> Floats:
         """(b, b) columns and rows of the boundary of the factor, in the order of the boundary."""
@@ -249,6 +262,15 @@ def _fronts_of(solver: SparseSolver, place: Ints) -> list[tuple[Any, ...]]:
             + [np.arange(a, a + n) for a, n in strips[ends[s - 1] : ends[s]].tolist()]
         )
         found.append((k, at, tall, panel, low, count, inner, place[scalar[rows]]))
+    return found
+
+
+def _places_of_sweeps(fronts: list[tuple[Any, ...]], size: int) -> Ints:
+    """(size,) where `SparseSolver.forward` leaves y of the boundary: behind the rows of panels."""
+    found = np.zeros(size, dtype=np.int64)
+    for k, _, _, panel, low, count, inner, _ in fronts:
+        own = inner >= 0
+        found[inner[own]] = (panel + count + low * np.arange(k))[own]
     return found
 
 

@@ -1,22 +1,25 @@
 """What a worker is asked for.
 
-Every request has all that it takes to be answered by a worker that has never heard of the part: the
-recipe of the part, the state, the damping. What a worker keeps between requests only saves time. So
-a request may be repeated anywhere, at any time, and gives the same answer.
+A request refers to what the worker has: the part by its name, states, factors and right-hand sides
+by their numbers. If the worker does not have one of these, since it is new or was started again, it
+answers that, and gets the request with all that it takes: the recipe of the part, the state, the
+damping. So a request may be repeated anywhere, at any time, and gives the same answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from threading import Lock, RLock
-from typing import Any
+from typing import Any, Literal, NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.compiled_model import CompiledModel, Recipe
+from arael.compiled_model import CompiledModel
 from arael.diagnostics.records import Diagnostic
+from arael.distributed.compiled import load
 from arael.distributed.parts.boundary import Boundary, BoundarySystem
 from arael.distributed.parts.data import columns_of, rows_of_share
 from arael.distributed.parts.part import Part, Reduced, number_as_whole
@@ -32,6 +35,35 @@ _KEPT_RUNS = 2
 """Runs of which a worker keeps parts: others were solved before."""
 
 
+Wanted = Literal["nothing", "right", "whole"]
+"""What a sweep returns for the boundary system: its right-hand side, or S too."""
+
+Answer = tuple[str, Any]
+"""``("known", value)``; ``("unknown", None)``, send all it takes; ``("raised", exception)``."""
+
+
+class UnknownError(Exception):
+    """A request refers to what this process does not have."""
+
+
+def answer(function: Callable[..., Any], args: tuple[Any, ...]) -> Answer:
+    """Call a function of this module."""
+    try:
+        return "known", function(*args)
+    except UnknownError:
+        return "unknown", None
+    except Exception as error:  # raised in the calling process
+        return "raised", error
+
+
+class PartName(NamedTuple):
+    """The name of a part: of the solve, of the pass, and its number."""
+
+    run: str
+    turn: int
+    number: int
+
+
 @dataclass(frozen=True)
 class PartRecipe:
     """All that a part is made of.
@@ -40,7 +72,7 @@ class PartRecipe:
     ----------
     run : name of the solve
     turn : number of the pass
-    model : text and options of the model
+    model : SHA-256 of the compiled model, which the client vouches for; or a name by `name_here`
     share : rows of the part
     path : of the data set; None: `arrays` are the rows of the part
     frozen : paths of parameters that do not move in this pass
@@ -50,7 +82,7 @@ class PartRecipe:
 
     run: str
     turn: int
-    model: Recipe
+    model: str
     share: Share
     path: str | None
     arrays: dict[str, NDArray[Any]] | None
@@ -58,13 +90,25 @@ class PartRecipe:
     settings: tuple[PassSetting, ...] = ()
     base: Floats | None = None
 
+    @property
+    def name(self) -> PartName:
+        """The name of the part."""
+        return PartName(self.run, self.turn, self.share.number)
+
 
 @dataclass(frozen=True)
 class Point:
-    """A state of a part: its number in the run, and the stored scalars of the part's rows."""
+    """A state of a part: its number in the run, and the stored scalars of the part's rows.
+
+    Here and below arrays are None where the worker has them already.
+    """
 
     number: int
-    x: Floats
+    x: Floats | None = None
+
+    def named(self) -> Point:
+        """The number alone."""
+        return Point(self.number)
 
 
 @dataclass(frozen=True)
@@ -73,15 +117,32 @@ class Damped:
 
     number: int
     at: Point
-    diagonal: Floats
+    diagonal: Floats | None = None
+
+    def named(self) -> Damped:
+        """The numbers alone."""
+        return Damped(self.number, self.at.named())
 
 
 @dataclass(frozen=True)
 class Right:
-    """A right-hand side (interior,) and its number; None: the negative gradient of the factor."""
+    """A right-hand side (interior,) and its number; `at`: the negative gradient at that state."""
 
     number: int
     values: Floats | None = None
+    at: Point | None = None
+
+    def named(self) -> Right:
+        """The numbers alone."""
+        return Right(self.number, None, self.at and self.at.named())
+
+
+class BoundaryStep(NamedTuple):
+    """The boundary's solution; or 1 + its scalar that failed; or the parts that had no answer."""
+
+    x: Floats | None = None
+    failed: int = 0
+    missing: tuple[int, ...] = ()
 
 
 @dataclass
@@ -95,35 +156,37 @@ class Kept:
     factor: int = -1
     failed: int = 0
     right: tuple[int, int] = (-1, -1)
-    values: Floats = field(default_factory=lambda: np.zeros(0))
     swept: Floats = field(default_factory=lambda: np.zeros(0))
-    gradient: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 _LOCK = Lock()
-_PARTS: dict[tuple[str, int, int], Kept] = {}
-_MODELS: dict[Recipe, CompiledModel] = {}
+_PARTS: dict[PartName, Kept] = {}
+_HERE: WeakValueDictionary[str, CompiledModel] = WeakValueDictionary()
 _SYSTEMS: dict[str, tuple[BoundarySystem, int]] = {}
 _RUNS: list[str] = []
 
 
-def compiled(recipe: Recipe) -> CompiledModel:
-    """The model of a recipe, loaded once in a process."""
-    with _LOCK:
-        if recipe not in _MODELS:
-            # imported here: start-up time
-            from arael.loading import loads
+def name_here(compiled: CompiledModel) -> str:
+    """A name by which requests of this process find a model that was not sent."""
+    name = f"here-{id(compiled)}"
+    _HERE[name] = compiled
+    return name
 
-            interpret = True if recipe.interpret == "meanwhile" else recipe.interpret
-            made: Any = loads(
-                recipe.text,
-                name=recipe.name,
-                precision=recipe.precision,
-                root=recipe.root,
-                interpret=interpret,
-            )
-            _MODELS[recipe] = made()._compiled
-        return _MODELS[recipe]
+
+def model_of(name: str) -> CompiledModel:
+    """The model of a name by `name_here`, or what has arrived with that hash.
+
+    Raises
+    ------
+    AraelError
+        E0883 no content of that hash has arrived, or it was changed since.
+    """
+    found = _HERE.get(name)
+    if found is not None:
+        return found
+    loaded: Any = load(name)
+    sent: CompiledModel = loaded.compiled
+    return sent
 
 
 def _begin(run: str) -> None:
@@ -133,34 +196,43 @@ def _begin(run: str) -> None:
             return
         _RUNS.append(run)
         for old in _RUNS[:-_KEPT_RUNS]:
-            for key in [key for key in _PARTS if key[0] == old]:
-                del _PARTS[key]
+            for name in [name for name in _PARTS if name.run == old]:
+                del _PARTS[name]
             _SYSTEMS.pop(old, None)
         del _RUNS[:-_KEPT_RUNS]
 
 
-def kept(recipe: PartRecipe) -> Kept:
-    """The part of a recipe, made if this process does not have it."""
-    _begin(recipe.run)
-    key = (recipe.run, recipe.turn, recipe.share.number)
-    found = _PARTS.get(key)
-    if found is None:
-        found = Kept(made(recipe))
-        with _LOCK:
-            found = _PARTS.setdefault(key, found)
-            for old in [k for k in _PARTS if k[::2] == key[::2] and k[1] < recipe.turn]:
-                del _PARTS[old]
+def kept(part: PartName | PartRecipe) -> Kept:
+    """The part of a name; of a recipe it is made, if this process does not have it.
+
+    Raises
+    ------
+    UnknownError
+        This process does not have the part, and only its name was given.
+    """
+    name = part if isinstance(part, PartName) else part.name
+    found = _PARTS.get(name)
+    if found is not None:
+        return found
+    if isinstance(part, PartName):
+        raise UnknownError
+    _begin(name.run)
+    found = Kept(made(part))
+    with _LOCK:
+        found = _PARTS.setdefault(name, found)
+        for old in [k for k in _PARTS if k[::2] == name[::2] and k.turn < name.turn]:
+            del _PARTS[old]
     return found
 
 
 def made(recipe: PartRecipe) -> Part:
     """Read the rows of a part, and prepare its problem."""
-    model = compiled(recipe.model)
+    model = model_of(recipe.model)
     layout = lenient(model.layout)
     store = Store(layout)
     store.kernels, store.bindings = model.kernels, model.bindings
     if recipe.path is not None:
-        columns = columns_of(recipe.path)
+        columns = columns_of(recipe.path, model.layout)
         npz.adopt(store, rows_of_share(layout, columns, recipe.share), columns.label)
     else:
         assert recipe.arrays is not None
@@ -181,34 +253,34 @@ def made(recipe: PartRecipe) -> Part:
 # --- requests ----------------------------------------------------------------------------------
 
 
-def describe(recipe: PartRecipe) -> tuple[int, bool, int]:
+def describe(part: PartName | PartRecipe) -> tuple[int, bool, int]:
     """Instances that act at the start, whether guards read parameters, residuals."""
-    part = kept(recipe).part
-    counts = [len(rows) for rows in part.structure.active]
+    own = kept(part).part
+    counts = [len(rows) for rows in own.structure.active]
     residuals = sum(
-        n * group.residuals for n, group in zip(counts, part.problem.layout.groups, strict=True)
+        n * group.residuals for n, group in zip(counts, own.problem.layout.groups, strict=True)
     )
-    return sum(counts), bool(part.problem.evaluation.guarded), residuals
+    return sum(counts), bool(own.problem.evaluation.guarded), residuals
 
 
-def cost(recipe: PartRecipe, point: Point) -> float:
+def cost(part: PartName | PartRecipe, point: Point) -> float:
     """Sum of squared residuals of a part."""
-    one = kept(recipe)
+    one = kept(part)
     with one.lock:
         _move(one, point)
         return one.part.cost()
 
 
-def linearise(recipe: PartRecipe, point: Point) -> tuple[float, Floats, Floats]:
+def linearise(part: PartName | PartRecipe, point: Point) -> tuple[float, Floats, Floats]:
     """Cost, J'r and diagonal of J'J of a part, (local scalars,) each."""
-    one = kept(recipe)
+    one = kept(part)
     with one.lock:
         return _linearise(one, point)
 
 
-def explain(recipe: PartRecipe, point: Point, derivatives: bool) -> Diagnostic | None:
+def explain(part: PartName | PartRecipe, point: Point, derivatives: bool) -> Diagnostic | None:
     """The first residual (or derivative) of a part that is not finite at a state."""
-    one = kept(recipe)
+    one = kept(part)
     with one.lock:
         _move(one, point)
         problem = one.part.problem
@@ -217,47 +289,78 @@ def explain(recipe: PartRecipe, point: Point, derivatives: bool) -> Diagnostic |
         return non_finite(problem, derivatives)
 
 
-def curvature(recipe: PartRecipe, point: Point, step: Floats) -> float:
+def curvature(part: PartName | PartRecipe, point: Point, step: Floats) -> float:
     """``step' H step`` of a part at a state."""
-    one = kept(recipe)
+    one = kept(part)
     with one.lock:
         if one.linearised != point.number:
             _linearise(one, point)
         return one.part.curvature(step)
 
 
-def eliminate(recipe: PartRecipe, damped: Damped, right: Right) -> Reduced:
-    """Factorise a part and reduce it to its boundary."""
-    one = kept(recipe)
+def sweep(
+    part: PartName | PartRecipe, damped: Damped, right: Right, wanted: Wanted = "nothing"
+) -> tuple[int, Reduced | None]:
+    """Factorise and sweep forward, as far as it is not done.
+
+    Returns
+    -------
+    failed : 0 or 1 + the scalar that failed
+    reduced : what the part has for the boundary system, as far as it is wanted; else None
+    """
+    one = kept(part)
     with one.lock:
-        if _factorise(one, damped):
-            return Reduced(one.failed, np.zeros((0, 0)), np.zeros(0))
-        found = one.part.reduced(_values(one, right))
-        one.right, one.swept = (damped.number, right.number), found.right
-        return found
+        failed = _sweep(one, damped, right)
+        if failed or wanted == "nothing":
+            return failed, None
+        return 0, _reduced(one, wanted)
 
 
-def sweep(recipe: PartRecipe, damped: Damped, right: Right) -> Floats:
-    """What a right-hand side of the interior adds to that of the boundary."""
-    one = kept(recipe)
+def contribution(part: PartName, damped: Damped, right: Right, wanted: Wanted) -> Reduced:
+    """What a part has for the boundary system, after its sweep."""
+    one = kept(part)
     with one.lock:
-        return _swept(one, damped, right)
+        if _sweep(one, damped, right):
+            raise UnknownError
+        return _reduced(one, wanted)
+
+
+def _reduced(one: Kept, wanted: Wanted) -> Reduced:
+    matrix = one.part.complement() if wanted == "whole" else np.zeros((0, 0))
+    return Reduced(matrix, one.swept)
 
 
 def substitute(
-    recipe: PartRecipe, damped: Damped, right: Right, found: tuple[int, Floats | None], at: Any
-) -> Floats | None:
-    """The interior's solution, from that of the whole boundary; None if there is none."""
-    if found[1] is None:
-        return None
-    one = kept(recipe)
+    part: PartName | PartRecipe,
+    damped: Damped,
+    right: Right,
+    boundary: Floats,
+    point: Point | None,
+) -> tuple[Floats, float]:
+    """The interior's solution, from that of the part's boundary (b,).
+
+    Returns
+    -------
+    solution : (interior,)
+    curvature : ``x' H x`` of both at the state `point`; 0 without one
+    """
+    one = kept(part)
     with one.lock:
-        swept = _swept(one, damped, right)
-        return one.part.substituted(one.values, swept, found[1][at])
+        _sweep(one, damped, right)
+        found = one.part.substituted(boundary)
+        if point is None:
+            return found, 0.0
+        if one.linearised != point.number:
+            _linearise(one, point)
+        step = np.zeros(one.part.structure.system.size)
+        step[one.part.interior], step[one.part.boundary] = found, boundary
+        return found, one.part.curvature(step)
 
 
 def _move(one: Kept, point: Point) -> None:
     if one.at != point.number:
+        if point.x is None:
+            raise UnknownError
         one.part.move_to(point.x)
         one.at = point.number
 
@@ -269,66 +372,90 @@ def _linearise(one: Kept, point: Point) -> tuple[float, Floats, Floats]:
     return found
 
 
-def _factorise(one: Kept, damped: Damped) -> int:
-    if one.factor != damped.number:
+def _sweep(one: Kept, damped: Damped, right: Right) -> int:
+    factored = one.factor == damped.number
+    if factored and (one.failed or one.right == (damped.number, right.number)):
+        return one.failed
+    one.right = (-1, -1)
+    if not factored:
+        if damped.diagonal is None:
+            raise UnknownError
         if one.linearised != damped.at.number:
             _linearise(one, damped.at)
-        one.failed = one.part.eliminate(damped.diagonal)
-        one.factor, one.right = damped.number, (-1, -1)
-        one.gradient = one.part.gradient[one.part.interior].copy()
-    return one.failed
+        one.factor = -1
+        # That of the gradient is swept with the factorisation.
+        together = right.at is not None and right.at.number == damped.at.number
+        values = _values(one, right) if together else np.zeros(len(one.part.interior))
+        one.failed = one.part.eliminate(damped.diagonal, values)
+        one.factor = damped.number
+        if one.failed:
+            return one.failed
+        factored = not together
+    if factored:
+        one.part.sweep(_values(one, right))
+    one.swept = one.part.swept()
+    one.right = (damped.number, right.number)
+    return 0
 
 
 def _values(one: Kept, right: Right) -> Floats:
-    one.values = -one.gradient if right.values is None else right.values
-    return one.values
-
-
-def _swept(one: Kept, damped: Damped, right: Right) -> Floats:
-    number = (damped.number, right.number)
-    if one.factor != damped.number or one.right != number:
-        _factorise(one, damped)
-        one.swept = one.part.sweep(_values(one, right))
-        one.right = number
-    return one.swept
+    if right.values is not None:
+        return right.values
+    if right.at is None:
+        raise UnknownError
+    if one.linearised != right.at.number:
+        _linearise(one, right.at)
+    return np.asarray(-one.part.gradient[one.part.interior])
 
 
 def solve_boundary(
     run: str,
-    boundary: Boundary,
+    boundary: Boundary | None,
     number: int,
-    parts: Sequence[Reduced],
-    swept: Sequence[Floats] | None,
+    sources: Sequence[tuple[Any, tuple[Any, ...]] | None],
     added: Floats,
     right: Floats,
-) -> tuple[int, Floats | None]:
+) -> BoundaryStep:
     """Solve the boundary system, with the factor of that number if this process has it.
 
     Parameters
     ----------
+    boundary : of the run; None: this process has it
     number : of the factor
-    parts : what the parts contribute
-    swept : their contributions to the right-hand side; None: those in `parts`
+    sources : per part where it is (see `stations.Remote`) and the arguments of `contribution`; None
+        where it adds nothing to the right-hand side of a factor that this process has
     added : (n,) damping of the diagonal
     right : (n,)
-
-    Returns
-    -------
-    0 and the solution; else None and 1 + the scalar of the boundary that failed, or
-    -(1 + p) if part p failed
     """
-    for k, one in enumerate(parts):
-        if one.failed:
-            return -(1 + k), None
     _begin(run)
     with _LOCK:
         known = _SYSTEMS.pop(run, None)
-    system, factor = known or (BoundarySystem(boundary), -1)
-    if factor != number:
-        failed = system.factorise(list(parts), added)
-        if failed:
-            return failed, None
-    found = system.solve([one.right for one in parts] if swept is None else list(swept), right)
+    if known is None and boundary is None:
+        raise UnknownError
+    system, factor = known or (BoundarySystem(_given(boundary)), -1)
+    whole = factor != number
+    wanted = "whole" if whole else "right"
+    pending = [one and one[0].start(contribution, *one[1], wanted) for one in sources]
+    answers: list[Answer] = [
+        ("known", None) if one is None else one[0].wait(waiting)
+        for one, waiting in zip(sources, pending, strict=True)
+    ]
+    missing = tuple(k for k, (kind, _) in enumerate(answers) if kind in ("unknown", "lost"))
+    for kind, value in answers:
+        if kind == "raised":
+            raise value
+    failed, x = 0, None
+    if not missing:
+        if whole:
+            failed = system.factorise([value.matrix for _, value in answers], added)
+            factor = -1 if failed else number
+        if not failed:
+            x = system.solve([value and value.right for _, value in answers], right)
     with _LOCK:
-        _SYSTEMS[run] = (system, number)
-    return 0, found
+        _SYSTEMS[run] = (system, factor)
+    return BoundaryStep(x, failed, missing)
+
+
+def _given(boundary: Boundary | None) -> Boundary:
+    assert boundary is not None
+    return boundary

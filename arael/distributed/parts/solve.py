@@ -208,7 +208,9 @@ def prepare(
     check_splittable(layout)
     slim = skeleton(layout)
     columns = (
-        columns_of(data) if isinstance(data, str | os.PathLike) else Columns([dict(data)], "data")
+        columns_of(data, layout)
+        if isinstance(data, str | os.PathLike)
+        else Columns([dict(data)], "data")
     )
     store = whole_skeleton(lenient(layout), slim, columns)
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
@@ -355,7 +357,7 @@ def run(
     results: list[Result] = []
     traffic = Traffic()
     given: tuple[Any, ...] = ()
-    assert prepared.compiled.recipe is not None
+    model = executor.ship(prepared.compiled)
     for turn, (one, own) in enumerate(zip(schedule, configs, strict=True)):
         if one.freeze or one.free:
             frozen = frozen_after(layout, frozen, one)
@@ -375,7 +377,7 @@ def run(
             PartRecipe(
                 f"{name}-{turn}",
                 turn,
-                prepared.compiled.recipe,
+                model,
                 share,
                 prepared.path,
                 arrays,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,20 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.distributed.parts import requests
-from arael.distributed.parts.boundary import Boundary, scalars_of
-from arael.distributed.parts.executors import Executor
-from arael.distributed.parts.requests import Damped, PartRecipe, Point, Right
+from arael.distributed.parts.boundary import Boundary, BoundarySystem, scalars_of
+from arael.distributed.parts.executors import Call, Executor, lost_too_often
+from arael.distributed.parts.requests import BoundaryStep, Damped, PartRecipe, Point, Right
 from arael.distributed.parts.shares import Share
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+_SMALL = 4_000_000
+"""Bytes of the parts' S up to which the boundary is solved in the calling process."""
+
+_REPEATS = 20
+"""Times that the boundary is asked again, since a part's answer did not reach it."""
 
 
 @dataclass
@@ -72,23 +80,26 @@ class Team:
         self._size = int(sizes.sum())
         self.boundary, self.scalars = boundary_of(self._shares, sizes)
         self._places = [places_of(s, sizes, self.boundary, k) for k, s in enumerate(self._shares)]
-        self._recipes = [executor.submit(_same, recipe, part=k) for k, recipe in enumerate(recipes)]
-        self._home_of_boundary = executor.submit(_same, self.boundary, part=0)
+        self._recipes = list(recipes)
         self._number = 0
-        self._points: dict[int, list[Any]] = {}
-        self._at: list[Any] = []
+        self._last: tuple[list[Floats], list[Point]] = ([], [])
+        self._at: list[Point] = []
         self._own: Floats = np.zeros(0)
-        self._factor: tuple[int, list[Any], list[Any], Floats] | None = None
-        self._last: tuple[bytes, list[Any]] = (b"", [])
+        self._factor: tuple[list[Damped], Floats] | None = None
+        self._factored = -1
+        self._system: tuple[BoundarySystem, int] | None = None
+        self._descent: Floats = np.zeros(0)  # negative gradient at the state of the parts
+        self._curved: tuple[Floats, float] = (np.zeros(0), 0.0)
+        self._is_small = sum(8 * len(at.boundary) ** 2 for at in self._places) <= _SMALL
 
     def describe(self) -> list[tuple[int, bool, int]]:
         """Of each part `requests.describe`."""
-        return self._ask(requests.describe, [() for _ in self._shares])
+        return self._ask(requests.describe, [((), ())] * len(self._shares))
 
     def explain(self, states: list[Floats], derivatives: bool) -> Diagnostic | None:
         """The first residual (or derivative) that is not finite at some states."""
-        points = self._point(states)
-        found = self._ask(requests.explain, [(point, derivatives) for point in points])
+        whole = [(point, derivatives) for point in self._point(states)]
+        found = self._ask(requests.explain, [(args, args) for args in whole])
         return next((one for one in found if one is not None), None)
 
     # --- what the loop asks for ----------------------------------------------------------------
@@ -96,7 +107,8 @@ class Team:
     def cost(self, states: list[Floats]) -> float:
         """Sum of squared residuals at states, one array (rows, state) per entity."""
         points = self._point(states)
-        return float(sum(self._ask(requests.cost, [(p,) for p in points])))
+        self.traffic.out += sum(point.x.nbytes for point in points if point.x is not None)
+        return float(sum(self._ask(requests.cost, [((p,), (p,)) for p in points])))
 
     def linearise(self, states: list[Floats]) -> tuple[float, Floats, Floats]:
         """Cost, J'r and the diagonal of J'J."""
@@ -104,157 +116,195 @@ class Team:
         gradient, diagonal = np.zeros(self._size), np.zeros(self._size)
         total = 0.0
         for (cost, first, second), at in zip(
-            self._ask(requests.linearise, [(p,) for p in points]), self._places, strict=True
+            self._ask(requests.linearise, [((p.named(),), (p,)) for p in points]),
+            self._places,
+            strict=True,
         ):
             total += cost
             self.traffic.back += first.nbytes + second.nbytes
             for whole, mine in ((at.interior, at.of_interior), (at.boundary, at.of_boundary)):
                 gradient[whole] += first[mine]
                 diagonal[whole] += second[mine]
-        self._own = diagonal
+        self._own, self._descent = diagonal, -gradient
+        self._curved = (np.zeros(0), 0.0)
         return total, gradient, diagonal
 
     def curvature(self, step: Floats) -> float:
         """``step' J'J step`` with the present linearisation."""
+        known, found = self._curved
+        if len(known) and np.array_equal(known, step):
+            return found
         asked = []
         for point, at in zip(self._at, self._places, strict=True):
             mine = np.zeros(len(at.every))
             mine[at.of_interior] = step[at.interior]
             mine[at.of_boundary] = step[at.boundary]
             self.traffic.out += mine.nbytes
-            asked.append((point, mine))
+            asked.append(((point.named(), mine), (point, mine)))
         return float(sum(self._ask(requests.curvature, asked)))
 
     def factor(self, damped: Floats, right: Floats) -> tuple[int, Floats | None]:
         """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None."""
         number = self._next()
-        factors = []
-        for k, (point, at) in enumerate(zip(self._at, self._places, strict=True)):
-            mine = damped[at.interior]
-            self.traffic.out += mine.nbytes
-            factors.append(self._executor.submit(_damped, number, point, mine, part=k))
-        ask = Right(self._next())
-        reduced = [
-            self._executor.submit(requests.eliminate, recipe, factor, ask, part=k)
-            for k, (recipe, factor) in enumerate(zip(self._recipes, factors, strict=True))
+        factors = [
+            Damped(number, point, damped[at.interior])
+            for point, at in zip(self._at, self._places, strict=True)
         ]
+        self.traffic.out += sum(one.diagonal.nbytes for one in factors if one.diagonal is not None)
         self.traffic.reduced += sum(
             8 * len(at.boundary) * (len(at.boundary) + 1) for at in self._places
         )
-        added = (damped - self._own)[self.scalars]
-        self._factor = (number, factors, reduced, added)
-        return self._substituted(ask, None, right)
+        self._factor = (factors, (damped - self._own)[self.scalars])
+        return self._solved(self._rights(right), right)
 
     def solve(self, right: Floats) -> Floats:
         """Solve with the last factor."""
-        assert self._factor is not None
-        number = self._next()
-        asks = []
-        for k, at in enumerate(self._places):
-            mine = right[at.interior]
-            self.traffic.out += mine.nbytes
-            asks.append(self._executor.submit(Right, number, mine, part=k))
-        swept = [
-            self._executor.submit(requests.sweep, recipe, factor, ask, part=k)
-            for k, (recipe, factor, ask) in enumerate(
-                zip(self._recipes, self._factor[1], asks, strict=True)
-            )
-        ]
-        failed, found = self._substituted(asks, swept, right)
+        failed, found = self._solved(self._rights(right), right, curved=True)
         if found is None:
             raise ArithmeticError(f"a factor failed when it was used again, at scalar {failed}")
         return found
+
+    def _rights(self, right: Floats) -> list[Right]:
+        """Right-hand sides of the interiors; the parts have that of the gradient."""
+        number = self._next()
+        if np.array_equal(right, self._descent):
+            return [Right(number, None, point) for point in self._at]
+        rights = [Right(number, right[at.interior]) for at in self._places]
+        self.traffic.out += sum(one.values.nbytes for one in rights if one.values is not None)
+        return rights
 
     def inverse(self, scalars: Ints) -> Floats:
         """(k, k) entries of the inverse between scalars of one block, by the last factor.
 
         Only the part that has the block is asked for its sweeps.
         """
-        assert self._factor is not None
-        number, factors, reduced, added = self._factor
         part = next(
             (k for k, at in enumerate(self._places) if np.isin(scalars[0], at.interior)), -1
         )
-        place = self._places[part] if part >= 0 else None
-        nothing = [np.zeros(len(at.boundary)) for at in self._places]
-        tops, found = [], []
+        found = []
         for scalar in scalars:
-            swept: list[Any] = list(nothing)
-            right = (self.scalars == scalar).astype(np.float64)
-            if place is not None:
-                ask = Right(self._next(), (place.interior == scalar).astype(np.float64))
-                swept[part] = self._executor.submit(
-                    requests.sweep, self._recipes[part], factors[part], ask, part=part
-                )
-            top = self._executor.submit(
-                requests.solve_boundary,
-                self._run,
-                self._home_of_boundary,
-                number,
-                reduced,
-                swept,
-                added,
-                right,
-                part=0,
-            )
-            tops.append(top)
-            if place is not None:
-                recipe, factor = self._recipes[part], factors[part]
-                found.append(
-                    self._executor.submit(
-                        requests.substitute, recipe, factor, ask, top, place.on_boundary, part=part
-                    )
-                )
-        if place is not None:
-            at = np.searchsorted(place.interior, scalars)
-            return np.stack([x[at] for x in self._executor.gather(found)], axis=1)
-        at = np.searchsorted(self.scalars, scalars)
-        return np.stack([x[at] for _, x in self._executor.gather(tops)], axis=1)
+            rights: list[Right | None] = [None] * len(self._places)
+            unit = (self.scalars == scalar).astype(np.float64)
+            if part < 0:
+                step = self._on_boundary(rights, unit, [])
+                assert step.x is not None
+                found.append(step.x[np.searchsorted(self.scalars, scalars)])
+                continue
+            place = self._places[part]
+            own = (place.interior == scalar).astype(np.float64)
+            rights[part] = Right(self._next(), own)
+            step = self._on_boundary(rights, unit, self._sweep(rights))
+            assert step.x is not None
+            ((x, _),) = self._substituted(rights, step.x)
+            found.append(x[np.searchsorted(place.interior, scalars)])
+        return np.stack(found, axis=1)
 
-    def _substituted(
-        self, ask: Any, swept: list[Any] | None, right: Floats
+    def _solved(
+        self, rights: Sequence[Right | None], right: Floats, curved: bool = False
     ) -> tuple[int, Floats | None]:
-        assert self._factor is not None
-        number, factors, reduced, added = self._factor
+        """Sweep, solve the boundary and substitute; or 1 + the scalar that failed and None.
+
+        `curved`: the curvature along the solution will be asked for.
+        """
+        swept = self._sweep(rights)
+        for at, (failed, _) in zip(self._places, swept, strict=True):
+            if failed:
+                return 1 + int(at.every[failed - 1]), None
+        step = self._on_boundary(rights, right[self.scalars], swept)
+        if step.x is None:
+            return 1 + int(self.scalars[step.failed - 1]), None
         x = np.zeros(self._size)
-        top = self._executor.submit(
-            requests.solve_boundary,
-            self._run,
-            self._home_of_boundary,
-            number,
-            reduced,
-            swept,
-            added,
-            right[self.scalars],
-            part=0,
-        )
-        asks = ask if isinstance(ask, list) else [ask] * len(factors)
-        steps = [
-            self._executor.submit(
-                requests.substitute, recipe, factor, one, top, at.on_boundary, part=k
-            )
-            for k, (recipe, factor, one, at) in enumerate(
-                zip(self._recipes, factors, asks, self._places, strict=True)
-            )
-        ]
-        self.traffic.rounds += 1
-        (failed, on_boundary), *interiors = self._executor.gather([top, *steps])
-        if failed:
-            return self._failed(failed, reduced), None
-        assert on_boundary is not None
-        x[self.scalars] = on_boundary
-        for at, step in zip(self._places, interiors, strict=True):
-            self.traffic.back += step.nbytes
-            x[at.interior] = step
+        x[self.scalars] = step.x
+        total = 0.0
+        found = self._substituted(rights, step.x, curved)
+        for at, (own, curvature) in zip(self._places, found, strict=True):
+            self.traffic.back += own.nbytes
+            x[at.interior] = own
+            total += curvature
+        if curved:
+            self._curved = (x.copy(), total)
         return 0, x
 
-    def _failed(self, failed: int, reduced: list[Any]) -> int:
-        """1 + the scalar of the whole system for a failure in a part (negative) or the boundary."""
-        if failed > 0:
-            return 1 + int(self.scalars[failed - 1])
-        part = -1 - failed
-        scalar = self._executor.gather([reduced[part]])[0].failed - 1
-        return 1 + int(self._places[part].every[scalar])
+    def _sweep(
+        self, rights: Sequence[Right | None], only: Sequence[int] | None = None
+    ) -> list[Any]:
+        """Ask the parts with a right-hand side for their forward sweeps; see `requests.sweep`."""
+        assert self._factor is not None
+        factors = self._factor[0]
+        # Diagonals are sent with the first right-hand side of a factor.
+        first = factors[0].number != self._factored if factors else False
+        wanted: requests.Wanted = "nothing"
+        if self._is_small:
+            wanted = "whole" if first else "right"
+        calls = []
+        for k in range(len(rights)) if only is None else only:
+            right = rights[k]
+            if right is None:
+                continue
+            damped = factors[k]
+            thin = Damped(damped.number, damped.at.named(), damped.diagonal if first else None)
+            own = Right(right.number, right.values, right.at and right.at.named())
+            calls.append(self._call(k, (thin, own, wanted), (damped, right, wanted)))
+        self._factored = factors[0].number if factors else -1
+        return self._asked(requests.sweep, calls)
+
+    def _on_boundary(
+        self, rights: Sequence[Right | None], right: Floats, swept: Sequence[Any]
+    ) -> BoundaryStep:
+        """The solution of the boundary system, here or on a worker."""
+        if self._is_small:
+            return self._on_boundary_here(rights, right, swept)
+        assert self._factor is not None
+        factors, added = self._factor
+        for _ in range(_REPEATS):
+            sources = [
+                one
+                and (
+                    self._executor.source(k),
+                    (self._recipes[k].name, factors[k].named(), one.named()),
+                )
+                for k, one in enumerate(rights)
+            ]
+            rest = (factors[0].number if factors else 0, sources, added, right)
+            full = partial(_all_of, self._run, self.boundary, rest)
+            call = Call(0, (self._run, None, *rest), full)
+            (step,) = self._asked(requests.solve_boundary, [call])
+            found: BoundaryStep = step
+            if not found.missing:
+                return found
+            self._sweep(rights, found.missing)
+        raise lost_too_often("the answers of parts do not reach the worker of the boundary")
+
+    def _on_boundary_here(
+        self, rights: Sequence[Right | None], right: Floats, swept: Sequence[Any]
+    ) -> BoundaryStep:
+        """A small system is solved in this process, from what came with the sweeps."""
+        assert self._factor is not None
+        factors, added = self._factor
+        answers = iter(swept)
+        parts = [None if one is None else next(answers)[1] for one in rights]
+        number = factors[0].number if factors else 0
+        system, factor = self._system or (BoundarySystem(self.boundary), -1)
+        if factor != number:
+            failed = system.factorise([one.matrix for one in parts if one is not None], added)
+            self._system = (system, -1 if failed else number)
+            if failed:
+                return BoundaryStep(None, failed)
+        return BoundaryStep(system.solve([one and one.right for one in parts], right))
+
+    def _substituted(
+        self, rights: Sequence[Right | None], boundary: Floats, curved: bool = False
+    ) -> list[tuple[Floats, float]]:
+        """Solutions of the interiors of the parts with a right-hand side, and curvatures."""
+        assert self._factor is not None
+        calls = []
+        for k, right in enumerate(rights):
+            if right is not None:
+                damped, own = self._factor[0][k], boundary[self._places[k].on_boundary]
+                at = self._at[k] if curved else None
+                thin = (damped.named(), right.named(), own, at and at.named())
+                calls.append(self._call(k, thin, (damped, right, own, at)))
+        return self._asked(requests.substitute, calls)
 
     # --- requests ------------------------------------------------------------------------------
 
@@ -262,32 +312,41 @@ class Team:
         self._number += 1
         return self._number
 
-    def _ask(self, function: Any, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Answers of all parts, each exactly once, in the order of the parts."""
-        self.traffic.rounds += 1
-        return self._executor.gather(
-            [
-                self._executor.submit(function, recipe, *mine, part=k)
-                for k, (recipe, mine) in enumerate(zip(self._recipes, arguments, strict=True))
-            ]
-        )
+    def _call(self, part: int, thin: tuple[Any, ...], full: tuple[Any, ...]) -> Call:
+        recipe = self._recipes[part]
+        return Call(part, (recipe.name, *thin), lambda: (recipe, *full))
 
-    def _point(self, states: list[Floats]) -> list[Any]:
+    def _ask(
+        self, function: Any, arguments: Sequence[tuple[tuple[Any, ...], tuple[Any, ...]]]
+    ) -> list[Any]:
+        """Answers of all parts; arguments are those for a part that has the rest, and all."""
+        return self._asked(function, [self._call(k, *both) for k, both in enumerate(arguments)])
+
+    def _asked(self, function: Any, calls: Sequence[Call]) -> list[Any]:
+        """Answers to requests, each exactly once, in their order."""
+        self.traffic.rounds += 1
+        return self._executor.ask(function, calls)
+
+    def _point(self, states: list[Floats]) -> list[Point]:
         """The states of the parts; those of the last call if they are the same."""
+        known, points = self._last
         xs = [self._stored(share, states) for share in self._shares]
-        key = b"".join(x.tobytes() for x in xs)
-        if self._last[0] != key:
+        same = len(known) == len(xs) and all(map(np.array_equal, xs, known))
+        if not same:
             number = self._next()
-            self.traffic.out += sum(x.nbytes for x in xs)
-            points = [self._executor.submit(Point, number, x, part=k) for k, x in enumerate(xs)]
-            self._last = (key, points)
-        return self._last[1]
+            points = [Point(number, x) for x in xs]
+            self._last = (xs, points)
+        return points
 
     def _stored(self, share: Share, states: list[Floats]) -> Floats:
         found = [np.zeros(0)]
         for state, rows, width in zip(states, share.entity_rows, self._widths, strict=True):
             found.append(state[rows, :width].ravel())
         return np.concatenate(found)
+
+
+def _all_of(run: str, boundary: Boundary, rest: tuple[Any, ...]) -> tuple[Any, ...]:
+    return (run, boundary, *rest)
 
 
 def boundary_of(shares: Sequence[Share], sizes: Ints) -> tuple[Boundary, Ints]:
@@ -314,15 +373,6 @@ def places_of(share: Share, sizes: Ints, boundary: Boundary, number: int) -> Pla
         boundary.scalars(boundary.of_part[number]),
         every,
     )
-
-
-def _same(value: Any) -> Any:
-    """A value as a task, so that it is sent once and found again by all that depend on it."""
-    return value
-
-
-def _damped(number: int, point: Point, diagonal: Floats) -> Damped:
-    return Damped(number, point, diagonal)
 
 
 __all__ = ["PartRecipe", "Team", "Traffic"]

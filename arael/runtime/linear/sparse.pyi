@@ -1,7 +1,7 @@
 from typing import Any
 
 from numpy import int64
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis
@@ -15,6 +15,9 @@ class SparseSolver(LinearSolver):
         ordering: str = "auto",
         analysis: Analysis | None = None,
     ) -> None: ...
+    def factor_forward(self, values: ArrayLike, diagonal: ArrayLike, b: ArrayLike) -> int: ...
+    def forward(self, b: ArrayLike) -> None: ...
+    def backward(self) -> NDArray[Any]: ...
     def parts(
         self,
     ) -> tuple[NDArray[int64], NDArray[Any], NDArray[Any], NDArray[Any], NDArray[int64]]: ...

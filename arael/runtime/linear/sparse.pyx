@@ -236,6 +236,42 @@ cdef class SparseSolver(LinearSolver):
         ascend_bundle(&work, self._bundles)
         distribute(self.threads, self._bundles, ascend_bundle, &work)
 
+    def factor_forward(self, values, diagonal, b):
+        """Factorise, and sweep forward as `forward` does; 0 or 1 + the scalar that failed."""
+        v, d = self._system(values, diagonal)
+        rhs = self._right(b)
+        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data, pb = rhs.ctypes.data
+        cdef Py_ssize_t status
+        with nogil:
+            status = self.factor_with(<const void*>pv, <const void*>pd, <const void*>pb)
+        return status
+
+    def forward(self, b):
+        """Sweep forward, L y = b (n,). The y of a front is behind the rows of its panel."""
+        rhs = self._right(b)
+        cdef size_t pb = rhs.ctypes.data
+        cdef Sweep work
+        with nogil:
+            work.solver, work.b = <void*>self, <void*>pb
+            distribute(self.threads, self._bundles, descend_bundle, &work)
+            descend_bundle(&work, self._bundles)
+
+    def backward(self):
+        """Sweep backward, L' x = y with the y of the panels; x (n,)."""
+        x = np.empty(self.n, dtype=self.dtype)
+        cdef size_t px = x.ctypes.data
+        with nogil:
+            self.finish(<void*>px)
+        return x
+
+    def _right(self, b):
+        rhs = np.ascontiguousarray(b, dtype=self.dtype)
+        if rhs.shape != (self.n,):
+            raise ValueError(
+                f"expected a right-hand side of {self.n} rows, found shape {rhs.shape}"
+            )
+        return rhs
+
     def parts(self):
         """The factor in its memory layout, for use outside of a solve.
 

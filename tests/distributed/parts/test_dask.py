@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +13,12 @@ import numpy as np
 import pytest
 
 from arael.diagnostics.records import AraelError
-from arael.distributed import solve
+from arael.distributed import compiled, contents, solve
+from arael.distributed.parts import executors, requests, team
+from arael.distributed.parts.executors import OnDask
+from arael.distributed.parts.requests import PartRecipe
+from arael.distributed.parts.solve import prepare, run
+from arael.distributed.parts.stations import LOST, Remote, ask_directly
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
@@ -44,6 +52,34 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
         rtol=1e-5,
         atol=1e-8,
     )
+
+
+def tampered(vouched: str) -> None:
+    """Change what has arrived at this worker."""
+    contents.ARRIVED[vouched] += b"changed"
+    compiled.load.cache_clear()
+
+
+def part_of(model: Any, name: str) -> PartRecipe:
+    prepared = prepare(model._compiled, arrays_of(model), 2, None)
+    return PartRecipe("vouched", 0, name, prepared.shares[0], None, prepared.arrays[0])
+
+
+def test_workers_run_only_models_whose_hash_the_client_vouches_for(client: Any) -> None:
+    model = PROBLEMS["grid"]()
+    vouched = OnDask(client).ship(model._compiled)
+    instances = client.submit(requests.describe, part_of(model, vouched), pure=False).result()[0]
+    assert instances > 0
+    requested = client.submit(requests.describe, replace(part_of(model, "0" * 64), run="other"))
+    with pytest.raises(AraelError, match=r"E0883.*no content of this hash"):
+        requested.result()
+    client.run(tampered, vouched)
+    requested = client.submit(requests.describe, replace(part_of(model, vouched), run="third"))
+    with pytest.raises(AraelError, match=r"E0883.*changed after its arrival"):
+        requested.result()
+    # It is sent again by the next solve.
+    found = solve(model, partition=2, client=client)
+    assert found.result.converged
 
 
 def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
@@ -85,9 +121,115 @@ def test_a_solve_goes_on_from_its_checkpoint_when_the_scheduler_dies(tmp_path: P
     assert found.result.history["cost"][0] == pytest.approx(seen[-1]["trial_cost"], rel=1e-12)
 
 
+def test_parts_and_boundary_share_a_worker_of_several_threads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    distributed = require("Dask")
+    monkeypatch.setattr(team, "_SMALL", 0)
+    threads: set[str] = set()
+    cost = requests.cost
+
+    def noted(*args: Any) -> float:
+        threads.add(threading.current_thread().name)
+        time.sleep(0.02)
+        return cost(*args)
+
+    monkeypatch.setattr(requests, "cost", noted)
+    model = PROBLEMS["grid"]()
+    other = with_arrays(model, arrays_of(model))
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        found = solve(model, partition=3, client=client)
+    assert found.result.iterations == other.solve(solver="sparse").iterations
+    assert len(threads) == 2
+
+
 def test_no_scheduler_is_a_message(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("arael.distributed.parts.api.PATIENCE", 1.0)
     model = PROBLEMS["grid"]()
     with pytest.raises(AraelError) as caught:
         solve(model, partition=2, scheduler="tcp://127.0.0.1:9")
     assert caught.value.diagnostics[0].code == "E0881"
+
+
+def test_workers_out_of_reach_are_asked_through_the_scheduler(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = client.direct_to_workers
+    try:
+        ask_directly(client)
+        assert client.direct_to_workers
+        client.direct_to_workers = False
+        monkeypatch.setattr(client, "rpc", lambda address: client.scheduler)
+        monkeypatch.setattr(client.scheduler, "identity", unreachable, raising=False)
+        monkeypatch.setattr(
+            "arael.distributed.parts.stations.present_workers", lambda: {"tcp://10.0.0.1:1"}
+        )
+        ask_directly(client)
+        assert not client.direct_to_workers
+    finally:
+        client.direct_to_workers = before
+
+
+async def unreachable() -> None:
+    """No route to the worker."""
+    raise OSError("no route to host")
+
+
+def asked(client: Any) -> str:
+    """What a solve that cannot go on reports."""
+    with pytest.raises(AraelError) as caught:
+        solve(PROBLEMS["grid"](), partition=2, client=client)
+    assert caught.value.diagnostics[0].code == "E0898"
+    return str(caught.value)
+
+
+def test_a_worker_that_dies_while_the_model_is_sent_is_left_out(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, sent = client.run, client.register_plugin
+    lost = [OSError("Stream is closed")]
+
+    def run_with_one_lost(function: Any, **how: Any) -> Any:
+        return asked(function, **how) | {"tcp://127.0.0.1:9": OSError("Stream is closed")}
+
+    def lost_at_first(*args: Any, **how: Any) -> Any:
+        if lost:
+            raise lost.pop()
+        return sent(*args, **how)
+
+    monkeypatch.setattr(client, "run", run_with_one_lost)
+    monkeypatch.setattr(client, "register_plugin", lost_at_first)
+    assert len(OnDask(client).ship(PROBLEMS["grid"]()._compiled)) == 64
+
+
+def test_a_cluster_without_workers_is_a_message(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(executors, "present_workers", set)
+    monkeypatch.setattr(executors, "_PATIENCE", 0.2)
+    assert "no worker for 0.2 s" in asked(client)
+
+
+def test_a_part_whose_workers_are_lost_again_and_again_is_a_message(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = (LOST, OSError("the connection was reset"))
+    monkeypatch.setattr(Remote, "wait", lambda self, pending: lost)
+    monkeypatch.setattr(executors, "_SUSPECT", 0.0)
+    text = asked(client)
+    assert "several workers died with the same part" in text
+    assert "the connection was reset" in text
+
+
+def test_an_error_of_a_file_on_a_worker_is_that_error(client: Any, tmp_path: Path) -> None:
+    model = PROBLEMS["grid"]()
+    model.write(tmp_path / "grid.npz")
+    prepared = prepare(model._compiled, tmp_path / "grid.npz", 2, None)
+    (tmp_path / "grid.npz").write_bytes(b"PK and nothing")
+    with pytest.raises(AraelError, match="E0711"):
+        run(prepared, OnDask(client))

@@ -76,7 +76,7 @@ def test_a_part_has_its_rows_only(tmp_path: Path) -> None:
     model = PROBLEMS["bundle"]()
     cut(arrays_of(model), tmp_path / "data", 2)
     prepared = prepare(model._compiled, tmp_path / "data", 4, None)
-    columns = columns_of(tmp_path / "data")
+    columns = columns_of(tmp_path / "data", model._compiled.layout)
     rows = [
         len(rows_of_share(prepared.compiled.layout, columns, share)["points.seen.u"])
         for share in prepared.shares
@@ -135,6 +135,39 @@ def test_passes_set_data_freeze_and_begin_where_the_last_ended() -> None:
     np.testing.assert_allclose(model.a.x.value, other.a.x.value, atol=1e-9)
 
 
+OPTIONAL = """
+struct Camera { param f: real }
+struct Pose {
+    param x: real
+    camera: Camera?
+    speed: real?
+    constraint near { 0.1 * (x - 3) }
+    constraint seen when camera { [camera.f * x - 6, camera.f - 1.5] }
+    constraint fast when speed { x - speed }
+}
+struct Step {
+    a: ref Pose in root.poses; b: ref Pose in root.poses
+    constraint c { b.x - a.x - 0.1 }
+}
+root R { poses: list of Pose; steps: list of Step }
+"""
+
+
+def test_optional_parameters_and_values_of_a_file_are_those_of_one_machine(tmp_path: Path) -> None:
+    model: Any = arael.loads(OPTIONAL, interpret=True)()
+    for k in range(8):
+        model.poses.append(x=float(k))
+    model.poses[2].camera = {"f": 1.0}
+    model.poses[5].speed = 2.0
+    model.steps.extend(a=np.arange(7), b=np.arange(1, 8))
+    model.write(tmp_path / "data.npz")
+    found = solve(type(model), tmp_path / "data.npz", partition=2, workers=0)
+    result = model.solve(solver="sparse")
+    assert found.result.iterations == result.iterations
+    assert found.result.cost == pytest.approx(result.cost, rel=1e-9)
+    np.testing.assert_allclose(found.result.x, result.x, rtol=1e-9)
+
+
 # --- messages ----------------------------------------------------------------------------------
 
 
@@ -147,13 +180,7 @@ def refused(code: str, *args: Any, **kwargs: Any) -> str:
 
 def test_a_folder_without_archives_is_refused(tmp_path: Path) -> None:
     text = refused("E0711", type(PROBLEMS["grid"]()), tmp_path, partition=2)
-    assert "no .npz file" in text
-
-
-def test_a_folder_of_parquet_files_is_named_as_such(tmp_path: Path) -> None:
-    (tmp_path / "steps.parquet").write_bytes(b"PAR1")
-    text = refused("E0711", type(PROBLEMS["grid"]()), tmp_path, partition=2)
-    assert "no .npz file, but Parquet files such as `steps.parquet`" in text
+    assert "neither .npz nor .parquet files" in text
 
 
 def test_a_sum_over_rows_is_refused() -> None:
@@ -177,6 +204,25 @@ def test_bounds_are_refused() -> None:
     model: Any = arael.loads(text.replace("; root", "\nroot"), interpret=True)()
     model.ls.append(x=1.0)
     assert "bounds" in refused("E0895", model, partition=2)
+
+
+def test_single_precision_is_refused() -> None:
+    model: Any = arael.load("pose_graph_2d", precision="f32", interpret=True)()
+    text = refused("E0895", model, partition=2)
+    assert "parts are solved in f64" in text and "precision='f64'" in text
+
+
+@pytest.mark.filterwarnings("ignore:.*bound to a Python function")
+def test_native_functions_are_refused() -> None:
+    text = """
+    extern fn twice(x) derivs [2]
+    struct L { param x: real; constraint c { twice(x) - 2 } }
+    root R { ls: list of L }
+    """
+    kind = arael.loads(text, functions={"twice": lambda x: 2 * x}, interpret=True)
+    model: Any = kind()
+    model.ls.append(x=1.0)
+    assert "native functions, which workers do not have" in refused("E0895", model, partition=2)
 
 
 def test_independent_problems_are_refused() -> None:
