@@ -109,9 +109,10 @@ def progress_for(wanted: bool | None) -> Progress | None:
     """The observer of `shown`."""
     if wanted is False:
         return None
-    if _is_notebook():
-        return Progress(InNotebook())
-    if not (wanted or hasattr(sys, "ps1") or "IPython" in sys.modules):
+    if "IPython" in sys.modules:
+        if _is_notebook():
+            return Progress(InNotebook())
+    elif not wanted and "ps1" not in sys.__dict__:  # of an interactive prompt
         return None
     terminal = sys.stderr is not None and sys.stderr.isatty()
     return Progress(on_terminal) if terminal else None
