@@ -120,7 +120,7 @@ def pattern_arrays(sizes, keys, bint by_rows):
 
     Returns
     -------
-    column_start, rows, value_start : as `BlockPattern` has them
+    column_start, rows, value_start, offsets : as `BlockPattern` has them
     value_count : scalars of all blocks
     """
     cdef Py_ssize_t nb = len(sizes), m = len(keys), column, k = 0, count = 0
@@ -163,7 +163,12 @@ def pattern_arrays(sizes, keys, bint by_rows):
                 place[k] = end
                 end += size[column] * size[to[k]]
         begin[nb] = end
-    return column_start, rows, value_start, int(begin[nb])
+    offsets = np.empty(nb + 1, dtype=np.int64)
+    cdef int64_t* offset = <int64_t*>writable(offsets, np.int64)
+    offset[0] = 0
+    for column in range(nb):
+        offset[column + 1] = offset[column] + size[column]
+    return column_start, rows, value_start, offsets, int(begin[nb])
 
 
 def diagonal_of(pattern):

@@ -106,11 +106,15 @@ class BlockPattern:
     ) -> BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
-        start, rows, places, count = pattern_arrays(sizes, np.sort(keys), by_rows)
-        found = cls(sizes, start, rows, places)
-        if name_of is not None:
+        keys = keys.copy()
+        keys.sort()
+        start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
+        if name_of is None:
+            found = cls(sizes, start, rows, places)
+        else:
             found = cls(sizes, start, rows, places, name_of)
-        found.__dict__["value_count"] = count  # as the cached property keeps it
+        # As the cached properties keep them.
+        found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))
         return found
 
     def find(self, rows: Ints, columns: Ints) -> Ints:
