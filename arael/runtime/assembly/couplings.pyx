@@ -16,8 +16,8 @@ from arael.runtime.address cimport address, writable
 cdef Py_ssize_t SPREAD = 8
 
 
-cdef const int64_t* ints(array) except? NULL:
-    return <const int64_t*>address(array, np.int64)
+cdef const int64_t* ints(array, Py_ssize_t least=0) except? NULL:
+    return <const int64_t*>address(array, np.int64, least)
 
 
 def used_rows(list ways, list blocks, Py_ssize_t n, Py_ssize_t nowhere):
@@ -106,6 +106,32 @@ def leads_behind(block, Py_ssize_t lead):
                         found += (at[lead] > at[u]) - (at[lead] < at[u])
             at += uses
     return found
+
+
+def has_blocks(pattern, keys):
+    """Whether a pattern has the blocks of all keys, and no others but those on the diagonal.
+
+    Parameters
+    ----------
+    keys : (m,) int64, as `pattern_arrays` takes them
+    """
+    cdef Py_ssize_t nb = len(pattern.sizes), m = len(keys), column, k = 0, at
+    cdef const int64_t* key = ints(keys)
+    cdef const int64_t* start = ints(pattern.column_start, nb + 1)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef int64_t last
+    for column in range(nb):
+        at, last = start[column], column
+        while k < m and key[k] < (column + 1) * nb:
+            if key[k] - column * nb != last:
+                at += 1
+                if at == start[column + 1] or rows[at] != key[k] - column * nb:
+                    return False
+                last = rows[at]
+            k += 1
+        if at + 1 != start[column + 1]:
+            return False
+    return k == m
 
 
 def pattern_arrays(sizes, keys, bint by_rows):

@@ -35,6 +35,8 @@ class BlockPattern:
         Offset of each block's first scalar in the array of values.
     name_of : callable
         Name of scalar ``i`` in the model (``poses[3].ea.z``), for messages.
+    by_rows : bool
+        Whether the values lie by block rows, not by columns.
     """
 
     sizes: Ints
@@ -44,6 +46,7 @@ class BlockPattern:
     name_of: Callable[[int], str] = field(default=lambda i: f"x[{i}]", compare=False)
     # Symbolic factors by ordering, as far as they were computed; see `analysis.analyse`.
     known: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    by_rows: bool = field(default=False, compare=False, repr=False)
 
     @property
     def block_count(self) -> int:
@@ -109,10 +112,8 @@ class BlockPattern:
         keys = keys.copy()
         keys.sort()
         start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
-        if name_of is None:
-            found = cls(sizes, start, rows, places)
-        else:
-            found = cls(sizes, start, rows, places, name_of)
+        names = {} if name_of is None else {"name_of": name_of}
+        found = cls(sizes, start, rows, places, by_rows=by_rows, **names)
         # As the cached properties keep them.
         found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))
         return found

@@ -120,7 +120,7 @@ cdef class LinearSolver:
     def solved(self, b):
         """Solution of the factorised system for the right-hand side `b`, shape (n,) or (n, k)."""
         cdef char* p
-        cdef Py_ssize_t k
+        cdef Py_ssize_t _
         rhs = np.array(b, dtype=self.dtype, order="F", ndmin=1)
         if rhs.shape[0] != self.n or rhs.ndim > 2:
             raise ValueError(
@@ -130,7 +130,7 @@ cdef class LinearSolver:
             return rhs
         # Columns lie one after another: each is solved in its place.
         p = <char*>writable(rhs.T, rhs.dtype)
-        for k in range(rhs.size // self.n):
+        for _ in range(rhs.size // self.n):
             with nogil:
                 self.solve(p)
             self.raised.again()
