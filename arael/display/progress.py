@@ -120,9 +120,10 @@ def place_for(wanted: bool | None) -> Callable[[str], object] | None:
     """
     if wanted is False:
         return None
-    if _is_notebook():
-        return InNotebook()
-    if not (wanted or hasattr(sys, "ps1") or "IPython" in sys.modules):
+    if "IPython" in sys.modules:
+        if _is_notebook():
+            return InNotebook()
+    elif not wanted and "ps1" not in sys.__dict__:  # of an interactive prompt
         return None
     terminal = sys.stderr is not None and sys.stderr.isatty()
     return on_terminal if terminal else None

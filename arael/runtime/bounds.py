@@ -34,7 +34,7 @@ def ends_of(table: TableLike, column: Column) -> tuple[Floats | None, Floats | N
         own = table.bound(column.path, end)
         if own is not None:
             found.append(np.asarray(own, dtype=np.float64).reshape(table.size, param.tangent))
-        elif any(bound is not None for bound in of_layout):
+        elif of_layout.count(None) < len(of_layout):
             found.append(of_model(column, end).reshape(1, param.tangent))
         else:
             found.append(None)
@@ -55,6 +55,8 @@ def bounds_of_scalars(
     found = []
     own = store.layout.table(entity.table)
     ends = [ends_of(table, own.column(use.column)) for use in entity.params]
+    if all(low is None and high is None for low, high in ends):
+        return _all_open(count * entity.tangent)
     for end, open_end in enumerate((-np.inf, np.inf)):
         bounds = np.full((count, entity.tangent), open_end)
         some = False
@@ -68,6 +70,14 @@ def bounds_of_scalars(
             bounds[~moves[rows]] = open_end
         found.append(bounds.ravel())
     return found[0], found[1]
+
+
+def _all_open(count: int) -> tuple[Floats, Floats]:
+    """Bounds of scalars that have none."""
+    both = np.empty((2, count))
+    both[0] = -np.inf
+    both[1] = np.inf
+    return both[0], both[1]
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from arael.runtime.levenberg.inner import InnerSteps
 
 
-@dataclass(frozen=True)
+@dataclass  # not frozen: its constructor would take three times as long
 class Outcome:
     """Result of a solve; the problem's accepted state is the best one found.
 

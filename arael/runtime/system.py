@@ -16,7 +16,7 @@ from arael.diagnostics.suggest import closest
 from arael.runtime.bounds import Bounded, bounded_of, bounds_of_scalars
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
-from arael.runtime.store.rearranged import all_set, spread_flags
+from arael.runtime.store.rearranged import all_set, numbered, spread_flags
 
 Floats = NDArray[np.float64]
 
@@ -225,30 +225,19 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     block, scalar = 0, 0
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
-        rows: Ints | slice = slice(None)
-        if all_set(moves):
-            count = len(moves)
-            number = np.arange(block, block + count, dtype=np.int64)
-            first = np.arange(
-                scalar, scalar + entity.tangent * count, entity.tangent, dtype=np.int64
-            )
-        else:
-            rows = np.flatnonzero(moves.any(axis=1))
-            count = len(rows)
-            number = np.full(len(moves), -1, dtype=np.int64)
-            first = np.full(len(moves), -1, dtype=np.int64)
-            number[rows] = block + np.arange(count)
-            first[rows] = scalar + entity.tangent * np.arange(count)
-            held.append(scalar + np.flatnonzero(~moves[rows].ravel()))
-        blocks.append(EntityBlocks(first, number, moves))
+        first, number, still, count = numbered(moves, block, scalar)
+        rows = slice(None) if count == len(moves) else np.flatnonzero(first >= 0)
+        one = EntityBlocks(first, number, moves)
+        one.__dict__["every"] = count == len(moves) > 0 and not len(still)  # as it is kept
+        blocks.append(one)
+        held.append(still)
         sizes.append(np.full(count, entity.tangent, dtype=np.int64))
-        for ends, found in zip(
-            (low, high), bounds_of_scalars(store, entity, rows, count, moves), strict=True
-        ):
-            ends.append(found)
+        lower, upper = bounds_of_scalars(store, entity, rows, count, moves)
+        low.append(lower)
+        high.append(upper)
         block += count
         scalar += entity.tangent * count
-    return System(
+    found = System(
         layout,
         store,
         tuple(blocks),
@@ -258,6 +247,8 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         _joined(high, np.float64),
         tuple(starts),
     )
+    found.__dict__["size"] = scalar  # as the cached property keeps it
+    return found
 
 
 def _joined(parts: list[NDArray[Any]], dtype: Any) -> NDArray[Any]:

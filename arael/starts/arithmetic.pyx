@@ -574,3 +574,67 @@ def assembled(pattern, block_of, places, from_rows, to_rows, blocks, own, right,
         for p in range(count):
             sound &= isfinite(v[p]) != 0
     return values, diagonal, rhs, bool(sound)
+
+
+def poses_of(solution, block_of, at):
+    """Solution by pose, with the values `at` of poses without a block.
+
+    Parameters
+    ----------
+    solution : (blocks d, k), F order
+    block_of : (n,) int64, block of each pose, or -1
+    at : (n, d, k)
+
+    Returns
+    -------
+    found : (n, d, k)
+    sound : bool, whether the solution is finite
+    """
+    cdef Py_ssize_t n = at.shape[0], d = at.shape[1], k = at.shape[2], p, r, s
+    cdef Py_ssize_t total = solution.shape[0]
+    cdef const double* x = reals(solution.T, total * k)
+    cdef const double* fixed = reals(at)
+    cdef const int64_t* block = ints(block_of, n)
+    found = np.empty((n, d, k))
+    cdef double* to = filled(found)
+    cdef bint sound = True
+    for p in range(total * k):
+        sound &= isfinite(x[p]) != 0
+    for p in range(n):
+        if (block[p] + 1) * d > total:
+            raise IndexError(f"block {block[p]} of {total // d}")
+        for r in range(d):
+            for s in range(k):
+                to[0] = fixed[(p * d + r) * k + s]
+                if block[p] >= 0:
+                    to[0] = x[s * total + block[p] * d + r]
+                to += 1
+    return found, bool(sound)
+
+
+def held_of(component, fixed, poses, weight):
+    """(n,) bool, poses with a fixed part, and the first of each component that nothing holds.
+
+    Parameters
+    ----------
+    component : (n,) int64, first pose of each pose's component
+    fixed : (n,) bool
+    poses, weight : (k,) int64 and f64, poses that are measured absolutely, and how well
+    """
+    cdef Py_ssize_t n = len(fixed), anchors = len(poses), p
+    cdef const int64_t* first = ints(component, n)
+    cdef const int64_t* pose = ints(poses)
+    cdef const double* weighs = reals(weight, anchors)
+    cdef const uint8_t* still = <const uint8_t*>address(fixed, np.bool_)
+    found, marks = np.empty(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(found, np.bool_)
+    cdef uint8_t* holds = <uint8_t*>writable(marks, np.bool_)
+    for p in range(n):
+        holds[first[p]] |= still[p]
+    for p in range(anchors):
+        if not 0 <= pose[p] < n:
+            raise IndexError(f"pose {pose[p]} of {n}")
+        holds[first[pose[p]]] |= weighs[p] > 0
+    for p in range(n):
+        to[p] = still[p] or (first[p] == p and not holds[p])
+    return found

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from arael.starts.arithmetic import (
     add_rows,
+    held_of,
     position_blocks,
     projected,
     rotation_blocks,
@@ -53,10 +54,7 @@ def chordal_poses(graph: PoseGraph, coupling: Coupling | None = None) -> Poses:
 
 def _held(graph: PoseGraph, fixed: Bools, weight: Array) -> Bools:
     """Poses with a fixed part, and the first of each component without fixed or anchored ones."""
-    holding = np.concatenate((np.flatnonzero(fixed), graph.anchors.pose[weight > 0]))
-    held = fixed.copy()
-    held[graph.without(holding)] = True
-    return held
+    return held_of(graph.component, fixed, graph.anchors.pose, weight)
 
 
 def _rotations(graph: PoseGraph, relaxation: Relaxation) -> Array:
@@ -88,9 +86,9 @@ def _chordal_weight(information: Array, d: int) -> Array:
         planar: Array = information * np.eye(2)
         return planar
     found, below = spatial_weights(np.ascontiguousarray(information), _LEAST)
-    # What has overflowed has no eigenvalues; the linear system is refused with it.
-    below &= np.isfinite(found).all(axis=(1, 2))
     if below.any():
+        # What has overflowed has no eigenvalues; the linear system is refused with it.
+        below &= np.isfinite(found).all(axis=(1, 2))
         trace = np.trace(information[below], axis1=1, axis2=2)
         values, vectors = np.linalg.eigh(found[below])
         values = np.maximum(values, _LEAST * trace[:, None])

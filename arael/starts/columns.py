@@ -110,6 +110,7 @@ def _anchors(store: Store, name: str) -> Anchors:
     table = store.tables.get("anchors")
     if (
         table is None
+        or not table.size
         or not _has(table, {"t": position, name: rotation}, "data")
         or not _leads_to_poses(table, "pose")
     ):

@@ -76,7 +76,8 @@ class Anchors:
     def none(cls, dimension: int) -> Anchors:
         """Return an empty set of absolute measurements."""
         empty = np.empty(0)
-        return cls(np.empty(0, np.int64), Poses.identity(0, dimension), empty, empty)
+        poses = Poses(np.empty((0, dimension, dimension)), np.empty((0, dimension)))
+        return cls(np.empty(0, np.int64), poses, empty, empty)
 
 
 @dataclass(frozen=True)

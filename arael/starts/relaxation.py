@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.starts.arithmetic import assembled, places_of
+from arael.starts.arithmetic import assembled, places_of, poses_of
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,6 +73,12 @@ class Relaxation:
         sizes = np.full(nb, d, np.int64)
         starts = np.arange(0, d * d * len(pattern.rows), d * d)
         self._pattern = BlockPattern(sizes, pattern.column_start, pattern.rows, starts)
+        # As the cached properties keep them.
+        self._pattern.__dict__.update(
+            offsets=np.arange(0, d * nb + 1, d),
+            size=d * nb,
+            value_count=d * d * len(pattern.rows),
+        )
         self._block_of = block_of
         self._places = places_of(self._pattern, block_of, self.a, self.b)
 
@@ -108,12 +114,9 @@ class Relaxation:
         )
         if not sound or self._solver.factorise(values, diagonal):
             raise SingularError
-        solution = np.asarray(self._solver.solved(rhs.T), np.float64)
-        if not np.isfinite(solution).all():
+        found, sound = poses_of(self._solver.solved(rhs.T), self._block_of, at)
+        if not sound:
             raise SingularError
-        found: Array = at.copy()
-        inside = self._block_of >= 0
-        found[inside] = solution.reshape(-1, self.d, right.shape[2])[self._block_of[inside]]
         return found
 
 

@@ -103,3 +103,28 @@ def test_edges_that_the_pattern_lacks_are_refused() -> None:
     assert arithmetic.places_of(pattern, np.array([0, 1, -1]), np.array([1]), np.array([2])) == [-1]
     with pytest.raises(LookupError):
         arithmetic.places_of(pattern, np.arange(3), np.array([1]), np.array([2]))
+
+
+def test_held_poses_are_fixed_ones_and_the_first_of_what_nothing_holds() -> None:
+    component = np.array([0, 0, 2, 2, 4, 4, 6])
+    fixed = np.array([False, True, False, False, False, False, False])
+    poses, weight = np.array([3, 5]), np.array([2.0, 0.0])
+    found = arithmetic.held_of(component, fixed, poses, weight)
+    # Of the first component its second pose, of the second none, for it is anchored; an anchor
+    # without weight holds nothing.
+    assert found.tolist() == [False, True, False, False, True, False, True]
+    with pytest.raises(IndexError, match="pose 7 of 7"):
+        arithmetic.held_of(component, fixed, np.array([7]), np.array([1.0]))
+
+
+def test_poses_of_a_solution_keep_the_values_of_poses_without_a_block() -> None:
+    rng = np.random.default_rng(5)
+    at = rng.normal(size=(4, 3, 2))
+    solution = np.asfortranarray(rng.normal(size=(9, 2)))
+    block_of = np.array([2, -1, 0, 1])
+    found, sound = arithmetic.poses_of(solution, block_of, at)
+    assert sound
+    np.testing.assert_array_equal(found[1], at[1])
+    np.testing.assert_array_equal(found[[2, 3, 0]], solution.reshape(3, 3, 2))
+    solution[4, 1] = np.nan
+    assert not arithmetic.poses_of(solution, block_of, at)[1]

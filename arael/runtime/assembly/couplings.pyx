@@ -16,8 +16,8 @@ from arael.runtime.address cimport address, writable
 cdef Py_ssize_t SPREAD = 8
 
 
-cdef const int64_t* ints(array) except? NULL:
-    return <const int64_t*>address(array, np.int64)
+cdef const int64_t* ints(array, Py_ssize_t least=0) except? NULL:
+    return <const int64_t*>address(array, np.int64, least)
 
 
 def used_rows(list ways, list blocks, Py_ssize_t n, Py_ssize_t nowhere):
@@ -108,6 +108,32 @@ def leads_behind(block, Py_ssize_t lead):
     return found
 
 
+def has_blocks(pattern, keys):
+    """Whether a pattern has the blocks of all keys, and no others but those on the diagonal.
+
+    Parameters
+    ----------
+    keys : (m,) int64, as `pattern_arrays` takes them
+    """
+    cdef Py_ssize_t nb = len(pattern.sizes), m = len(keys), column, k = 0, at
+    cdef const int64_t* key = ints(keys)
+    cdef const int64_t* start = ints(pattern.column_start, nb + 1)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef int64_t last
+    for column in range(nb):
+        at, last = start[column], column
+        while k < m and key[k] < (column + 1) * nb:
+            if key[k] - column * nb != last:
+                at += 1
+                if at == start[column + 1] or rows[at] != key[k] - column * nb:
+                    return False
+                last = rows[at]
+            k += 1
+        if at + 1 != start[column + 1]:
+            return False
+    return k == m
+
+
 def pattern_arrays(sizes, keys, bint by_rows):
     """Columns, rows and places of the blocks of a pattern.
 
@@ -120,7 +146,7 @@ def pattern_arrays(sizes, keys, bint by_rows):
 
     Returns
     -------
-    column_start, rows, value_start : as `BlockPattern` has them
+    column_start, rows, value_start, offsets : as `BlockPattern` has them
     value_count : scalars of all blocks
     """
     cdef Py_ssize_t nb = len(sizes), m = len(keys), column, k = 0, count = 0
@@ -163,7 +189,12 @@ def pattern_arrays(sizes, keys, bint by_rows):
                 place[k] = end
                 end += size[column] * size[to[k]]
         begin[nb] = end
-    return column_start, rows, value_start, int(begin[nb])
+    offsets = np.empty(nb + 1, dtype=np.int64)
+    cdef int64_t* offset = <int64_t*>writable(offsets, np.int64)
+    offset[0] = 0
+    for column in range(nb):
+        offset[column + 1] = offset[column] + size[column]
+    return column_start, rows, value_start, offsets, int(begin[nb])
 
 
 def diagonal_of(pattern):

@@ -35,6 +35,8 @@ class BlockPattern:
         Offset of each block's first scalar in the array of values.
     name_of : callable
         Name of scalar ``i`` in the model (``poses[3].ea.z``), for messages.
+    by_rows : bool
+        Whether the values lie by block rows, not by columns.
     """
 
     sizes: Ints
@@ -44,6 +46,7 @@ class BlockPattern:
     name_of: Callable[[int], str] = field(default=lambda i: f"x[{i}]", compare=False)
     # Symbolic factors by ordering, as far as they were computed; see `analysis.analyse`.
     known: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    by_rows: bool = field(default=False, compare=False, repr=False)
 
     @property
     def block_count(self) -> int:
@@ -106,11 +109,13 @@ class BlockPattern:
     ) -> BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
-        start, rows, places, count = pattern_arrays(sizes, np.sort(keys), by_rows)
-        found = cls(sizes, start, rows, places)
-        if name_of is not None:
-            found = cls(sizes, start, rows, places, name_of)
-        found.__dict__["value_count"] = count  # as the cached property keeps it
+        keys = keys.copy()
+        keys.sort()
+        start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
+        names = {} if name_of is None else {"name_of": name_of}
+        found = cls(sizes, start, rows, places, by_rows=by_rows, **names)
+        # As the cached properties keep them.
+        found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))
         return found
 
     def find(self, rows: Ints, columns: Ints) -> Ints:

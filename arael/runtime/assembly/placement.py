@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import add_keys, leads_behind, placed_pairs, used_rows
+from arael.runtime.assembly.couplings import (
+    add_keys,
+    has_blocks,
+    leads_behind,
+    placed_pairs,
+    used_rows,
+)
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.layout import Group, pair_count, uncoupled_pairs
 from arael.runtime.store.access import Ints
@@ -53,6 +59,7 @@ def pattern_and_placements(
     slot_rows: Sequence[list[Ints]],
     active: Sequence[Ints],
     system: System,
+    known: BlockPattern | None = None,
 ) -> tuple[BlockPattern, list[Placement]]:
     """Blocks that are coupled, and where each group's contributions go in them.
 
@@ -61,6 +68,7 @@ def pattern_and_placements(
     coupled : per group, which pairs of its uses some residual reads together
     slot_rows : per group, the rows of each slot
     active : per group, its active rows
+    known : a pattern of the same system, which is returned if it has these blocks
     """
     used = []
     extent = behind = 0
@@ -75,8 +83,14 @@ def pattern_and_placements(
     nb, count = len(system.sizes), 0
     for (_, _, block), chosen in zip(used, coupled, strict=True):
         count = add_keys(block, chosen, nb, keys, count)
+    keys = keys[:count]
+    keys.sort()
     # Values lie by rows if most leads stand behind what they are coupled with.
-    pattern = BlockPattern.from_keys(system.sizes, keys[:count], system.name_of, by_rows=behind > 0)
+    by_rows = behind > 0
+    if known is not None and known.by_rows == by_rows and has_blocks(known, keys):
+        pattern = known
+    else:
+        pattern = BlockPattern.from_keys(system.sizes, keys, system.name_of, by_rows=by_rows)
     nowhere = pattern.value_count
     return pattern, [
         Placement(rows, gradient_at, *placed_pairs(block, chosen, pattern, nowhere))

@@ -90,7 +90,11 @@ class ScatterPlan:
 
 
 def scatter_plan(
-    layout: Layout, slot_rows: Sequence[list[Ints]], active: Sequence[Ints], system: System
+    layout: Layout,
+    slot_rows: Sequence[list[Ints]],
+    active: Sequence[Ints],
+    system: System,
+    known: ScatterPlan | None = None,
 ) -> ScatterPlan:
     """Compute the plan of the active instances of a model.
 
@@ -99,15 +103,17 @@ def scatter_plan(
     slot_rows : per group, the row of each slot of its active instances
     active : per group, its active rows, ascending
     system : the order of blocks and scalars
+    known : an earlier plan for the same system; its pattern is kept if it has the same blocks
     """
+    before = None if known is None else known.pattern
     pattern, placements = pattern_and_placements(
-        layout.groups, layout.coupled, slot_rows, active, system
+        layout.groups, layout.coupled, slot_rows, active, system, before
     )
     read_only(*active, pattern.sizes, pattern.column_start, pattern.rows, pattern.value_start)
     for p in placements:
         read_only(p.rows, p.gradient_at, p.block_at, p.turn)
     trash = max((entity.tangent for entity in layout.entities), default=1)
-    return ScatterPlan(
+    found = ScatterPlan(
         tuple(layout.groups),
         tuple(layout.entities),
         tuple(active),
@@ -115,6 +121,9 @@ def scatter_plan(
         tuple(placements),
         trash,
     )
+    if known is not None and known.pattern is pattern and "diagonal_at" in known.__dict__:
+        found.__dict__["diagonal_at"] = known.diagonal_at  # as the cached property keeps it
+    return found
 
 
 __all__ = ["Execution", "ScatterPlan", "Shares", "scatter_plan"]

@@ -61,8 +61,6 @@ _SHORT = 4
 _ROOM = 0.25
 _WIDE_ROOM = 0.05
 
-_UNKNOWN: NDArray[np.uint8] = np.zeros(0, dtype=np.uint8)
-
 # Values that fit into the first-level cache, or nearly: finding first writers takes longer than
 # zeroing them in thousands of linearisations.
 _CACHED = 8192
@@ -184,30 +182,24 @@ def plan_shares(
         found = copies_of(by_order, widths, bounds, free, pattern, trash, limit)
         if found is None:
             count //= 2
+    # Row, gradient_at, block_at and turn of each group.
     placed = [
-        LaneTargets(
-            in_lanes(arrays[0], width, order),
-            in_lanes(arrays[1], width, order),
-            in_lanes(arrays[2], width, order),
-            in_lanes(arrays[3], width, order),
-            _UNKNOWN,
-            _UNKNOWN,
-        )
+        [in_lanes(array, width, order) for array in arrays]
         for arrays, width, order in zip(found.placed, widths, still, strict=True)
     ]
     runs_of = [
-        shared_rows(lanes.row, group.lead, len(p.rows))
+        shared_rows(lanes[0], group.lead, len(p.rows))
         for lanes, group, p in zip(placed, groups, placements, strict=True)
     ]
     if count == 1 and found.value_extent <= _CACHED:
         # All values are zeroed and every contribution is added.
-        first = [np.zeros(lanes.block_at.shape[:2], dtype=np.uint8) for lanes in placed]
+        first = [np.zeros(lanes[2].shape[:2], dtype=np.uint8) for lanes in placed]
         cleared, ends = np.array([[0, found.value_extent]], dtype=np.int64), np.array([0, 1])
     else:
         firsts = plan_firsts(
             groups,
             entities,
-            [list(lanes[2:4]) for lanes in placed],
+            [lanes[2:4] for lanes in placed],
             [len(p.rows) for p in placements],
             # Places belong to one share each, where groups take turns; what is left whole comes
             # last, and takes its turn with the others if nothing is split.
@@ -223,7 +215,7 @@ def plan_shares(
         bounds,
         orders,
         tuple(
-            lanes._replace(run=run, first=one)
+            LaneTargets(*lanes, run, one)
             for lanes, run, one in zip(placed, runs_of, first, strict=True)
         ),
         found.gradient_extent,

@@ -103,7 +103,8 @@ def structure_of(
     active = [active_rows(store, group, natives) for group in layout.groups]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
-    system = _same_system(store, free, known) or build_system(store, free)
+    same = _same_system(store, free, known)
+    system = same or build_system(store, free)
     return Structure(
         store.structure_version,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
@@ -111,7 +112,9 @@ def structure_of(
         frozen,
         tuple(slot_rows),
         system,
-        scatter_plan(layout, slot_rows, active, system),
+        scatter_plan(
+            layout, slot_rows, active, system, known.plan if known is not None and same else None
+        ),
         layout.coupled,
     )
 

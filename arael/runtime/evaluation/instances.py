@@ -72,6 +72,15 @@ def gather_instances(
     if not n:
         return Instances(rows, np.zeros((n, group.data_count), dtype=dtype), uniform)
     # By columns, as they are computed: the lanes take them in that order.
+    if n <= _AT_ONCE and dtype == np.float64 and not group.prepare.natives:
+        # Nothing to convert or to join, and no function of the caller that NumPy might warn of.
+        inputs = gather_all(store, group.slots, slot_rows, group.raw_columns)
+        found, _ = columns_of(group.prepare, inputs, dtype, natives)
+        if group.uniform_count:
+            uniform[:] = found[group.data_count :, 0]
+        if found.shape[1] == n:
+            return Instances(rows, found[: group.data_count].T, uniform)
+        return Instances(rows, np.repeat(found[: group.data_count], n, axis=1).T, uniform)
     data = np.empty((group.data_count, n), dtype=dtype)
     with np.errstate(over="ignore", invalid="ignore"):
         for begin in range(0, n, _AT_ONCE):
@@ -79,10 +88,7 @@ def gather_instances(
             part = slot_rows if n <= _AT_ONCE else [one[begin:end] for one in slot_rows]
             inputs = gather_all(store, group.slots, part, group.raw_columns)
             found, _ = columns_of(group.prepare, inputs, np.float64, natives)
-            if n == found.shape[1] and dtype == np.float64:  # nothing to convert, nor to join
-                data = found[: group.data_count]
-            else:
-                data[:, begin:end] = found[: group.data_count]
+            data[:, begin:end] = found[: group.data_count]
             uniform[:] = found[group.data_count :, 0]
     return Instances(rows, data.T, uniform)
 

@@ -91,9 +91,9 @@ cdef class Supervised:
 
     def _record(self):
         """The present attempt as one structured scalar."""
-        record = np.zeros((), dtype=RECORD)
+        record = np.empty(1, dtype=RECORD)
         (<Record*>writable(record, RECORD))[0] = self._now
-        return record[()]
+        return record[0]
 
     cdef void _keep_record(self) noexcept nogil:
         if not self._history.keep(&self._now):

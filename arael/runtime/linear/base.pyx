@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from arael.runtime.address cimport address, writable
 from arael.runtime.parallel.kept cimport Kept
 
 
@@ -68,10 +69,11 @@ cdef class LinearSolver:
             Damped diagonal that replaces the one in `values`.
         """
         v, d = self._system(values, diagonal)
-        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data
+        cdef const void* pv = address(v, v.dtype)
+        cdef const void* pd = address(d, d.dtype)
         cdef Py_ssize_t status
         with nogil:
-            status = self.factor(<const void*>pv, <const void*>pd)
+            status = self.factor(pv, pd)
         self.raised.again()
         return status
 
@@ -94,12 +96,14 @@ cdef class LinearSolver:
         x = np.array(b, dtype=self.dtype, ndmin=1)
         if x.shape != (self.n,):
             raise ValueError(f"expected a right-hand side of {self.n} rows, found shape {x.shape}")
-        cdef size_t pv = v.ctypes.data, pd = d.ctypes.data, px = x.ctypes.data
+        cdef const void* pv = address(v, v.dtype)
+        cdef const void* pd = address(d, d.dtype)
+        cdef void* px = writable(x, x.dtype)
         cdef Py_ssize_t status
         with nogil:
-            status = self.factor_with(<const void*>pv, <const void*>pd, <const void*>px)
+            status = self.factor_with(pv, pd, px)
             if status == 0:
-                self.finish(<void*>px)
+                self.finish(px)
         self.raised.again()
         return status, x if status == 0 else None
 
@@ -115,7 +119,8 @@ cdef class LinearSolver:
 
     def solved(self, b):
         """Solution of the factorised system for the right-hand side `b`, shape (n,) or (n, k)."""
-        cdef size_t p
+        cdef char* p
+        cdef Py_ssize_t _
         rhs = np.array(b, dtype=self.dtype, order="F", ndmin=1)
         if rhs.shape[0] != self.n or rhs.ndim > 2:
             raise ValueError(
@@ -123,12 +128,11 @@ cdef class LinearSolver:
             )
         if not rhs.size:
             return rhs
-        columns = rhs.reshape(self.n, -1, order="F")
-        for k in range(columns.shape[1]):
-            column = np.ascontiguousarray(columns[:, k])
-            p = column.ctypes.data
+        # Columns lie one after another: each is solved in its place.
+        p = <char*>writable(rhs.T, rhs.dtype)
+        for _ in range(rhs.size // self.n):
             with nogil:
-                self.solve(<void*>p)
+                self.solve(p)
             self.raised.again()
-            columns[:, k] = column
-        return columns.reshape(rhs.shape, order="F")
+            p += self.n * rhs.itemsize
+        return rhs

@@ -12,7 +12,7 @@ from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import bounds
 from arael.runtime.store.buffers import Buffers
-from arael.runtime.store.fingerprint import fingerprint
+from arael.runtime.store.fingerprint import fingerprint, fingerprint_of_flags
 from arael.runtime.store.messages import Origin, error, unknown_field
 from arael.runtime.store.rearranged import rows_where
 from arael.runtime.store.schema import Group, Leaf, fields_of
@@ -236,7 +236,7 @@ class Columns:
             held += self._fixed_components
             names = [*names, *(name for name in held if name in self.buffers)]
         view = self.buffers.view
-        return tuple([fingerprint(view(name)) for name in names])  # faster than a generator
+        return fingerprint_of_flags([view(name) for name in names])
 
     def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""

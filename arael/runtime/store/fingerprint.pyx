@@ -3,10 +3,9 @@
 
 import numpy as np
 
+from cpython.buffer cimport PyBUF_SIMPLE, PyBuffer_Release, PyObject_GetBuffer
 from libc.stdint cimport uint64_t
 from libc.string cimport memcpy, memset
-
-from arael.runtime.address cimport address
 
 # Odd, with about as many ones as zeros: the golden ratio as a fraction of 2^64.
 cdef uint64_t FACTOR = <uint64_t>0x9E3779B97F4A7C15
@@ -18,28 +17,52 @@ cdef inline uint64_t mixed(uint64_t state, uint64_t word) noexcept nogil:
     return state ^ (state >> 32)
 
 
+cdef void mix(uint64_t* sums, const unsigned char* data, Py_ssize_t size) noexcept nogil:
+    """Take the bytes of an array into four sums."""
+    cdef uint64_t words[4]
+    cdef Py_ssize_t at
+    for at in range(0, size - 31, 32):
+        memcpy(words, data + at, 32)
+        sums[0], sums[1] = mixed(sums[0], words[0]), mixed(sums[1], words[1])
+        sums[2], sums[3] = mixed(sums[2], words[2]), mixed(sums[3], words[3])
+    at = size - size % 32
+    memset(words, 0, 32)
+    memcpy(words, data + at, size - at)
+    sums[0], sums[1] = mixed(sums[0], words[0]), mixed(sums[1], words[1])
+    sums[2], sums[3] = mixed(sums[2], words[2]), mixed(sums[3], words[3])
+
+
 def fingerprint(array):
     """Four numbers that differ when shape, type or content of the array do.
 
     256 bits, not made against an adversary: they tell whether data that a program may have written
     through a view has changed since a solve.
     """
-    cdef const unsigned char* data
-    cdef uint64_t a = 1, b = 2, c = 3, d = 4
-    cdef uint64_t words[4]
-    cdef Py_ssize_t size, at
+    cdef uint64_t[4] sums = [1, 2, 3, 4]
+    cdef Py_buffer view
     if not array.flags.c_contiguous:
         array = np.ascontiguousarray(array)
-    data = <const unsigned char*>address(array, array.dtype)
-    size = array.nbytes
+    PyObject_GetBuffer(array, &view, PyBUF_SIMPLE)
     with nogil:
-        for at in range(0, size - 31, 32):
-            memcpy(words, data + at, 32)
-            a, b = mixed(a, words[0]), mixed(b, words[1])
-            c, d = mixed(c, words[2]), mixed(d, words[3])
-        at = size - size % 32
-        memset(words, 0, 32)
-        memcpy(words, data + at, size - at)
-        a, b = mixed(a, words[0]), mixed(b, words[1])
-        c, d = mixed(c, words[2]), mixed(d, words[3])
-    return a, b, c, d, array.shape, array.dtype.char
+        mix(sums, <const unsigned char*>view.buf, view.len)
+    PyBuffer_Release(&view)
+    return sums[0], sums[1], sums[2], sums[3], array.shape, array.dtype.char
+
+
+def fingerprint_of_flags(list arrays):
+    """Four numbers that differ when the length or the content of some contiguous array does.
+
+    Parameters
+    ----------
+    arrays : bool arrays, C order, the same ones in the same order each time
+    """
+    cdef uint64_t[4] sums = [1, 2, 3, 4]
+    cdef Py_buffer view
+    cdef Py_ssize_t size
+    for array in arrays:
+        PyObject_GetBuffer(array, &view, PyBUF_SIMPLE)
+        size = view.len
+        mix(sums, <const unsigned char*>&size, sizeof(size))
+        mix(sums, <const unsigned char*>view.buf, size)
+        PyBuffer_Release(&view)
+    return sums[0], sums[1], sums[2], sums[3]

@@ -34,7 +34,7 @@ def aligned_empty(tuple shape, dtype):
         size *= <Py_ssize_t>length
     raw = np.empty(size + LINE, dtype=np.uint8)
     skip = -<uintptr_t>address(raw, np.uint8) % LINE
-    return raw[skip : skip + size].view(dtype).reshape(shape)
+    return np.ndarray(shape, dtype, raw, skip)  # one call for a slice, a view and a shape
 
 
 cdef void take(
@@ -261,3 +261,46 @@ def all_set(flags):
         if not flag[k]:
             return False
     return n > 0
+
+
+def numbered(flags, Py_ssize_t block, Py_ssize_t scalar):
+    """Number the rows of which a scalar moves, and their scalars.
+
+    Parameters
+    ----------
+    flags : (n, width) bool, scalars that move
+    block, scalar : numbers of the first row and of its first scalar
+
+    Returns
+    -------
+    first : (n,) int64, first scalar of each row; -1 of a row in which nothing moves
+    number : (n,) int64, its number, or -1
+    held : int64, scalars of these rows that do not move, ascending
+    count : rows in which something moves
+    """
+    cdef Py_ssize_t n = flags.shape[0], width = flags.shape[1], k, c, moving, begin = block
+    cdef Py_ssize_t kept = 0
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    firsts, numbers = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    cdef int64_t* first = <int64_t*>writable(firsts, np.int64)
+    cdef int64_t* number = <int64_t*>writable(numbers, np.int64)
+    for k in range(n):
+        moving = 0
+        for c in range(width):
+            moving += flag[k * width + c]
+        first[k] = number[k] = -1
+        if moving:
+            first[k], number[k] = scalar, block
+            scalar += width
+            block += 1
+            kept += width - moving
+    held = np.empty(kept, dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(held, np.int64)
+    for k in range(n):
+        if not kept:
+            break
+        for c in range(width if first[k] >= 0 else 0):
+            if not flag[k * width + c]:
+                to[0] = first[k] + c
+                to += 1
+    return firsts, numbers, held, block - begin

@@ -65,3 +65,24 @@ def test_data_gathered_in_parts_is_that_gathered_at_once(
     assert whole.data.shape[0] == 23 and whole.data.dtype == parts.data.dtype
     np.testing.assert_array_equal(parts.data, whole.data)
     np.testing.assert_array_equal(parts.uniform, whole.uniform)
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_data_of_the_root_alone_is_that_of_every_instance(precision: str) -> None:
+    text = """
+        struct Sample {
+            param x: real = 1
+            constraint fit { (x - root.k * root.k) * exp(root.k) / root.s }
+        }
+        root Data {
+            k: real = 2
+            s: real = 4
+            samples: list of Sample
+        }
+        """
+    model = arael.loads(text, interpret=True, precision=precision)()  # type: ignore[arg-type]
+    model.samples.extend(3)
+    expected = 3 * ((1 - 4) * np.exp(2) / 4) ** 2
+    assert model.cost() == pytest.approx(expected, rel=1e-6)
+    model.k = 1.0
+    assert model.cost() == pytest.approx(0, abs=1e-6)

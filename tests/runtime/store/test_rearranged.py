@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import aligned_empty, followed, spread_rows, taken
+from arael.runtime.store.rearranged import aligned_empty, followed, numbered, spread_rows, taken
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.bool_])
@@ -66,3 +66,18 @@ def test_rows_are_followed_and_what_is_absent_stays_absent() -> None:
     np.testing.assert_array_equal(followed(targets[:0], np.array([-1, -1])), [-1, -1])
     with pytest.raises(IndexError, match="row 3 of 3"):
         followed(targets, np.array([3]))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize("shape", [(0, 3), (1, 1), (17, 3), (5, 0)])
+def test_rows_in_which_something_moves_are_numbered(share: float, shape: tuple[int, int]) -> None:
+    flags = np.random.default_rng(3).random(shape) < share
+    first, number, held, count = numbered(flags, 4, 30)
+    rows = np.flatnonzero(flags.any(axis=1))
+    assert count == len(rows)
+    expected = np.full(len(flags), -1)
+    expected[rows] = 4 + np.arange(count)
+    np.testing.assert_array_equal(number, expected)
+    expected[rows] = 30 + shape[1] * np.arange(count)
+    np.testing.assert_array_equal(first, expected)
+    np.testing.assert_array_equal(held, 30 + np.flatnonzero(~flags[rows].ravel()))
