@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { Annotations } from "../../arael/sketch/page/draw/annotations.js";
 import { Batches } from "../../arael/sketch/page/draw/batches.js";
 import { traceLettering } from "../../arael/sketch/page/draw/lettering.js";
 import { boundsOfAll } from "../../arael/sketch/page/geometry/boxes.js";
@@ -81,6 +82,17 @@ test("a text that is too small to be read is a line, one outside is not drawn", 
   view.scale = 10;
   view.pan(5000, 0);
   assert.deepEqual(traced(view), []);
+});
+
+test("dimensions and badges keep off the lettering, at any zoom", () => {
+  const view = viewed();
+  const ctx = { font: "", measureText: () => ({ width: 20 }) };
+  for (const scale of [10, 1e6]) {
+    view.scale = scale;
+    const annotations = new Annotations(stored([text()]), view);
+    annotations.layout(ctx);
+    assert.equal(annotations.places.isFree(...view.toScreen([3, 2]), 4, 4), scale !== 10);
+  }
 });
 
 test("a text is one word of a command", () => {

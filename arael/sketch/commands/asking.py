@@ -114,7 +114,8 @@ def _facts(session: Session, record: Record) -> dict[str, object]:
         facts = {
             name: property_of(session.document, record, name) for name in property_names(record)
         }
-        return {"name": record.name, "kind": record.kind, **facts}
+        text = {"text": record.text} if record.text else {}
+        return {"name": record.name, "kind": record.kind, **text, **facts}
     return {"name": record.name, "text": record_line(session, record)}
 
 

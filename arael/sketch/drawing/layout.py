@@ -121,12 +121,15 @@ def _take_letters(
         a, b, d = view(box[0]), view(box[1]), view(box[3])
         height = hypot(d[0] - a[0], d[1] - a[1])
         length = hypot(b[0] - a[0], b[1] - a[1])
+        if height > view.height:
+            continue
         count = min(int(length / max(height, 1.0)) + 1, 200)
         for i in range(count):
             f = (i + 0.5) / count
             x = 0.5 * (a[0] + d[0]) + f * (b[0] - a[0])
             y = 0.5 * (a[1] + d[1]) + f * (b[1] - a[1])
-            places.take(x, y, 0.5 * height, 0.5 * height)
+            if 0.0 < x < view.width and 0.0 < y < view.height:
+                places.take(x, y, 0.5 * height, 0.5 * height)
 
 
 def title_of(document: Document) -> str:

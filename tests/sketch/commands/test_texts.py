@@ -64,6 +64,7 @@ def test_the_frame_takes_constraints_and_dimensions_and_the_text_follows() -> No
     assert s.editor.judge.freedoms().total == 0
     (reply,) = s.run("info t")
     assert f'text "abc", height {40 / width_of("abc"):.6g}' in reply.text
+    assert reply.data["text"] == "abc"
 
 
 def test_dragging_an_end_scales_and_turns_the_text() -> None:

@@ -35,6 +35,7 @@ from arael.sketch.drawing.symbols import SYMBOLS
 from arael.sketch.drawing.texts import dimension_text, number_text
 from arael.sketch.drawing.view import bounds_of_document
 from arael.sketch.geometry import Bezier, Circle, EllipticArc
+from arael.sketch.text import height_of
 from tests.optional import needs
 from tests.sketch.exchange.sketches import plate
 
@@ -114,6 +115,24 @@ def test_texts_are_inside_the_picture_and_keep_their_base_line_unless_quiet() ->
         for _, numbers in item.segments:
             assert all(0 <= x <= 300 for x in numbers[::2])
             assert all(0 <= y <= 200 for y in numbers[1::2])
+
+
+def test_badges_and_dimensions_keep_off_texts_at_any_scale() -> None:
+    document = title()
+    with document.transaction("more"):
+        for name in ("L1", "L2"):
+            document.put("constraints", Constraint(f"C{name}H", "horizontal", (name,)))
+        value = Amount("60", 60.0)
+        document.put("dimensions", Dimension("d0", "length", ("L1",), value))
+    drawn = layout(document, width=800, height=600)
+    _, badges = boxes(drawn)
+    view = fitted(bounds_of_document(document), 800, 600, 64.0)
+    (x1, y1), (x2, y2) = view((0.0, 0.0)), view((60.0, height_of("Ø8 ±0.1 Rg→", 60.0)))
+    assert len(badges) == 2
+    for x, y, w, h in badges:
+        assert x + w < x1 or x - w > x2 or y - h > y1 or y + h < y2
+    # far inside of a letter nothing takes long
+    assert layout(document, view=View(1e7, 0.0, 0.0, 800, 600)).items
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,9 @@
 /** Dimensions and glyphs of the visible part: laid out together, so that none overlaps another. */
 
 import { boundsOfAll } from "../geometry/boxes.js";
-import { curveOf, roughLength, sample } from "../geometry/curves.js";
+import { curveOf, lineEnds, roughLength, sample } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
+import { boxOfText } from "../geometry/lettering.js";
 import { layoutDimension, measured } from "./dimensions.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { ARROW } from "./lines.js";
@@ -185,6 +186,20 @@ export class Annotations {
         const [x, y] = view.toScreen(p);
         if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, 3, 3);
       }
+      if (entity.text && curve.type === "line") this._takeText(boxOfText(entity.text, ...lineEnds(curve)));
+    }
+  }
+
+  /** Mark the box of a text: squares along its middle. @param {import("../types.js").Point[]} box */
+  _takeText(box) {
+    const { view, places } = this;
+    const [a, b, , d] = box.map((p) => view.toScreen(p));
+    const half = Math.hypot(d[0] - a[0], d[1] - a[1]) / 2;
+    if (!half || 2 * half > view.height) return;
+    const count = Math.min(Math.ceil(Math.hypot(b[0] - a[0], b[1] - a[1]) / half / 2), 200);
+    for (let i = 0; i < count; i++) {
+      const [x, y] = [0, 1].map((k) => (a[k] + d[k]) / 2 + ((i + 0.5) / count) * (b[k] - a[k]));
+      if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, half, half);
     }
   }
 
