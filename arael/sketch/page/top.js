@@ -50,7 +50,9 @@ export function mountTop(app, element) {
     freedoms.dataset.state = state;
     freedoms.hidden = store.entities.size === 0;
     freedoms.title = title;
-    fill(freedoms, icon(sign), h("span", {}, text));
+    const [count, word = ""] = text.split(/ (.*)/);
+    freedoms.setAttribute("aria-label", text);
+    fill(freedoms, icon(sign), h("span", {}, count, word ? h("span", { class: "word" }, ` ${word}`) : null));
   });
   store.addEventListener("history", steps);
   store.addEventListener("verdict", judged);

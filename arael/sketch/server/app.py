@@ -177,6 +177,8 @@ class Server:
         if self.worker.began == began:
             asyncio.get_running_loop().call_later(0.05, self._report_idle, began)
             return
+        if self.worker.began:  # what waited behind it runs now
+            asyncio.get_running_loop().call_later(BUSY_AFTER, self._report_busy)
         self.worker.reported = False
         self._send_all({"type": "idle"})
 

@@ -234,12 +234,12 @@ class SharedSketch:
         session = self.session
         state = actor.state
         view, selection = state.view.version, list(state.selection)
-        self._break = False
         ran: list[Reply] = []
         left_out: list[str] = []
         failed: AraelError | None = None
         with self.acting(actor):
             try:
+                self._check_break()
                 self._run(text, extras, step, ran, left_out)
             except AraelError as error:
                 failed = error
@@ -324,9 +324,13 @@ class SharedSketch:
             raise broken_off()
 
     def interrupt(self) -> None:
-        """Break off what runs; by any thread."""
+        """Break off what runs, and commands until `resume`; by any thread."""
         self._break = True
         self.session.editor.solver.interrupt()
+
+    def resume(self) -> None:
+        """Commands run again."""
+        self._break = False
 
     def _follow(self, by: str, state: State, view: int, selection: list[str]) -> None:
         """Send the view and selection that commands set to the window that ran them."""
@@ -423,7 +427,6 @@ class SharedSketch:
         """The pointer of a window takes hold of something."""
         self._finish_drag()
         window.sequence = 0
-        self._break = False
         self._drag = OpenDrag(self.session.editor, window, handles, at)
 
     def _drag_to(self, window: Window, place: DragTo) -> None:

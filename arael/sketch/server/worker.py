@@ -66,6 +66,7 @@ class Worker:
             return
         if message["type"] == "break":
             self.shared.interrupt()
+            self._put(self.shared.resume)  # what waits until then is broken off as well
             return
         self._put(lambda: self.shared.receive(window, message))
 
@@ -104,7 +105,9 @@ class Worker:
                 if job is None and self._ended:
                     break
             if job is None:
+                self.began = time.monotonic()
                 wait = self._safely(self.shared.idle)
+                self.began = 0.0
                 continue
             self.began = time.monotonic()
             self._safely(job)

@@ -35,6 +35,15 @@ def test_nothing_is_wider_than_the_page(page: Any) -> None:
         assert wide == [], panel
 
 
+def test_the_verdict_fits_beside_the_menus(page: Any) -> None:
+    run(page, RECTANGLE, *(f"length L{k} {40 - 20 * (k % 2)} force" for k in range(4)))
+    wait(page, "document.querySelector('.freedoms-button').ariaLabel === '2 redundant'")
+    button = page.locator(".freedoms-button")
+    box = button.bounding_box()
+    assert box["x"] + box["width"] <= 390
+    assert button.inner_text().strip() == "2"
+
+
 def test_targets_are_at_least_40_px(page: Any) -> None:
     run(page, RECTANGLE, "length L0 40")
     page.evaluate("() => { app.store.select(['L0']); app.panels.show('relations'); }")

@@ -67,6 +67,35 @@ def shared_sketch(path: Path | None = None) -> SharedSketch:
     return SharedSketch(session, keeper)
 
 
+def chain(path: Path, lines: int) -> Path:
+    """A file with a zigzag of lines of equal length, all connected."""
+    names = [f"L{i}" for i in range(lines)]
+    heights = [3.0 * (i % 2) for i in range(lines + 1)]
+    entities = [
+        {
+            "name": name,
+            "kind": "line",
+            "values": [10.0 * i, heights[i], 10.0 * i + 10, heights[i + 1]],
+        }
+        for i, name in enumerate(names)
+    ]
+    pairs = list(itertools.pairwise(names))
+    relations = [("coincident", [f"{b}.p1", f"{a}.p2"]) for a, b in pairs]
+    relations += [("equal", [a, b]) for a, b in pairs]
+    session = Session()
+    session.run("add_line 0,0 1,0; add_line 1,0 1,1")
+    content = json.loads(to_json(session.document))
+    pattern = content["constraints"][0]
+    content["entities"] = entities
+    content["constraints"] = [
+        {**pattern, "name": f"C{i}", "kind": kind, "args": args}
+        for i, (kind, args) in enumerate(relations)
+    ]
+    content["counters"] = {"C": len(relations), "L": lines}
+    path.write_text(json.dumps(content))
+    return path
+
+
 def contradictory(path: Path) -> Path:
     """A file with a rectangle one side of which has two lengths, 50 and 60."""
     session = Session()

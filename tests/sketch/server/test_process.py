@@ -26,6 +26,7 @@ from websockets.sync.client import connect  # noqa: E402
 from arael.sketch.server.addresses import listening, listening_for  # noqa: E402
 from tests.sketch.server.client import Page, encoded, place  # noqa: E402
 from tests.sketch.server.process import ServerProcess  # noqa: E402
+from tests.sketch.server.shared import chain  # noqa: E402
 
 
 def commands(seed: int, count: int) -> list[str]:
@@ -261,6 +262,30 @@ def test_a_long_command_is_reported_and_broken_off(page: Page) -> None:
     assert reply["error"]["code"] in ("E1405", "E1235")
     page.until("idle")
     assert not page.tables["entities"]
+
+
+def test_one_long_solve_is_reported_and_broken_off_at_once(tmp_path: Path) -> None:
+    """Two thousand lines that are too short together: the search for the reason takes seconds."""
+    lines = 2000
+    file = chain(tmp_path / "chain.json", lines)
+    with ServerProcess(file, folder=tmp_path) as running, Page(running.socket).start() as page:
+        assert page.run("length L0 10")["ok"]
+        page.until("verdict")
+        before = page.numbers("L7")
+        text = f"hdistance L0.p1 L{lines - 1}.p2 {20 * lines}"
+        page.send({"type": "run", "id": 1000, "text": text})
+        page.send({"type": "run", "id": 1001, "text": "add_point 1,1"})
+        assert page.until("busy")["since_ms"] >= 100
+        page.send({"type": "break"})
+        page.send({"type": "run", "id": 1002, "text": "add_point 2,2"})
+        codes = {}
+        while 1002 not in codes:
+            reply = page.until("reply")
+            codes[reply["id"]] = reply["ok"] or reply["error"]["code"]
+        # what waited when it was broken off is not done, what came after is
+        assert codes == {1000: "E1235", 1001: "E1405", 1002: True}
+        page.until("idle")
+        assert page.numbers("L7") == before and list(page.tables["dimensions"]) == ["d0"]
 
 
 def test_a_socket_without_a_token_is_refused(running: ServerProcess) -> None:
