@@ -10,7 +10,7 @@ import { Past } from "../../arael/sketch/page/field.js";
 import { base64, bytes } from "../../arael/sketch/page/files.js";
 import { lit, pieces, span } from "../../arael/sketch/page/mention.js";
 import { families } from "../../arael/sketch/page/palette.js";
-import { steps } from "../../arael/sketch/page/panels/history.js";
+import { readable, steps } from "../../arael/sketch/page/panels/history.js";
 import { found } from "../../arael/sketch/page/panels/relations.js";
 import { TOOLS } from "../../arael/sketch/page/tools/index.js";
 import { summary } from "../../arael/sketch/page/top.js";
@@ -74,6 +74,11 @@ test("steps of the history go back and forth from the last one that is done", ()
   const found = steps({ done: ["a", "b", "c"], undone: ["d", "e"] });
   assert.deepEqual(found.map((one) => one.command), ["undo 2", "undo 1", "", "redo 1", "redo 2"]);
   assert.deepEqual(found.map((one) => one.state), ["done", "done", "now", "undone", "undone"]);
+});
+
+test("a step is shown without the words by which a tool adds its constraints itself", () => {
+  assert.equal(readable("add_line 0,0 20,0 noconnect notangent"), "add_line 0,0 20,0");
+  assert.equal(readable("add_rect 0,0 4,3 hv"), "add_rect 0,0 4,3 hv");
 });
 
 test("redundant constraints are reported apart from impossible ones", () => {

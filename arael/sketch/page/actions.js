@@ -127,7 +127,7 @@ export class Actions {
     if (this.isEnabled(one)) return one.run(this.app);
     const needs = one.needs ? `${one.title} needs ${one.needs}` : `${one.title}: nothing to do`;
     const hint = one.needs ? "select with Shift for several, then repeat it" : "";
-    this.app.notes?.show({ level: "info", text: needs, hint });
+    this.app.notes?.show({ level: "info", text: needs, hint, key: "needs" });
     return undefined;
   }
 }

@@ -141,7 +141,7 @@ export function overWidget(model, window) {
 function render({ model, el }) {
   const window = `view${Math.random().toString(36).slice(2)}`;
   const frame = document.createElement("iframe");
-  frame.style.cssText = `width: 100%; height: ${HEIGHT}; border: 1px solid #8888; border-radius: 4px`;
+  frame.style.cssText = `box-sizing: border-box; width: 100%; height: ${HEIGHT}; border: 1px solid #8888; border-radius: 4px`;
   frame.title = "sketch editor";
   Object.assign(frame, { araelConnect: overWidget(model, window) });
   /** @type {string[]} */

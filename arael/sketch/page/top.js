@@ -4,6 +4,7 @@ import { actionButton, refresh } from "./buttons.js";
 import { fill, h, once } from "./dom.js";
 import { icon } from "./icons.js";
 import { mountMenus } from "./menu.js";
+import { readable } from "./panels/history.js";
 import { mountStrip } from "./strip.js";
 
 /** @param {import("./app.js").App} app @param {HTMLElement} element */
@@ -38,11 +39,12 @@ export function mountTop(app, element) {
 
   const steps = once(() => {
     const { done, undone } = store.history;
-    const last = done[done.length - 1];
+    const last = readable(done[done.length - 1] ?? "");
+    const next = readable(undone[0] ?? "");
     undo.title = last ? `Undo: ${last} (Ctrl+Z)` : "Nothing to undo";
-    redo.title = undone[0] ? `Redo: ${undone[0]} (Ctrl+Shift+Z)` : "Nothing to redo";
+    redo.title = next ? `Redo: ${next} (Ctrl+Shift+Z)` : "Nothing to redo";
     undo.setAttribute("aria-label", last ? `Undo: ${last}` : "Undo");
-    redo.setAttribute("aria-label", undone[0] ? `Redo: ${undone[0]}` : "Redo");
+    redo.setAttribute("aria-label", next ? `Redo: ${next}` : "Redo");
     refresh(app, element);
   });
   const judged = once(() => {

@@ -208,6 +208,9 @@ def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
     press(page, "q")
     page.locator(".note").wait_for()
     assert "Parallel needs two or more lines" in page.locator(".note").inner_text()
+    press(page, "q", "n")
+    page.get_by_text("Perpendicular needs").wait_for()
+    assert page.locator(".note").count() == 1, "the newest takes the place of the last"
 
 
 @exercises("action:show_glyphs")

@@ -127,5 +127,7 @@ def test_the_page_runs_in_a_notebook(browser: Any, server: InsideServer) -> None
     until(page, "frames[0].app.store.entities.size === 5", deliver)
     assert len(sketch.entities) == 5
     until(page, "frames[0].app.store.verdict.freedoms === 7", deliver)
+    inside = "document.querySelector('iframe').offsetWidth <= document.body.clientWidth"
+    assert page.evaluate(inside), "its right edge would be cut"
     assert errors == []
     context.close()

@@ -21,6 +21,12 @@ export function steps({ done, undone }) {
   ];
 }
 
+/**
+ * A step as a person reads it: without the words by which a tool adds its constraints itself.
+ * @param {string} title
+ */
+export const readable = (title) => title.replace(/ (noconnect|notangent|nocursor)\b/g, "");
+
 /** @param {App} app @param {HTMLElement} element */
 export function mount(app, element) {
   const { store } = app;
@@ -49,7 +55,7 @@ export function mount(app, element) {
         "aria-current": state === "now" ? "step" : null,
         onclick: () => command && app.run(command),
       },
-      title,
+      readable(title),
     );
   }
   store.addEventListener("history", once(show));
