@@ -186,7 +186,8 @@ def join(kind: Any, models: Sequence[Any]) -> Batch:
         if name in offsets:
             joined[name] = _offsets([piece[name] for piece in pieces])
             continue
-        if not next(piece[name] for piece in pieces if name in piece).ndim:  # the number of rows of a table without columns
+        one = next(piece[name] for piece in pieces if name in piece)
+        if not one.ndim:  # the number of rows of a table without columns
             joined[name] = np.array(sum(int(piece[name]) for piece in pieces))
             continue
         arrays = [
