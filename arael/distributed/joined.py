@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arael.config import SMALL as OTHER_END
 from arael.io import npz
+from arael.io.columns import presence_name
 from arael.io.npz_writer import arrays_of
 from arael.result import Result
 from arael.runtime.assembly.components import partition_of
@@ -175,17 +176,19 @@ def join(kind: Any, models: Sequence[Any]) -> Batch:
     }
     shifted = _refs(layout)
     joined: Arrays = {}
-    of_root = {c.path for c in layout.table("").columns}
+    root = models[0]._store.tables[""]
+    of_root = {*root.data, *(presence_name(root, path) for path in root.optionals)}
+    offsets = {f"{table.path}.offsets" for table in layout.tables if table.parent}
     for name in dict.fromkeys(name for piece in pieces for name in piece):
         if name in of_root or name.rpartition(".")[0] in of_root:
             joined[name] = pieces[0][name]
             continue
-        path, _, last = name.rpartition(".")
-        if last == "offsets" and path in counts:
+        if name in offsets:
             joined[name] = _offsets([piece[name] for piece in pieces])
             continue
-        if last == "count" and path in counts and name not in shifted:
-            joined[name] = np.array(sum(counts[path]))
+        one = next(piece[name] for piece in pieces if name in piece)
+        if not one.ndim:  # the number of rows of a table without columns
+            joined[name] = np.array(sum(int(piece[name]) for piece in pieces))
             continue
         arrays = [
             piece[name] if name in piece else _absent(name, piece, pieces) for piece in pieces

@@ -23,7 +23,9 @@ struct Sight { mark: ref Mark in root.marks; bearing: real; range: real
         let d = mark.p - parent.p
         [root.weight * (norm(d) - range), 5 * sin(atan2(d.y, d.x) - parent.th - bearing)]
     } }
-struct Mark { param p: vec2; kind: int }
+struct Mark { param p: vec2; count: int; offsets: real = 0.5 }
+struct Label { name: string }
+struct Extra { k: real }
 struct Step { a: ref Pose in root.poses; b: ref Pose in root.poses; d: vec2; turn: real
     constraint moved loss huber(3) {
         let e = b.p - a.p
@@ -35,6 +37,8 @@ root Graph : f64 {
     poses: list of Pose
     marks: list of Mark
     steps: list of Step
+    labels: list of Label
+    extra: Extra?
     solve {
         pass rough { weight = 0.1 max_iters = 20 }
         pass fine { weight = 2 }
@@ -77,7 +81,7 @@ def graph(kind: Any, seed: int) -> Any:
     rng = np.random.default_rng(seed)
     model = kind()
     marks = rng.uniform(3, 6, (2, 2))
-    model.marks.extend(p=marks + rng.normal(0, 0.3, (2, 2)), kind=[1, 2])
+    model.marks.extend(p=marks + rng.normal(0, 0.3, (2, 2)), count=[1, 2])
     at = np.zeros(3)
     for k in range(3 + seed % 4):
         pose = model.poses.append(p=at[:2] + rng.normal(0, 0.2, 2) * (k > 0), th=at[2])
@@ -90,6 +94,7 @@ def graph(kind: Any, seed: int) -> Any:
     model.steps.extend(
         a=np.arange(count - 1), b=np.arange(1, count), d=np.tile([1.0, 0], (count - 1, 1)), turn=0.2
     )
+    model.labels.extend(name=[f"label {k}" for k in range(seed % 3)])
     model.poses[0].p.fixed = model.poses[0].th.fixed = True
     return model
 
@@ -114,21 +119,27 @@ def tasks(folder: Path, models: list[Any], ending: str = "npz") -> list[Task]:
 
 
 @pytest.mark.parametrize(
-    ("text", "make", "ending"),
-    [(GRAPHS, graph, "npz"), (GRAPHS, graph, "json"), (BOWLS, bowl, "npz")],
+    ("text", "make", "ending", "options"),
+    [
+        (GRAPHS, graph, "npz", {}),
+        (GRAPHS, graph, "json", {}),
+        (GRAPHS, graph, "npz", {"max_iters": 2}),
+        (GRAPHS, graph, "npz", {"passes": [], "damping": "nielsen", "strategy": "damped"}),
+        (GRAPHS, graph, "npz", {"freeze": ["poses.th"]}),
+        (BOWLS, bowl, "npz", {}),
+    ],
 )
 def test_a_group_ends_as_each_alone(
-    sent: Any, tmp_path: Path, text: str, make: Any, ending: str
+    sent: Any, tmp_path: Path, text: str, make: Any, ending: str, options: dict[str, Any]
 ) -> None:
     kind = arael.loads(text, interpret=True)
     vouched = sent(kind)
     some = tasks(tmp_path, [make(kind, seed) for seed in range(8)], ending)
-    together = solve_group(vouched, some, Settings(), 1)
-    written = [arael.read(kind(), task.result) or task for task in some if task.result]
-    assert len(written) == 8
+    settings = Settings(options=options)
+    together = solve_group(vouched, some, settings, 1)
     found = [Path(task.result or "").read_bytes() for task in some]
     for row, task, content in zip(together, some, found, strict=True):
-        (alone,) = solve_group(vouched, [task], Settings(), 1)
+        (alone,) = solve_group(vouched, [task], settings, 1)
         assert (row.together, row.apart) == (8, "")
         assert (row.status, row.converged, row.iterations) == (
             alone.status, alone.converged, alone.iterations,
@@ -183,6 +194,20 @@ def test_only_problems_with_the_same_root_data_are_joined(sent: Any, tmp_path: P
     rows = solve_group(sent(kind), tasks(tmp_path, models), Settings(), 1)
     assert [row.together for row in rows] == [2, 2, 2, 2, 1]
     assert rows[4].apart == "the data of its root differ from those of the others"
+
+
+def test_flags_and_bounds_of_some_problems_are_kept(sent: Any, tmp_path: Path) -> None:
+    kind = arael.loads(BOWLS, interpret=True)
+    models = [bowl(kind, seed) for seed in range(4)]
+    models[2].bowls[0].s.fixed = True
+    rows = solve_group(sent(kind), tasks(tmp_path, models), Settings(), 1)
+    assert [row.together for row in rows] == [4] * 4
+    assert ["bowls[0].s" in row.sigmas for row in (rows[0], rows[2])] == [True, False]
+    assert rows[2].parameters["bowls[0].s"] == 1.0
+    models[1].bowls[0].s.high = 1.1
+    rows = solve_group(sent(kind), tasks(tmp_path, models), Settings(), 1)
+    assert {row.apart for row in rows} == {"only some have `bowls.s.high`"}
+    assert rows[1].parameters["bowls[0].s"] <= 1.1
 
 
 def test_a_problem_of_two_parts_is_solved_in_turn(sent: Any, tmp_path: Path) -> None:
