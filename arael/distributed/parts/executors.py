@@ -213,7 +213,7 @@ class OnDask:
             try:
                 if future.status == "pending":
                     raise OSError("the worker has left the cluster")
-                self._stations[home] = Remote(future.result(timeout=_SUSPECT), home), future
+                self._stations[home] = Remote(future.result(timeout=10 * POLL), home), future
                 return self._stations[home][0]
             except Exception as error:  # it died before it could be asked
                 why = error
