@@ -228,7 +228,8 @@ def alone(name: str, path: str) -> dict[str, Any]:
     for parts in PARTS:
         mine = Stamps(_own_clock)
         solve(kind, path, partition=parts, workers=0, passes=[], max_iters=ATTEMPTS, observer=mine)
-        work[parts] = mine.median
+        mine.end()
+        work[parts] = mine.processor
     return {
         "seconds": stamps.median,
         "processor": stamps.processor,
@@ -427,7 +428,7 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
         "worker: about what an iteration would take if every process had a core. Memory is the "
         "growth of the largest process. The boundary is "
         "solved by the caller as long as all S take 4 MB or less. Load average before and after, "
-        f"on {model.cores} cores: {load[0]:.1f}, {load[1]:.1f} (with that of this run).",
+        f"on {model.cores} cores, with that of this run: {load[0]:.1f}, {load[1]:.1f}.",
         "",
         *_measured(one, cells),
         "",
@@ -437,9 +438,9 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
         "",
         f"with R rounds, t = {1e3 * model.message:.2f} ms a request and v = "
         f"{model.rate / 1e6:.0f} MB/s, measured apart with requests that do nothing, of 8 bytes "
-        "and of 1 MB, to two workers; W_p, the work of an iteration in p parts, is that of all "
-        f"parts in one process, measured apart too; {model.cores} cores. So nothing is fitted, and "
-        "every row is a check.",
+        "and of 1 MB, to two workers; W_p, the work of an iteration in p parts, is the processor "
+        f"time of all parts in one process, measured apart too; {model.cores} cores. So nothing is "
+        "fitted, and every row is a check.",
         "",
         *_checked(one, cells, model),
         "",
@@ -511,7 +512,7 @@ def _checked(one: dict[str, Any], cells: dict[str, list[Cell]], model: Model) ->
                 [
                     name,
                     cell.parts,
-                    f"{one[name]['seconds']:.3f}",
+                    f"{one[name]['processor']:.3f}",
                     f"{work:.3f}",
                     *(f"{share:.3f}" for share in shares),
                     f"{sum(shares):.3f}",

@@ -16,6 +16,9 @@ from arael.distributed.parts.stations import LOST, POLL, Remote, Station, presen
 _LOSSES = 4
 """Workers that may be lost with the same request."""
 
+_STATIONS = 20
+"""Times that a station is made anew, since its worker died meanwhile."""
+
 _SUSPECT = 5.0
 """Seconds for which a worker that did not answer is asked only where there is no other."""
 
@@ -190,7 +193,8 @@ class OnDask:
         return [found[k] for k in range(len(calls))], None
 
     def _station(self, part: int) -> Remote:
-        while True:
+        why: Exception | None = None
+        for _ in range(_STATIONS):
             home = self._home(part)
             if home in self._stations:
                 return self._stations[home][0]
@@ -202,15 +206,20 @@ class OnDask:
                 key=f"arael-station-{uuid4().hex}",
                 pure=False,
             )
+            wait: Any = distributed_wait()
             while future.status == "pending" and home in present_workers():
-                wait: Any = distributed_wait()
                 with suppress(TimeoutError):
                     wait([future], timeout=POLL)
-            if future.status == "finished":
-                self._stations[home] = Remote(future.result(), home), future
+            try:
+                if future.status == "pending":
+                    raise OSError("the worker has left the cluster")
+                self._stations[home] = Remote(future.result(timeout=10 * POLL), home), future
                 return self._stations[home][0]
+            except Exception as error:  # it died before it could be asked
+                why = error
             future.cancel()
             self._forget(home)
+        raise lost_too_often(f"{type(why).__name__}: {why}")
 
     def _forget(self, worker: str) -> None:
         """Choose other workers for the parts of one that does not answer, if there are others."""

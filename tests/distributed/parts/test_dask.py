@@ -139,7 +139,7 @@ def test_parts_and_boundary_share_a_worker_of_several_threads(
     other = with_arrays(model, arrays_of(model))
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
@@ -205,6 +205,29 @@ def test_a_worker_that_dies_while_the_model_is_sent_is_left_out(
     monkeypatch.setattr(client, "run", run_with_one_lost)
     monkeypatch.setattr(client, "register_plugin", lost_at_first)
     assert len(OnDask(client).ship(PROBLEMS["grid"]()._compiled)) == 64
+
+
+def test_a_worker_that_dies_before_it_is_asked_is_replaced(
+    client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    submit, lost = client.submit, []
+
+    def lost_at_first(function: Any, *args: Any, **how: Any) -> Any:
+        future = submit(function, *args, **how)
+        if not lost:
+            lost.append(how["workers"][0])
+            monkeypatch.setattr(future, "result", gone)
+        return future
+
+    monkeypatch.setattr(client, "submit", lost_at_first)
+    executor = OnDask(client)
+    homes = {executor.source(part).address for part in (0, 1, 2)}
+    assert lost and not homes & set(lost)
+
+
+def gone(timeout: float) -> Any:
+    """Fail as a future of an actor whose worker died does."""
+    raise RuntimeError("Worker holding Actor was lost")
 
 
 def test_a_cluster_without_workers_is_a_message(
