@@ -206,6 +206,9 @@ cdef bint _proven(
         for c in range(patch.columns):
             patch.entry[j][c] /= patch.scaled[j]
     _leave_out(patch)
+    for j in range(<int>wanted):        # a projection leaves no more than there is
+        if not _length(patch, j) > CLEARLY:
+            return False
     # Rows that are asked about come last: they have to be independent of each other, too.
     for j in range(<int>wanted, patch.rows):
         total = _orthogonal(patch, <int>wanted, j)
@@ -238,10 +241,15 @@ cdef double _orthogonal(Patch* patch, int first, int number) noexcept nogil:
             if v != 0.0:
                 for c in range(patch.columns):
                     row[c] -= v * other[c]
-    v = 0.0
+    return _length(patch, j)
+
+
+cdef double _length(Patch* patch, int j) noexcept nogil:
+    cdef int c
+    cdef double total = 0.0
     for c in range(patch.columns):
-        v += row[c] * row[c]
-    return sqrt(v)
+        total += patch.entry[j][c] * patch.entry[j][c]
+    return sqrt(total)
 
 
 cdef void _scale(Patch* patch, int j, double factor) noexcept nogil:
@@ -255,28 +263,32 @@ cdef void _leave_out(Patch* patch) noexcept nogil:
     cdef int j, k, c, head, tail
     cdef int queue[ROWS]
     cdef int from_row[COLUMNS]
+    cdef char reached[COLUMNS]
     cdef bint found
     for c in range(patch.columns):
         patch.row_of[c] = -1
     for j in range(patch.rows):
         patch.column_of[j] = -1
-    # A matching with as many rows as possible: a way from each row to an unknown without one.
+    # A matching with as many rows as possible: a way from each row to an unknown without one. What
+    # a search without success has reached is determined more than once, and leads nowhere later.
     for j in range(patch.rows):
-        memset(patch.out, 0, sizeof(patch.out))
+        memset(reached, 0, sizeof(reached))
         queue[0], head, tail, found = j, 0, 1, False
         while head < tail and not found:
             k = queue[head]
             head += 1
             for c in range(patch.columns):
-                if patch.out[c] or patch.entry[k][c] == 0.0:
+                if patch.out[c] or reached[c] or patch.entry[k][c] == 0.0:
                     continue
-                patch.out[c], from_row[c] = 1, k
+                reached[c], from_row[c] = 1, k
                 if patch.row_of[c] < 0:
                     found = True
                     break
                 queue[tail] = patch.row_of[c]
                 tail += 1
         if not found:
+            for c in range(patch.columns):
+                patch.out[c] |= reached[c]
             continue
         while True:
             k = from_row[c]
@@ -285,21 +297,6 @@ cdef void _leave_out(Patch* patch) noexcept nogil:
             if k == j:
                 break
             c = head
-    # What is reached from rows without an unknown by ways through the matching.
-    memset(patch.out, 0, sizeof(patch.out))
-    head = tail = 0
-    for j in range(patch.rows):
-        if patch.column_of[j] < 0:
-            queue[tail] = j
-            tail += 1
-    while head < tail:
-        k = queue[head]
-        head += 1
-        for c in range(patch.columns):
-            if not patch.out[c] and patch.entry[k][c] != 0.0:
-                patch.out[c] = 1
-                queue[tail] = patch.row_of[c]
-                tail += 1
     for j in range(patch.rows):
         for c in range(patch.columns):
             if patch.out[c]:
