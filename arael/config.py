@@ -256,8 +256,9 @@ class LmConfig:
 
         Components that are solved apart end as they would alone.
         """
-        found = replace(self)
-        object.__setattr__(found, "_largest", largest)
+        found = object.__new__(type(self))
+        kept = {name: value for name, value in self.__dict__.items() if name != "_made"}
+        found.__dict__.update(kept, _largest=largest)
         return found
 
     @property

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.assembly.placement import uncoupled_pairs
 from arael.runtime.assembly.structure import Structure
-from arael.runtime.assembly.union_find import connected
+from arael.runtime.assembly.union_find import connected, labels_of_instances, runs_of_values
 from arael.runtime.layout import Group
 
 Ints = NDArray[np.int64]
@@ -71,7 +71,11 @@ def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
     count, labels = connected(pattern.column_start, pattern.rows, ones, others, idle)
     if count < 2:
         return None
-    instances = [_of_instances(structure, g, labels, count, idle) for g in range(len(groups))]
+    # All uses of an instance that are solved for are of one component.
+    instances = [
+        labels_of_instances(one.gradient_at, pattern.offsets, labels, idle, count)
+        for one in structure.placements
+    ]
     guarded = np.zeros(count + 1, dtype=bool)
     for group, found in zip(groups, instances, strict=True):
         if group.moving_guard is not None:
@@ -82,7 +86,7 @@ def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
         np.repeat(labels, pattern.sizes),
         tuple(instances),
         guarded[:count],
-        _of_values(structure, labels),
+        runs_of_values(pattern.column_start, pattern.value_start, labels, pattern.value_count),
         np.flatnonzero(np.diff(np.maximum.accumulate(np.where(idle, -1, labels)), prepend=-1)),
         np.bincount(labels[idle == 0], minlength=count),
     )
@@ -123,27 +127,3 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
             ones.append(blocks[both, a])
             others.append(blocks[both, b])
     return np.concatenate(ones), np.concatenate(others)
-
-
-def _of_instances(
-    structure: Structure, group: int, labels: Labels, count: int, idle: NDArray[np.uint8]
-) -> Labels:
-    blocks = blocks_of(structure, group)
-    if blocks.shape[1] == 0:
-        return np.full(len(blocks), count, dtype=np.int32)
-    if structure.idle:
-        blocks[(blocks >= 0) & (idle[blocks] != 0)] = -1
-    # All uses that are solved for are of one component.
-    block = blocks.max(axis=1)
-    return np.where(block >= 0, labels[block], np.int32(count)).astype(np.int32)
-
-
-def _of_values(structure: Structure, labels: Labels) -> Ints:
-    pattern = structure.pattern
-    columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
-    order = np.argsort(pattern.value_start, kind="stable")
-    begin = pattern.value_start[order]
-    component = labels[columns[order]]
-    first = np.flatnonzero(np.diff(component, prepend=-1))
-    end = np.append(begin[first[1:]], pattern.value_count)
-    return np.stack((begin[first], end, component[first]), axis=1).astype(np.int64)

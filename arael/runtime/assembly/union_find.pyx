@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Connected components of a graph, by union-find."""
+"""Connected components of a graph, by union-find, and what belongs to each of them."""
 
 import numpy as np
 
@@ -70,3 +70,76 @@ def connected(column_start, rows, ones, others, idle):
         for k in range(n):
             parent[k] = -1 - parent[k]
     return count, labels
+
+
+def labels_of_instances(gradient_at, offsets, labels, idle, int32_t none):
+    """(n,) int32, component of the first block that each instance uses and that is not idle.
+
+    Parameters
+    ----------
+    gradient_at : (n, uses) int32, first scalar of each use; beyond the last: not solved for
+    offsets : (blocks + 1,) int64, first scalar of each block
+    labels : (blocks,) int32
+    idle : (blocks,) uint8
+    none : component of instances without such a block
+    """
+    cdef Py_ssize_t n = gradient_at.shape[0], uses = gradient_at.shape[1]
+    cdef Py_ssize_t nb = len(offsets) - 1, k, u, low, high, middle
+    cdef const int32_t* at = <const int32_t*>address(gradient_at, np.int32)
+    cdef const int64_t* offset = <const int64_t*>address(offsets, np.int64)
+    cdef const int32_t* label = <const int32_t*>address(labels, np.int32, nb)
+    cdef const uint8_t* out = <const uint8_t*>address(idle, np.uint8, nb)
+    found = np.empty(n, dtype=np.int32)
+    cdef int32_t* to = <int32_t*>writable(found, np.int32)
+    with nogil:
+        for k in range(n):
+            to[k] = none
+            for u in range(uses):
+                if not 0 <= at[u] < offset[nb]:
+                    continue
+                low, high = 0, nb
+                while high - low > 1:
+                    middle = (low + high) // 2
+                    if offset[middle] <= at[u]:
+                        low = middle
+                    else:
+                        high = middle
+                if not out[low]:
+                    to[k] = label[low]
+                    break
+            at += uses
+    return found
+
+
+def runs_of_values(column_start, value_start, labels, int64_t value_count):
+    """(m, 3) int64: begin, end and component of runs of values of a pattern.
+
+    Parameters
+    ----------
+    column_start, value_start : as `BlockPattern` has them
+    labels : (blocks,) int32, component of each block column
+    value_count : scalars of all blocks
+    """
+    cdef Py_ssize_t nb = len(column_start) - 1, m = len(value_start), column, k, count = 0
+    cdef const int64_t* start = <const int64_t*>address(column_start, np.int64)
+    cdef const int64_t* begin = <const int64_t*>address(value_start, np.int64)
+    cdef const int32_t* label = <const int32_t*>address(labels, np.int32, nb)
+    orders = np.argsort(value_start, kind="stable")
+    cdef const int64_t* order = <const int64_t*>address(orders, np.int64, m)
+    owners, runs = np.empty(m, dtype=np.int32), np.empty((m, 3), dtype=np.int64)
+    cdef int32_t* owner = <int32_t*>writable(owners, np.int32)
+    cdef int64_t* run = <int64_t*>writable(runs, np.int64)
+    with nogil:
+        for column in range(nb):
+            for k in range(start[column], start[column + 1]):
+                owner[k] = label[column]
+        for k in range(m):
+            if count and run[3 * count - 1] == owner[order[k]]:
+                continue
+            if count:
+                run[3 * count - 2] = begin[order[k]]
+            run[3 * count], run[3 * count + 2] = begin[order[k]], owner[order[k]]
+            count += 1
+        if count:
+            run[3 * count - 2] = value_count
+    return runs[:count].copy()
