@@ -69,6 +69,25 @@ class Transaction:
     label: str
     changes: list[Change] = field(default_factory=list)
 
+    def merge_last(self, since: int) -> None:
+        """Make one change of the last two, if both change the numbers at the same offsets.
+
+        A drag of hundreds of frames would keep the numbers of each otherwise.
+
+        Parameters
+        ----------
+        since : changes before this one stay as they are: a part that is taken back ends there
+        """
+        if len(self.changes) - since < 2:
+            return
+        first, last = self.changes[-2:]
+        if (
+            isinstance(first, ValuesChange)
+            and isinstance(last, ValuesChange)
+            and np.array_equal(first.offsets, last.offsets)
+        ):
+            self.changes[-2:] = [ValuesChange(first.offsets, first.old, last.new)]
+
 
 class History:
     """Transactions that were made, and those that were undone."""

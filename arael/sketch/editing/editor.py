@@ -774,6 +774,8 @@ class Dragging:
         self._document = document
         self._editor = editor
         self._size = editor.layout.size
+        mine = document.open_transaction
+        self._since = len(mine.changes) if mine is not None else 0
         self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
 
     def to(self, *places: tuple[float, float], seconds: float | None = None) -> Outcome:
@@ -797,9 +799,11 @@ class Dragging:
             with document.transaction("frame"):
                 found.append(move())
                 self._editor.check_remains(found[0].moved, before, self._size)
-                return found[0]
         except AraelError:
             return replace(found[0], status="side", moved=())
+        if document.open_transaction is not None:
+            document.open_transaction.merge_last(self._since)
+        return found[0]
 
 
 def _positive(kind: str, amount: Amount | None) -> Amount | None:

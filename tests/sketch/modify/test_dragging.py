@@ -84,3 +84,20 @@ def test_a_defined_sketch_stays_where_it_is() -> None:
 def test_refusals_name_the_word_and_change_nothing(line: str, code: str, shown: str) -> None:
     session = sketch("add_line 0,0 5,0; length L0 5")
     assert refused(session, line)[0::2] == (code, shown)
+
+
+def test_frames_of_a_drag_are_kept_as_one_change() -> None:
+    session = sketch("add_line 0,0 4,0; add_line 9,9 12,13")
+    document = session.document
+    with document.transaction("outer"):
+        session.editor.drag({"L1.p1": (8.0, 8.0)})
+        before = state(session)
+        with pytest.raises(KeyError), session.editor.dragging(["L1.p1"]) as drag:
+            for k in range(20):
+                drag.by(0.1 * (k + 1), 0.2 * (k + 1))
+            assert document.open_transaction is not None
+            assert len(document.open_transaction.changes) <= 3
+            raise KeyError
+        assert state(session) == before  # what was changed before the drag is not taken back
+    session.run("undo")
+    assert at(session, "L1.p1") == (9, 9)

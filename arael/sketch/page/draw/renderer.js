@@ -24,7 +24,7 @@ export class Renderer extends EventTarget {
     this.app = app;
     const layer = (/** @type {string} */ id) => {
       const canvas = /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
-      const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+      const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: id !== "ground" }));
       return { canvas, ctx };
     };
     this.ground = layer("ground");
