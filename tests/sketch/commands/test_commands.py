@@ -310,6 +310,8 @@ def test_measure_and_find(session: Session) -> None:
     assert "perpendicular: yes" in said(session, "measure L0 L2")
     assert "gap: 5" in said(session, "measure L0 A0")
     assert "concentric: no" in said(session, "measure A0 A1")
+    session.run("a = add_circle 50,50 5 noconnect; b = add_circle 58,50 4 noconnect")
+    assert "overlap: 1" in said(session, "measure a b")
     assert said(session, "find 5,0 0.5").splitlines() == ["L0: distance 0", "L0.p2: distance 0"]
     assert said(session, "find 100,100 1") == "Nothing within 1 of (100, 100)"
 

@@ -1,0 +1,60 @@
+"""What tools show before a click: cuts, typed angles, measured values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.sketch.browser.panels import connected, press, run, wait
+from tests.sketch.browser.test_drawing import at, click, start
+
+
+@pytest.fixture
+def page(editor: Any) -> Any:
+    found = connected(editor.page)
+    found.evaluate("() => app.canvas.focus()")
+    return found
+
+
+def preview(page: Any) -> Any:
+    return page.evaluate("app.tools.current.preview()")
+
+
+@pytest.mark.parametrize("tool", ["split", "trim"])
+def test_cuts_are_bars_across_the_curve_not_points(page: Any, tool: str) -> None:
+    run(page, "add_line 0,0 60,0", "add_line 20,-10 20,15", "add_line 40,-10 40,15")
+    page.evaluate("app.fit()")
+    start(page, tool)
+    page.mouse.move(*at(page, 30, 0))
+    shown = preview(page)
+    assert "points" not in shown
+    assert [cut["at"] for cut in shown["cuts"]] == [pytest.approx([x, 0]) for x in (20, 40)]
+    assert all(cut["along"][1] == pytest.approx(0) for cut in shown["cuts"])
+
+
+def test_the_guide_of_rotate_follows_the_typed_angle(page: Any) -> None:
+    run(page, "add_line 0,0 20,0")
+    page.evaluate("() => { app.fit(); app.store.select(['L0']); }")
+    start(page, "rotate")
+    click(page, 0, 0)
+    page.mouse.move(*at(page, 15, 3))
+    page.keyboard.type("90")
+    ends = [[guide["x2"], guide["y2"]] for guide in preview(page)["guides"]]
+    assert ends == [pytest.approx([10, 0], abs=0.3), pytest.approx([0, 10], abs=0.3)]
+    page.mouse.move(*at(page, 5, 8))
+    assert [[g["x2"], g["y2"]] for g in preview(page)["guides"]] == ends
+
+
+def test_what_is_measured_has_labels_and_an_overlap_is_called_so(page: Any) -> None:
+    run(page, "add_circle 0,0 8", "add_circle 10,0 6")
+    page.evaluate("app.fit()")
+    start(page, "measure")
+    click(page, -8, 0)
+    click(page, 16, 0)
+    hint = "document.querySelector('.status-hint').textContent"
+    wait(page, f"{hint}.includes('overlap')")
+    assert page.evaluate(hint) == "center distance: 10 · overlap: 4 · concentric: no · tangent: no"
+    (label,) = preview(page)["labels"]
+    assert label["text"] == "center distance: 10\noverlap: 4"
+    press(page, "Escape")
