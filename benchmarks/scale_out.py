@@ -84,6 +84,9 @@ def _rates(found: dict[str, list[Any]], count: int) -> list[str]:
     def each(name: str) -> list[float]:
         return [one["seconds"] / count * 1e3 for one in found[name]]
 
+    def middle(what: str, runs: list[Any]) -> float:
+        return statistics.median(run[what] / count * 1e3 for run in runs)
+
     one = each("one process")
     rows = []
     for name, processes in (
@@ -94,8 +97,8 @@ def _rates(found: dict[str, list[Any]], count: int) -> list[str]:
     ):
         # Of the same round: load that changes in between counts for both.
         shares = [a / b / processes for a, b in zip(one, each(name), strict=True)]
-        middle = statistics.median(shares)
-        of = f"{middle:.2f} ({min(shares):.2f}-{max(shares):.2f})"
+        share = statistics.median(shares)
+        of = f"{share:.2f} ({min(shares):.2f}-{max(shares):.2f})"
         start = statistics.median(run.get("start", 0.0) for run in found[name])
         ship = statistics.median(run.get("ship", 0.0) for run in found[name])
         rows.append(
@@ -103,6 +106,8 @@ def _rates(found: dict[str, list[Any]], count: int) -> list[str]:
                 name,
                 f"{statistics.median(each(name)):.1f}",
                 of,
+                f"{middle('worker_cpu', found[name]):.1f}",
+                f"{middle('client_cpu', found[name]):.1f}",
                 f"{start:.1f}" if start else "",
                 f"{ship:.2f}" if ship else "",
             )
@@ -113,10 +118,22 @@ def _rates(found: dict[str, list[Any]], count: int) -> list[str]:
         f"{count} pose graphs of {POSES} poses, without result files. "
         f"Milliseconds a problem by the wall clock, medians of {len(one)} rounds. Share: of the "
         f"rate of one process, by the number of workers (smallest and largest of the rounds); two "
-        f"processes without a cluster solve all problems each. Start of the cluster and first "
+        f"processes without a cluster solve all problems each. Processor time of all workers, and "
+        f"of the client with the scheduler, is that of a problem. Start of the cluster and first "
         f"problem, which loads the model, are apart.",
         "",
-        *table(("", "ms a problem", "share", "start, s", "first problem, s"), rows),
+        *table(
+            (
+                "",
+                "ms a problem",
+                "share",
+                "workers, CPU ms",
+                "client, CPU ms",
+                "start, s",
+                "first problem, s",
+            ),
+            rows,
+        ),
     ]
 
 
@@ -223,11 +240,11 @@ def alone(name: str, folder: Path) -> dict[str, float]:
     contents.arrive(vouched, data)
     tasks = [Task(path.name, str(path), "") for path in sorted(folder.glob("*.npz"))]
     solve_group(vouched, tasks[:1], Settings(), 1)
-    began = time.perf_counter()
+    began, used = time.perf_counter(), time.process_time()
     rows = [solve_group(vouched, [task], Settings(), 1)[0] for task in tasks]
     seconds = time.perf_counter() - began
     assert all(row.converged for row in rows)
-    return {"seconds": seconds}
+    return {"seconds": seconds, "worker_cpu": time.process_time() - used, "client_cpu": 0.0}
 
 
 def cluster(name: str, folder: Path, workers: int, group: int, output: str) -> dict[str, float]:
