@@ -111,7 +111,7 @@ class BlockPattern:
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
         keys = np.sort(keys)
         start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
-        names = {} if name_of is None else {"name_of": name_of}
+        names: dict[str, Any] = {} if name_of is None else {"name_of": name_of}
         found = cls(sizes, start, rows, places, by_rows=by_rows, **names)
         # As the cached properties keep them.
         found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))
