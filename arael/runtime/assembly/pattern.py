@@ -109,10 +109,9 @@ class BlockPattern:
     ) -> BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
-        keys = keys.copy()
-        keys.sort()
+        keys = np.sort(keys)
         start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
-        names = {} if name_of is None else {"name_of": name_of}
+        names: dict[str, Any] = {} if name_of is None else {"name_of": name_of}
         found = cls(sizes, start, rows, places, by_rows=by_rows, **names)
         # As the cached properties keep them.
         found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))

@@ -84,7 +84,8 @@ def pattern_and_placements(
     for (_, _, block), chosen in zip(used, coupled, strict=True):
         count = add_keys(block, chosen, nb, keys, count)
     keys = keys[:count]
-    keys.sort()
+    if known is not None:
+        keys.sort()
     # Values lie by rows if most leads stand behind what they are coupled with.
     by_rows = behind > 0
     if known is not None and known.by_rows == by_rows and has_blocks(known, keys):

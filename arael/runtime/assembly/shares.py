@@ -215,7 +215,7 @@ def plan_shares(
         bounds,
         orders,
         tuple(
-            LaneTargets(*lanes, run, one)
+            LaneTargets(lanes[0], lanes[1], lanes[2], lanes[3], run, one)
             for lanes, run, one in zip(placed, runs_of, first, strict=True)
         ),
         found.gradient_extent,

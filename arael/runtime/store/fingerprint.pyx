@@ -19,17 +19,19 @@ cdef inline uint64_t mixed(uint64_t state, uint64_t word) noexcept nogil:
 
 cdef void mix(uint64_t* sums, const unsigned char* data, Py_ssize_t size) noexcept nogil:
     """Take the bytes of an array into four sums."""
+    # Variables of their own, which stay in registers: bytes may be those of `sums`.
+    cdef uint64_t a = sums[0], b = sums[1], c = sums[2], d = sums[3]
     cdef uint64_t words[4]
     cdef Py_ssize_t at
     for at in range(0, size - 31, 32):
         memcpy(words, data + at, 32)
-        sums[0], sums[1] = mixed(sums[0], words[0]), mixed(sums[1], words[1])
-        sums[2], sums[3] = mixed(sums[2], words[2]), mixed(sums[3], words[3])
+        a, b = mixed(a, words[0]), mixed(b, words[1])
+        c, d = mixed(c, words[2]), mixed(d, words[3])
     at = size - size % 32
     memset(words, 0, 32)
     memcpy(words, data + at, size - at)
-    sums[0], sums[1] = mixed(sums[0], words[0]), mixed(sums[1], words[1])
-    sums[2], sums[3] = mixed(sums[2], words[2]), mixed(sums[3], words[3])
+    sums[0], sums[1] = mixed(a, words[0]), mixed(b, words[1])
+    sums[2], sums[3] = mixed(c, words[2]), mixed(d, words[3])
 
 
 def fingerprint(array):
