@@ -233,7 +233,8 @@ def alone(name: str, folder: Path) -> dict[str, float]:
 
     from arael.compiler.cache import digest
     from arael.distributed import compiled, contents
-    from arael.distributed.work import Settings, Task, solve_group
+    from arael.distributed.groups import solve_group
+    from arael.distributed.work import Settings, Task
 
     data = msgspec.msgpack.encode(compiled.content_of(kind_of(name).compiled))
     vouched = digest(data)

@@ -105,8 +105,8 @@ def _local(workers: int | None, security: Any) -> Iterator[Any]:
         "distributed.scheduler.worker-saturation": 1.0,
         # Samples of what a worker does, taken in another thread of it.
         "distributed.worker.profile.enabled": False,
-        # Dask lets each `free` give memory above 64 kB back to the system, and the next solve faults
-        # it in again; a worker solves one problem after another of the same size.
+        # With Dask's 64 kB the memory of a solve goes back to the system after it, and the next
+        # one, of the same size, faults it in again.
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 256 * 1024**2,
         # Workers are lost as expected; the outcome of their problems is reported.
         "distributed.worker.daemon": True,

@@ -10,9 +10,11 @@ from arael.diagnostics.records import AraelError
 from arael.distributed import joined
 from arael.distributed.compiled import loaded
 from arael.distributed.work import (
+    ONE,
     Row,
     Settings,
     Task,
+    begin,
     bounded,
     put_sigmas,
     read_problem,
@@ -23,6 +25,15 @@ from arael.distributed.work import (
     write_result,
 )
 from arael.statuses import CONVERGED
+
+
+def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
+    """Solve problems on this worker: small ones together if their model allows, else in turn."""
+    begin(vouched)
+    with ONE:
+        if len(tasks) > 1:
+            return solve_together(vouched, tasks, settings, attempt)
+        return [solve_alone(vouched, task, settings, attempt) for task in tasks]
 
 
 def solve_together(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:

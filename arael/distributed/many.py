@@ -18,9 +18,10 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import place_for
 from arael.distributed.cluster import connect, dashboard, require_dask
 from arael.distributed.compiled import Shipped, ship
+from arael.distributed.groups import solve_group
 from arael.distributed.progress import Solved
 from arael.distributed.retries import Failed, Going
-from arael.distributed.work import Row, Settings, Task, read_row, solve_group
+from arael.distributed.work import Row, Settings, Task, read_row
 from arael.model import Model
 
 if TYPE_CHECKING:

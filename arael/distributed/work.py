@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 TABLE_LIMIT = 1000
 """Most scalars of a problem whose parameters and sigmas are part of its row."""
 
-_ONE = threading.Lock()
+ONE = threading.Lock()
 """One problem at a time in a worker process: its end on a hang must not take another with it."""
 
 
@@ -99,18 +99,6 @@ class Row(msgspec.Struct):
     key: str = ""
     result: str = ""
     content: str = ""
-
-
-def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
-    """Solve problems on this worker: small ones together if their model allows, else in turn."""
-    begin(vouched)
-    with _ONE:
-        if len(tasks) > 1:
-            # imported here: it reads this module
-            from arael.distributed.groups import solve_together
-
-            return solve_together(vouched, tasks, settings, attempt)
-        return [solve_alone(vouched, task, settings, attempt) for task in tasks]
 
 
 def begin(vouched: str) -> None:

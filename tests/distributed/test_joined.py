@@ -13,7 +13,8 @@ import pytest
 import arael
 from arael.compiler.cache import digest
 from arael.distributed import compiled, contents, joined
-from arael.distributed.work import Row, Settings, Task, solve_group
+from arael.distributed.groups import solve_group
+from arael.distributed.work import Row, Settings, Task
 
 GRAPHS = """
 struct Pose { param p: vec2; param th: real

@@ -124,7 +124,8 @@ def test_a_worker_with_a_compiler_compiles_for_the_others(
 
 
 def test_a_hash_that_was_not_vouched_for_is_refused_by_the_worker(client: Any) -> None:
-    from arael.distributed.work import Settings, Task, solve_group
+    from arael.distributed.groups import solve_group
+    from arael.distributed.work import Settings, Task
 
     tasks = [Task(f"{k}", "absent", "key") for k in range(2)]
     for some in (tasks, tasks[:1]):
