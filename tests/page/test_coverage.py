@@ -19,9 +19,6 @@ HERE = Path(__file__).parent
 TABLE = HERE / "coverage.md"
 BROWSER = HERE.parent / "sketch" / "browser"
 
-AWAITED: frozenset[str] = frozenset({"tool:text"})
-"""Parts that are not finished: they may be without a test."""
-
 HEAD = """# What a person can use on the page, and the test of each in a browser
 
 Made by `pytest --update tests/page/test_coverage.py` from the page's own tables and from what tests
@@ -82,7 +79,7 @@ def of_part(part: str, tests: dict[str, list[str]]) -> list[str]:
 
 def test_everything_on_the_page_has_a_test_in_a_browser() -> None:
     tests = declared()
-    assert [one for one in parts() if not of_part(one, tests) and one not in AWAITED] == []
+    assert [one for one in parts() if not of_part(one, tests)] == []
 
 
 def test_what_tests_declare_is_on_the_page() -> None:

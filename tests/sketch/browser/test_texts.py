@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.sketch.browser.exercised import exercises
 from tests.sketch.browser.panels import connected, press, wait
 from tests.sketch.browser.test_drawing import at, click, drag, start
 
@@ -40,6 +41,7 @@ DARK = """([x, y, w, h]) => {
 }"""
 
 
+@exercises("tool:text")
 def test_a_text_is_placed_typed_edited_and_dragged(page: Any) -> None:
     start(page, "text")
     click(page, -20, 5)
