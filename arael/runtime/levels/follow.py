@@ -28,8 +28,9 @@ def follow(
 ) -> Outcome:
     """Move data from old to new in as many steps as it takes, solving after each of them.
 
-    Each step starts where the secant through the last two solutions leads; it is halved where the
-    solver fails or moves further than allowed, and doubled after a success. Predictor and corrector
+    Each step starts where the secant through the last two solutions leads, unless a guard changes
+    its sign on the way there: the solver keeps the signs of where it starts. A step is halved where
+    the solver fails or moves further than allowed, and doubled after a success. Predictor and corrector
     as in E. Allgower, K. Georg, "Introduction to Numerical Continuation Methods", 2003, chapter 2,
     with the fraction of the way as parameter: a path that turns back ends at its turning point.
 
@@ -65,7 +66,9 @@ def follow(
             t = 1.0
         tried = x.copy()
         if slope is not None:
-            tried += (t - done) * slope
+            ahead = x + (t - done) * slope
+            if _same_sides(levels, x, ahead):
+                tried = ahead
         set_data(t)
         outcome = levels.solve(tried, tolerance, **options)
         steps += outcome.steps
@@ -87,3 +90,11 @@ def follow(
             break
     set_data(done)
     return replace(failure, steps=steps, fraction=done)
+
+
+def _same_sides(levels: Levels, x: Array, ahead: Array) -> bool:
+    """Whether every guard has the sign at `ahead` that it has at `x`."""
+    guards = levels.guards
+    return guards is None or bool(
+        np.array_equal(np.sign(guards.evaluate(x)), np.sign(guards.evaluate(ahead)))
+    )

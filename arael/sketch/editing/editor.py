@@ -207,15 +207,18 @@ class Editor:
         if len(names) <= _FEW:
             check_remains(self.document, names, old, size, cause)
             return
-        known = self._extents
-        if known is None or known[0] != self.layout.version:
-            known = (self.layout.version, Extents(self.document.entities.values()))
-            self._extents = known
-        suspects = known[1].suspects(self.document.values, COLLAPSED * size)
+        suspects = self._known_extents().suspects(self.document.values, COLLAPSED * size)
         if suspects:
             moved = set(names)
             collapsed = [name for name in suspects if name in moved]
             check_remains(self.document, collapsed, old, size, cause)
+
+    def _known_extents(self) -> Extents:
+        known = self._extents
+        if known is None or known[0] != self.layout.version:
+            known = (self.layout.version, Extents(self.document.entities.values()))
+            self._extents = known
+        return known[1]
 
     def _solved(self, cause: str) -> Outcome:
         before, size = self.document.values.copy(), self.layout.size
@@ -227,17 +230,29 @@ class Editor:
             return outcome
         if outcome.status == "interrupted":
             raise refusals.broken_off()
-        if outcome.status == "side":
+        if outcome.status == "side" and self._has_other_side(size):
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
+        found = self._contradiction(cause)
+        if found is not None:
+            raise found
+        raise refusals.not_converged(outcome.open, outcome.residual)
+
+    def _contradiction(self, cause: str) -> AraelError | None:
+        """The refusal that names what cannot hold together, if that is found."""
         # Where nothing contradicts the cause, another part did so before: a file may bring that.
         members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
         if self.solver.interrupted:  # trials that were broken off prove nothing
-            raise refusals.broken_off()
-        if members:
-            main = cause if cause in members else members[-1]
-            others = [member for member in members if member != main]
-            raise refusals.impossible(self._label(main), others, self._cheapest(others))
-        raise refusals.not_converged(outcome.open, outcome.residual)
+            return refusals.broken_off()
+        if not members:
+            return None
+        main = cause if cause in members else members[-1]
+        others = [member for member in members if member != main]
+        return refusals.impossible(self._label(main), others, self._cheapest(others))
+
+    def _has_other_side(self, size: float) -> bool:
+        """Whether there is a solution, in which nothing collapses, if sides need not be kept."""
+        values = self.solver.values_without_sides()
+        return values is not None and not self._known_extents().collapses(values, COLLAPSED * size)
 
     def _check_stays(self, before: Floats, size: float) -> None:
         """Refuse a solution at infinity.

@@ -38,6 +38,10 @@ class Extents:
         self._radii, self._radius_names = _split(radii)
         self._splines = splines
 
+    def collapses(self, values: Floats, least: float) -> bool:
+        """Whether a line or round curve has no extent above `least` at these numbers."""
+        return bool(any_short(values, self._lines, self._radii, least))
+
     def suspects(self, values: Floats, least: float) -> list[str]:
         """Names of lines and round curves without an extent above `least`, and of all splines.
 

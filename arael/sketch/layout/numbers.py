@@ -135,6 +135,12 @@ class Numbers(Upkeep):
         gather(values, self._source, found)
         return found
 
+    def values_at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The document's numbers for unknowns `x`, (n,)."""
+        values = self.document.values.copy()
+        values[self._live] = x[self._root[self._live]]
+        return values
+
     # --- values that changed since the last solve -----------------------------------------
 
     def take_changes(self) -> dict[tuple[str, int], tuple[float, float]]:
@@ -194,8 +200,7 @@ class Numbers(Upkeep):
         wrong = rows[signs[rows] <= 0]
         if not len(wrong):
             return
-        values = self.document.values.copy()
-        values[self._live] = x[self._root[self._live]]
+        values = self.values_at(x)
         for row in wrong.tolist():
             laid = self._laid[self.guard_owner[row]]
             if ("guards", row) not in self._changes:

@@ -214,6 +214,13 @@ class Solver:
         residuals = self.layout.rows.evaluate(self.layout.gather().copy())
         return bool(np.abs(residuals).max(initial=0.0) <= tolerance)
 
+    def values_without_sides(self) -> Array | None:
+        """Numbers of the document that solve everything if sides need not be kept; None: none."""
+        layout = self.layout
+        x = layout.gather().copy()
+        self.prepare(x)
+        return layout.values_at(x) if self._newton(x, guarded=False).solved else None
+
     def left_open(self) -> list[str]:
         """Records whose equations do not hold where the document is, by far more than rounding."""
         layout = self.layout
