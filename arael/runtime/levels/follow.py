@@ -30,9 +30,10 @@ def follow(
 
     Each step starts where the secant through the last two solutions leads, unless a guard changes
     its sign on the way there: the solver keeps the signs of where it starts. A step is halved where
-    the solver fails or moves further than allowed, and doubled after a success. Predictor and corrector
-    as in E. Allgower, K. Georg, "Introduction to Numerical Continuation Methods", 2003, chapter 2,
-    with the fraction of the way as parameter: a path that turns back ends at its turning point.
+    the solver fails or moves further than allowed, and doubled after a success. Predictor and
+    corrector as in E. Allgower, K. Georg, "Introduction to Numerical Continuation Methods", 2003,
+    chapter 2, with the fraction of the way as parameter: a path that turns back ends at its turning
+    point.
 
     Parameters
     ----------
