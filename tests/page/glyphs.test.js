@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Annotations, drawDimensions } from "../../arael/sketch/page/draw/annotations.js";
+import { Annotations } from "../../arael/sketch/page/draw/annotations.js";
+import { drawDimensions } from "../../arael/sketch/page/draw/dimension_marks.js";
 import { Batches } from "../../arael/sketch/page/draw/batches.js";
 import { layoutDimension } from "../../arael/sketch/page/draw/dimensions.js";
 import { HALF, layoutGlyphs } from "../../arael/sketch/page/draw/glyphs.js";

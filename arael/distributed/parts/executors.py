@@ -303,7 +303,7 @@ def no_workers() -> AraelError:
 
 def distributed_wait() -> Any:
     """`distributed.wait`."""
-    # imported here: an optional part
+    # imported here: start-up time
     from distributed import wait
 
     return wait

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from threading import Lock, RLock
 from typing import Any, Literal, NamedTuple
 from weakref import WeakValueDictionary
@@ -162,14 +163,17 @@ class Kept:
 _LOCK = Lock()
 _PARTS: dict[PartName, Kept] = {}
 _HERE: WeakValueDictionary[str, CompiledModel] = WeakValueDictionary()
+_NUMBERS = count()
 _SYSTEMS: dict[str, tuple[BoundarySystem, int]] = {}
 _RUNS: list[str] = []
 
 
 def name_here(compiled: CompiledModel) -> str:
     """A name by which requests of this process find a model that was not sent."""
-    name = f"here-{id(compiled)}"
-    _HERE[name] = compiled
+    with _LOCK:
+        known = next((name for name, one in _HERE.items() if one is compiled), "")
+        name = known or f"here-{next(_NUMBERS)}"
+        _HERE[name] = compiled
     return name
 
 

@@ -37,7 +37,7 @@ class Station:
     """
 
     def __init__(self) -> None:
-        # imported here: an optional part
+        # imported here: start-up time
         from distributed import get_worker
 
         worker: Any = get_worker()
@@ -95,7 +95,7 @@ def present_workers() -> set[str]:
     OSError
         The scheduler is lost.
     """
-    # imported here: an optional part
+    # imported here: start-up time
     from distributed import Client, get_worker
     from distributed.utils import sync
 

@@ -24,6 +24,7 @@ def follow(
     first: float = 1.0,
     least: float = 1e-4,
     furthest: float = np.inf,
+    may_pass: Callable[[int], bool] | None = None,
     **options: Any,
 ) -> Outcome:
     """Move data from old to new in as many steps as it takes, solving after each of them.
@@ -50,6 +51,8 @@ def follow(
         Fraction of the first step, and of the shortest.
     furthest : float
         Distance that no unknown may move in one step: what is allowed to look continuous.
+    may_pass : callable, optional
+        ``may_pass(guard)``: whether a secant may change the sign of a guard; none without.
 
     Returns
     -------
@@ -68,7 +71,7 @@ def follow(
         tried = x.copy()
         if slope is not None:
             ahead = x + (t - done) * slope
-            if _same_sides(levels, x, ahead):
+            if _same_sides(levels, x, ahead, may_pass):
                 tried = ahead
         set_data(t)
         outcome = levels.solve(tried, tolerance, **options)
@@ -93,9 +96,12 @@ def follow(
     return replace(failure, steps=steps, fraction=done)
 
 
-def _same_sides(levels: Levels, x: Array, ahead: Array) -> bool:
-    """Whether every guard has the sign at `ahead` that it has at `x`."""
+def _same_sides(
+    levels: Levels, x: Array, ahead: Array, may_pass: Callable[[int], bool] | None
+) -> bool:
+    """Whether guards have the signs at `ahead` that they have at `x`."""
     guards = levels.guards
-    return guards is None or bool(
-        np.array_equal(np.sign(guards.evaluate(x)), np.sign(guards.evaluate(ahead)))
-    )
+    if guards is None:
+        return True
+    changed = np.flatnonzero(np.sign(guards.evaluate(x)) != np.sign(guards.evaluate(ahead)))
+    return all(may_pass is not None and may_pass(guard) for guard in changed.tolist())

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Amount, Dimension
+
+if TYPE_CHECKING:
+    from arael.sketch.commands.replies import Reply
+    from arael.sketch.commands.session import Session
+
+Answer: TypeAlias = "Callable[[Session, Dimension], Reply]"
 
 _LINE = re.compile(
     r"([a-z_]+(?: [A-Za-z]+\d+(?:\.\w+)?)+) (-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\Z", re.ASCII
@@ -24,23 +32,25 @@ class Repeats:
     """
 
     def __init__(self) -> None:
-        self._known: dict[str, Dimension] = {}
+        self._known: dict[str, tuple[Dimension, Answer]] = {}
 
-    def note(self, line: str, made: Dimension) -> None:
-        """Keep which dimension a line has given a value."""
+    def note(self, line: str, made: Dimension, answer: Answer) -> None:
+        """Keep which dimension a line has given a value, and what says that it has a new one."""
         found = _LINE.match(line)
         # The outline of an area may be another one when it is given again.
         if found is None or made.kind == "area" or DIMENSIONS.get(made.kind) is None:
             return
         if len(self._known) >= _MOST:
             self._known.clear()
-        self._known[found[1]] = made
+        self._known[found[1]] = made, answer
 
-    def find(self, line: str, document: Document) -> tuple[Dimension, Amount] | None:
-        """The dimension that a line gives a value, and the value; None: it has to be read."""
+    def find(self, line: str, document: Document) -> tuple[Dimension, Amount, Answer] | None:
+        """The dimension that a line gives a value, the value, and what replies; None: read it."""
         found = _LINE.match(line)
-        known = self._known.get(found[1]) if found is not None else None
-        if found is None or known is None or document.dimensions.get(known.name) is not known:
+        if found is None or found[1] not in self._known:
             return None
+        known, answer = self._known[found[1]]
         number = float(found[2])
-        return (known, Amount(found[2], number)) if math.isfinite(number) else None
+        if document.dimensions.get(known.name) is not known or not math.isfinite(number):
+            return None
+        return known, Amount(found[2], number), answer

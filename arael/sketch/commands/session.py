@@ -14,7 +14,7 @@ from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
 from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
-from arael.sketch.commands.repeats import Repeats
+from arael.sketch.commands.repeats import Answer, Repeats
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
@@ -165,16 +165,15 @@ class Session:
             return [self._again(text, name, *known)]
         return [reply for line in lines(Source(name, text)) for reply in self.run_line(line)]
 
-    def _again(self, text: str, name: str, known: Dimension, value: Amount) -> Reply:
+    def _again(
+        self, text: str, name: str, known: Dimension, value: Amount, answer: Answer
+    ) -> Reply:
         """Run a line that gives a dimension of an earlier line a value."""
         try:
             with self.document.transaction(text):
                 made = self.editor.renew(known, value)
-                self.repeats.note(text, made)
-                # imported here: dimensions are described by means of sessions
-                from arael.sketch.commands.dimensions import updated
-
-                return updated(self, made)
+                self.repeats.note(text, made, answer)
+                return answer(self, made)
         except (AraelError, ValueError) as error:
             ((statement,),) = lines(Source(name, text))
             word = _first_word(text)

@@ -188,6 +188,10 @@ class Solver:
         def set_data(share: float) -> None:
             layout.set_share(changes, (part + share) / parts)
 
+        def may_pass(guard: int) -> bool:
+            # An arc may grow past half a turn, where the guard of its sweep changes its sign.
+            return bool(layout.guards.struct(guard) == "SweepGuard")
+
         for part in range(parts):  # noqa: B007 - read by set_data
             found = follow(
                 self.levels,
@@ -198,6 +202,7 @@ class Solver:
                 least=SMALLEST_STEP,
                 low=layout.low,
                 high=layout.high,
+                may_pass=may_pass,
             )
             if not found.solved:
                 break

@@ -57,7 +57,7 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
 def tampered(vouched: str) -> None:
     """Change what has arrived at this worker."""
     contents.ARRIVED[vouched] += b"changed"
-    compiled.load.cache_clear()
+    compiled.loaded.cache_clear()
 
 
 def part_of(model: Any, name: str) -> PartRecipe:

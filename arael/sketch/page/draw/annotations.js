@@ -4,17 +4,16 @@ import { boundsOfAll } from "../geometry/boxes.js";
 import { curveOf, lineEnds, roughLength, sample } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { boxOfText } from "../geometry/lettering.js";
+import { drawDimensions, TEXT } from "./dimension_marks.js";
 import { layoutDimension, measured } from "./dimensions.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
-import { ARROW } from "./lines.js";
-import { EDGES, FONT } from "./palette.js";
+import { EDGES } from "./palette.js";
 import { Places, SamePlaces } from "./places.js";
 import { dimensionText } from "./texts.js";
 
 /** What is shorter on the screen, in pixels, has no dimension shown. */
 const SMALLEST = 18;
 const MOST = 600;
-const TEXT = `12px ${FONT}`;
 
 /**
  * @typedef {import("./lines.js").Drawn} Drawn
@@ -250,64 +249,3 @@ export class Annotations {
 
 /** @param {import("../view.js").View} view */
 const viewKey = ({ x, y, scale, width, height }) => [x, y, scale, width, height].join(" ");
-
-/**
- * Draws dimensions of one colour: each kind of line of all of them in one stroke.
- * @param {CanvasRenderingContext2D} ctx @param {Drawn[]} all @param {string} colour @param {string} back
- * @param {number[]} [dash]  of their lines
- */
-export function drawDimensions(ctx, all, colour, back, dash = []) {
-  ctx.strokeStyle = ctx.fillStyle = colour;
-  ctx.lineWidth = 0.8;
-  ctx.globalAlpha = 0.6;
-  ctx.beginPath();
-  for (const { thin } of all) segments(ctx, thin);
-  ctx.stroke();
-  ctx.globalAlpha = 1;
-  ctx.lineWidth = dash.length ? 1.6 : 1;
-  ctx.setLineDash(dash);
-  ctx.beginPath();
-  for (const { lines, arcs } of all) {
-    segments(ctx, lines);
-    for (const [x, y, r, start, sweep] of arcs) {
-      ctx.moveTo(x + r * Math.cos(start), y + r * Math.sin(start));
-      ctx.arc(x, y, r, start, start + sweep, sweep < 0);
-    }
-  }
-  ctx.stroke();
-  ctx.setLineDash([]);
-  ctx.beginPath();
-  for (const [x, y, ux, uy] of all.flatMap((one) => one.arrows)) {
-    const [bx, by, w] = [x - ARROW * ux, y - ARROW * uy, 0.28 * ARROW];
-    ctx.moveTo(x, y);
-    ctx.lineTo(bx - w * uy, by + w * ux);
-    ctx.lineTo(bx + w * uy, by - w * ux);
-    ctx.closePath();
-  }
-  ctx.fill();
-  ctx.save();
-  ctx.font = TEXT;
-  ctx.textAlign = "center";
-  ctx.textBaseline = "middle";
-  // the background's colour around the digits keeps them readable where a line passes
-  ctx.lineWidth = 3;
-  ctx.lineJoin = "round";
-  ctx.strokeStyle = back;
-  for (const { text: { x, y, angle, text } } of all) {
-    ctx.translate(x, y);
-    ctx.rotate(angle);
-    ctx.strokeText(text, 0, 0.5);
-    ctx.fillText(text, 0, 0.5);
-    ctx.rotate(-angle);
-    ctx.translate(-x, -y);
-  }
-  ctx.restore();
-}
-
-/** @param {CanvasRenderingContext2D} ctx @param {import("./lines.js").Four[]} all */
-function segments(ctx, all) {
-  for (const [x1, y1, x2, y2] of all) {
-    ctx.moveTo(x1, y1);
-    ctx.lineTo(x2, y2);
-  }
-}

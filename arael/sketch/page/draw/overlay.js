@@ -3,7 +3,7 @@
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { traceText } from "../geometry/lettering.js";
-import { drawDimensions } from "./annotations.js";
+import { drawDimensions } from "./dimension_marks.js";
 import { cutMark, drawSnapMark } from "./marks.js";
 import { FONT } from "./palette.js";
 import { disc, trace } from "./paths.js";
