@@ -48,6 +48,8 @@ RECORDER = """
         const accepted = (reply, part) =>
             Promise.resolve(reply).then(({ ok }) => ok && seen.add(part), () => {});
         around(app.wire, "run", (reply) => accepted(reply, `tool:${app.tools.id}`));
+        around(app.wire, "ask", (reply, what) =>
+            what === "measure" && accepted(reply, "tool:measure"));
         around(app.store, "select", () => seen.add(`tool:${app.tools.id}`));
         around(app.actions, "run", (_, id) => seen.add(`action:${id}`));
         around(app.actions.byKey, "get", (found, name) => found && seen.add(`key:${name}`));

@@ -19,7 +19,7 @@ def test_a_line_is_split_between_its_crossings(sheet: Any) -> None:
     run(sheet, "add_line -15,0 15,0", "add_line -5,-6 -5,6", "add_line 7,-6 7,6")
     start(sheet, "split")
     sheet.mouse.move(*at(sheet, 1, 0))
-    wait(sheet, "app.tools.current.preview().points.length === 2")
+    wait(sheet, "app.tools.current.preview().cuts?.length === 2")
     click(sheet, 1, 0)
     wait(sheet, "app.store.entities.size === 5")
     ends = sheet.evaluate(

@@ -166,7 +166,7 @@ def test_verdicts_are_the_same_with_and_without_proofs(monkeypatch: pytest.Monke
 
 
 def opened(script: str, values: dict[str, float]) -> Session:
-    """A sketch as a file changed by hand brings it: dimensions have values that were never solved."""
+    """A sketch as a file that was changed by hand brings it: values were never solved."""
     session = Session()
     session.run(script)
     content = json.loads(to_json(session.document))
