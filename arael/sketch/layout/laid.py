@@ -98,6 +98,8 @@ def own_rows(entity: Entity, values: NDArray[np.float64], alike: Alike) -> Plan:
     for radius in curve.ellipse[1:3] if curve.is_elliptic else curve.circle[1:]:
         if values[radius] > 0:
             plan.guard("ScalarValue", radius)
+        else:
+            plan.unguarded = True
     if not curve.ends:
         return plan
     start, end = curve.ends

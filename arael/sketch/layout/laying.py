@@ -58,6 +58,8 @@ class Laying(Aliases):
         name = laid.record.name
         plan = laid.plan = self._plan(laid, values)
         self._impossible.pop((name, -1), None)
+        if plan.unguarded:
+            self._unguarded[name] = None
         if plan.impossible:
             self._impossible[name, -1] = plan.impossible
         for hidden in plan.hidden:
@@ -183,6 +185,7 @@ class Laying(Aliases):
                 self.low[at : at + size], self.high[at : at + size] = -np.inf, np.inf
                 self._columns.release(at, size)
         self._with_hidden.pop(laid.record.name, None)
+        self._unguarded.pop(laid.record.name, None)
         self._with_turning.pop(laid.record.name, None)
         for at in laid.constants:
             self.rows.release_constant(at)

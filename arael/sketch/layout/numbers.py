@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.levels.shared_numbers import differs, gather, named, put, scattered
 from arael.sketch.document.records import Dimension, Entity
+from arael.sketch.layout.laid import Laid
 from arael.sketch.layout.operands import Operand, operands, sweep_of
 from arael.sketch.layout.plan import Plan
 from arael.sketch.layout.splines import pieces
@@ -34,6 +35,8 @@ class Numbers(Upkeep):
             now = values[live]
             moved = live[now.view(np.int64) != self._seen[live].view(np.int64)]
             self._take_over(moved, values)
+            for name in list(self._unguarded):
+                self._lay_anew(self._laid[name], values)
         gather(values, self._source, self.x)
         return self.x
 
@@ -72,7 +75,9 @@ class Numbers(Upkeep):
     def _renew_piece(self, name: str, values: NDArray[np.float64]) -> None:
         """A point on a spline that was moved is on the piece that is nearest now."""
         del self._pieces[name]
-        laid = self._laid[name]
+        self._lay_anew(self._laid[name], values)
+
+    def _lay_anew(self, laid: Laid, values: NDArray[np.float64]) -> None:
         self.version += 1
         with self.rows.edit(), self.guards.edit():
             self._remove_rows(laid)

@@ -120,6 +120,7 @@ class Plan:
     ties : points that are one place
     impossible : why the record can never hold, else empty
     piece : of a point on a spline of several pieces, else -1
+    unguarded : whether a radius has no guard, since it was not above 0
     """
 
     rows: list[Row] = field(default_factory=list)
@@ -129,6 +130,7 @@ class Plan:
     settings: list[Setting] = field(default_factory=list)
     impossible: str = ""
     piece: int = -1
+    unguarded: bool = False
 
     def hide(self, hidden: Hidden) -> int:
         """A hidden unknown; returns what rows use it by."""
