@@ -705,8 +705,11 @@ class Editor:
         if not self.solver.left_open():
             return
         try:
-            self._settle()
+            with self.document.transaction("tighten"):
+                self._settle()
         except AraelError:
+            if self.solver.interrupted:
+                raise
             open_ = ", ".join(f"`{name}`" for name in self.solver.left_open()[:3])
             self.notices.append(f"notice: no solution was found for {open_} in what is left")
 
