@@ -145,7 +145,7 @@ def alike(models: Sequence[Any]) -> list[list[int]]:
     for number, model in enumerate(models):
         root = model._store.tables[""]
         shared = tuple(
-            (path, np.asarray(root.column(path)).tolist().__repr__()) for path in root.data
+            (path, repr(np.asarray(root.column(path)).tolist())) for path in root.data
         ) + tuple((path, bool(root.column(f"{path}?")[0])) for path in root.optionals)
         found.setdefault(shared, []).append(number)
     return list(found.values())

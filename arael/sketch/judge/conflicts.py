@@ -30,12 +30,7 @@ def conflict(layout: Layout, solver: Solver, cause: str = "") -> tuple[str, ...]
     """
     if layout.impossible:
         name = cause if cause in layout.impossible else next(iter(layout.impossible))
-        found = (*layout.rivals(name), name)
-        return (
-            found
-            if len(found) > 1
-            else (*joints(layout, found, lambda: solver.feasible(found)), *found)
-        )
+        return _with_joints(layout, solver, (*layout.rivals(name), name))
     names = _connected(layout, cause)
     if not names or solver.feasible(names):
         return ()
@@ -43,12 +38,14 @@ def conflict(layout: Layout, solver: Solver, cause: str = "") -> tuple[str, ...]
     guess = list(solver.open_candidates(cause))
     if guess and not solver.feasible(guess):
         names = guess
-    found = smallest(names, cause, solver.feasible)
-    return (
-        found
-        if len(found) > 1
-        else (*joints(layout, found, lambda: solver.feasible(found)), *found)
-    )
+    return _with_joints(layout, solver, smallest(names, cause, solver.feasible))
+
+
+def _with_joints(layout: Layout, solver: Solver, found: tuple[str, ...]) -> tuple[str, ...]:
+    """With the joints that are to blame where a single constraint cannot hold."""
+    if len(found) > 1:
+        return found
+    return (*joints(layout, found, lambda: solver.feasible(found)), *found)
 
 
 def smallest(
