@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -109,11 +108,12 @@ def test_a_killed_worker_costs_one_retry(client: Any, logs: Path) -> None:
 
     def kill_then_write() -> None:
         with open(pipe, "w"):  # opens when the worker reads
+            # a second attempt finds a file, however soon it comes
+            written = logs.parent / "written.json"
+            written.write_text('{"a": 0, "target": 7}')
+            written.replace(pipe)
             for pid in client.run(os.getpid).values():
                 os.kill(pid, signal.SIGKILL)
-        time.sleep(0.5)
-        pipe.unlink()
-        pipe.write_text('{"a": 0, "target": 7}')
 
     thread = threading.Thread(target=kill_then_write)
     thread.start()
