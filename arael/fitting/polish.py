@@ -8,6 +8,8 @@ section 2.4).
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +39,7 @@ def polished(curve: Curve, x: Array, moves: NDArray[np.bool_]) -> tuple[Array, f
         residuals, matrix = curve(x)
         cost = float(residuals @ residuals)
         # Costs near the least differ by their rounding alone.
-        if not np.isfinite(matrix).all() or not cost <= least * (1 + 1e-12):
+        if not np.isfinite(matrix).all() or not cost <= least + _noise(cost, matrix, x):
             break
         least = min(least, cost)
         part = matrix[:, moves]
@@ -56,3 +58,14 @@ def polished(curve: Curve, x: Array, moves: NDArray[np.bool_]) -> tuple[Array, f
         x[moves] += np.linalg.solve(r, along) / length
         x = np.clip(x, curve.low, curve.high)
     return best, promise
+
+
+def _noise(cost: float, matrix: Array, x: Array) -> float:
+    """Rounding noise of a cost, as the solver estimates it for `Result.noise_floor`.
+
+    It is that of the terms of the residuals, which are much larger than the residuals where a curve
+    fits well: 1e-11 of the cost and more for data of six digits.
+    """
+    epsilon = float(np.finfo(float).eps)
+    terms = (epsilon * float(np.linalg.norm(matrix * x))) ** 2
+    return 4 * epsilon * cost + 2 * sqrt(cost * terms) + terms
