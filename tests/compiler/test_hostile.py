@@ -11,7 +11,9 @@ from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import standard_models
 from arael.syntax.parser import parse
 
-SECONDS = 15.0
+SECONDS = 60.0
+"""Of processor time at most. What grows exponentially takes years; the slowest model below takes 12
+on a slow machine that is idle, and 20 beside another process."""
 
 
 def stages(text: str) -> str:
