@@ -27,6 +27,10 @@ MAX_OPERATIONS = 60_000
 # Generated source of a SLAM model has 0.12 MB.
 MAX_SOURCE = 3 << 20
 
+# The smallest constraint makes 4 kB of source, so more than these would be too much source. That is
+# said before they are derived.
+MAX_CONSTRAINTS = 1000
+
 
 @dataclass(frozen=True)
 class Program:
@@ -55,6 +59,11 @@ def derive(
     model: TypedModel, source: str, precision: str | None = None, warnings: tuple[str, ...] = ()
 ) -> Program:
     """Typed model to IR: residuals and their derivatives as straight-line programs."""
+    if len(model.constraints) > MAX_CONSTRAINTS:
+        raise _too_much_source(
+            f"the model has {len(model.constraints)} constraints, more than {MAX_CONSTRAINTS}",
+            source,
+        )
     functions = Functions(model.functions)
     states: list[StateModel] = [model_state(site, functions) for site in model.entities]
     single = (precision or model.precision) == "f32"
@@ -111,13 +120,20 @@ def emit(program: Program, source_hash: str, refreshed: bool = True) -> str:
         refreshed=refreshed,
     )
     if len(text) > MAX_SOURCE:
-        raise AraelError(
-            Diagnostic(
-                "E0620",
-                f"{len(program.kernels)} constraints make {len(text) >> 20} MB of source, "
-                f"more than {MAX_SOURCE >> 20}",
-                origin=layout.source,
-                help=("put what many constraints have in common into one, with data that differs",),
-            )
+        raise _too_much_source(
+            f"{len(program.kernels)} constraints make {len(text) / (1 << 20):.1f} MB of source, "
+            f"more than {MAX_SOURCE >> 20}",
+            layout.source,
         )
     return text
+
+
+def _too_much_source(said: str, source: str) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E0620",
+            said,
+            origin=source,
+            help=("put what many constraints have in common into one, with data that differs",),
+        )
+    )

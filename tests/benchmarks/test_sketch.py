@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import random
 import re
 import sys
 import types
+import venv
 from dataclasses import replace
 from pathlib import Path
 
@@ -255,9 +255,8 @@ def test_an_answer_is_not_believed() -> None:
 
 
 def test_a_wheel_that_is_missing_is_named(tmp_path: Path) -> None:
-    if importlib.util.find_spec("slvs"):
-        pytest.skip("slvs is installed")
-    plan = Plan(sketchers=("slvs",), quick=True)
+    venv.create(tmp_path / "bare", with_pip=False)  # whatever this one has installed
+    plan = Plan(sketchers=("slvs",), quick=True, python=str(tmp_path / "bare/bin/python"))
     found = run("slvs", Case("resolve", "chain-20"), plan, tmp_path)
     assert found.reason.startswith("slvs is not installed: `pip install slvs`")
 

@@ -12,8 +12,8 @@ from arael.loading import standard_models
 from arael.syntax.parser import parse
 
 SECONDS = 60.0
-"""Of processor time at most. What grows exponentially takes years; the slowest model below takes 12
-on a slow machine that is idle, and 20 beside another process."""
+"""Of processor time at most. What grows exponentially takes years; the slowest model below takes 10
+on a slow machine that is idle."""
 
 
 def stages(text: str) -> str:
@@ -75,6 +75,12 @@ BOMBS = {
     "thousands of constraints": (
         "root R { param p: real\n"
         + "".join(f"constraint c{i} {{ sin(p * {i}) }}\n" for i in range(5000))
+        + "}",
+        "E0620",
+    ),
+    "as much source as is made at most": (
+        "root R { param p: real\n"
+        + "".join(f"constraint c{i} {{ sin(p * {i}) }}\n" for i in range(900))
         + "}",
         "E0620",
     ),
