@@ -107,7 +107,7 @@ class Judge:
 
     def verdicts(self, names: Sequence[str]) -> list[Verdict]:
         """Verdicts on several, each given everything that is not after it in `names`."""
-        self.layout.refresh()
+        self.layout.gather()
         own = [self.layout.first_rows(name) for name in names]
         if all(own) and self._surely_help([row for one in own for row in one]):
             return [

@@ -58,6 +58,8 @@ class Laying(Aliases):
         name = laid.record.name
         plan = laid.plan = self._plan(laid, values)
         self._impossible.pop((name, -1), None)
+        if self.document.is_changing:
+            self._amid_changes[name] = None
         if plan.unguarded:
             self._unguarded[name] = None
         if plan.impossible:

@@ -37,6 +37,9 @@ class Numbers(Upkeep):
             self._take_over(moved, values)
             for name in list(self._unguarded):
                 self._lay_anew(self._laid[name], values)
+            self._renew_sides(moved, values)
+        if not self.document.is_changing:
+            self._amid_changes.clear()
         gather(values, self._source, self.x)
         return self.x
 
@@ -76,6 +79,26 @@ class Numbers(Upkeep):
         """A point on a spline that was moved is on the piece that is nearest now."""
         del self._pieces[name]
         self._lay_anew(self._laid[name], values)
+
+    def _renew_sides(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Choose sides anew that were chosen by numbers which are taken back, or changed again.
+
+        A record is laid out by where things are: on which side, by how many half turns. What
+        is taken back then are the numbers alone, if the record itself is as it was.
+        """
+        if not self._amid_changes:
+            return
+        users = {
+            name: None for one in self._entities_at(moved) for name in self._users.get(one, {})
+        }
+        for name in users.keys() & self._amid_changes.keys():
+            laid = self._laid[name]
+            old = laid.plan
+            if old is None:
+                continue
+            new = self._plan(laid, values)
+            if (new.rows, new.guards) != (old.rows, old.guards):
+                self._lay_anew(laid, values)
 
     def _lay_anew(self, laid: Laid, values: NDArray[np.float64]) -> None:
         self.version += 1

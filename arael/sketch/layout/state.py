@@ -54,6 +54,7 @@ class State:
         self._live = np.zeros(0, dtype=np.int64)
         self._with_hidden: dict[str, None] = {}
         self._unguarded: dict[str, None] = {}  # entities with a radius that was not above 0
+        self._amid_changes: dict[str, None] = {}  # records laid out in a transaction that is open
         self._with_turning: dict[str, None] = {}  # whose guards follow their values
         # Dimensions that follow geometry, by the parameters and dimensions they read.
         self._readers: dict[str, dict[str, None]] = {}
