@@ -97,7 +97,7 @@ class Numbers(Upkeep):
             if old is None:
                 continue
             new = self._plan(laid, values)
-            if (new.rows, new.guards) != (old.rows, old.guards):
+            if (new.rows, new.sums, new.guards) != (old.rows, old.sums, old.guards):
                 self._lay_anew(laid, values)
 
     def _lay_anew(self, laid: Laid, values: NDArray[np.float64]) -> None:
