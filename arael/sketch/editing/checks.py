@@ -75,7 +75,8 @@ def check_remains(
         before = old[entity.at : entity.at + entity.size].tolist()
         now = _extents(entity.kind, document.numbers_of(name).tolist())
         for (what, found), (_, was) in zip(now, _extents(entity.kind, before), strict=True):
-            if not found > least and was > least:
+            # What is as small as that already, since the drawing grew, still keeps its direction.
+            if not found > (least if was > least else 0.0) and was > 0.0:
                 raise AraelError(
                     Diagnostic(
                         "E1220",
