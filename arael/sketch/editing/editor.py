@@ -226,7 +226,7 @@ class Editor:
         if outcome.solved:
             label = self._label(cause) if cause else ""
             self.check_remains(outcome.moved, before, size, label)
-            self._check_stays(before, size)
+            self.check_stays(before, size)
             return outcome
         if outcome.status == "interrupted":
             raise refusals.broken_off()
@@ -254,7 +254,7 @@ class Editor:
         values = self.solver.values_without_sides()
         return values is not None and not self._known_extents().collapses(values, COLLAPSED * size)
 
-    def _check_stays(self, before: Floats, size: float) -> None:
+    def check_stays(self, before: Floats, size: float) -> None:
         """Refuse a solution at infinity.
 
         Where a line cannot have the direction that it has to have, it comes as near to it as
@@ -762,7 +762,8 @@ class Editor:
         Raises
         ------
         AraelError
-            E1234: no solution; everything is where it was
+            E1220: something would collapse; E1234: no solution, or one at infinity. Everything is
+            where it was
         """
         spelt = {canonical(self.document, handle)[2]: place for handle, place in moves.items()}
         with self.document.transaction(f"drag {' '.join(spelt)}"):
@@ -774,6 +775,7 @@ class Editor:
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
             self.check_remains(outcome.moved, before, size)
+            self.check_stays(before, size)
         return outcome
 
 
@@ -809,7 +811,7 @@ class Dragging:
         return self._frame(lambda: self._drag.shift(dx, dy, seconds))
 
     def _frame(self, move: Callable[[], Outcome]) -> Outcome:
-        """A frame in which something would collapse is not made."""
+        """A frame in which something would collapse, or run away, is not made."""
         document = self._document
         before = document.values.copy()
         found: list[Outcome] = []
@@ -817,6 +819,8 @@ class Dragging:
             with document.transaction("frame"):
                 found.append(move())
                 self._editor.check_remains(found[0].moved, before, self._size)
+                if self._editor.layout.size > 2.0 * self._size:
+                    self._editor.check_stays(before, self._size)
         except AraelError:
             return replace(found[0], status="side", moved=())
         if document.open_transaction is not None:
