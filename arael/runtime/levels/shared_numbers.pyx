@@ -110,6 +110,19 @@ def named(at, first, list names):
     return tuple(found)
 
 
+def mostly_apart(values, double least):
+    """Whether more than half of the differences of neighbours are not below `least`.
+
+    Then their median is not below it either: it need not be sorted for.
+    """
+    cdef const double* number = <const double*>address(values, np.float64)
+    cdef Py_ssize_t i, count = values.size - 1, apart = 0
+    for i in range(count):
+        if fabs(number[i + 1] - number[i]) >= least:
+            apart += 1
+    return 2 * apart > count
+
+
 def largest(values):
     """Largest magnitude; 0 of none."""
     cdef const double* number = <const double*>address(values, np.float64)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError
-from arael.runtime.levels.shared_numbers import largest
+from arael.runtime.levels.shared_numbers import largest, mostly_apart
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.measures import measured, signed
@@ -130,6 +130,7 @@ class Editor:
         self._points = Points(document)
         self._together = 0
         self._extents: tuple[int, Extents] | None = None  # of a version of the layout
+        self._checked = -1  # the version of which few entities were checked last
 
     # --- transactions -----------------------------------------------------------------------
 
@@ -204,7 +205,11 @@ class Editor:
         self, names: Sequence[str], old: Floats, size: float, cause: str = ""
     ) -> None:
         """Refuse what makes any of `names` collapse; see `arael.sketch.editing.checks`."""
-        if len(names) <= _FEW:
+        version = self.layout.version
+        if len(names) <= _FEW and self._checked != version:
+            # What is done in a single pass has to be prepared for each structure: that pays from
+            # the second time on.
+            self._checked = version
             check_remains(self.document, names, old, size, cause)
             return
         suspects = self._known_extents().suspects(self.document.values, COLLAPSED * size)
@@ -264,11 +269,13 @@ class Editor:
         """
         values = self.document.values
         far, old = largest(values), largest(before)
-        if far > old and self.layout.size > size and len(values) > 1:
+        if far > old and len(values) > 1:
             # Equations hold up to a share of the drawing's size: most of it would not hold.
-            usual = float(np.median(np.abs(np.diff(values))))
-            if size <= _DWARFS * usual < self.layout.size:
-                raise refusals.runs_away()
+            now = self.layout.size
+            if now > size and not mostly_apart(values, 2.0 * now / _DWARFS):
+                usual = float(np.median(np.abs(np.diff(values))))
+                if size <= _DWARFS * usual < now:
+                    raise refusals.runs_away()
         old += size
         if far <= _GROWS * old:
             return

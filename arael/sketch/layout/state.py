@@ -66,6 +66,7 @@ class State:
         self._pieces: dict[str, int] = {}
         self._at_knots: dict[str, int] = {}
         self._turning: tuple[int, NDArray[np.int64]] | None = None
+        self._slacks: tuple[int, NDArray[np.int64]] | None = None
         self._angles: tuple[int, NDArray[np.int64], list[tuple[int, int]]] | None = None
 
     def _grow(self) -> None:

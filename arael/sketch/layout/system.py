@@ -97,14 +97,16 @@ class System(Numbers):
     def slacks(self) -> NDArray[np.int64]:
         """Where in `x` slacks of ranges are."""
         self.refresh()
-        found = [
-            at + k
-            for laid in map(self._laid.__getitem__, self._with_hidden)
-            if isinstance(laid.record, Dimension)
-            for at, size in self._hidden_blocks(laid)
-            for k in range(size)
-        ]
-        return np.array(sorted(found), dtype=np.int64)
+        if self._slacks is None or self._slacks[0] != self.version:
+            found = [
+                at + k
+                for laid in map(self._laid.__getitem__, self._with_hidden)
+                if isinstance(laid.record, Dimension)
+                for at, size in self._hidden_blocks(laid)
+                for k in range(size)
+            ]
+            self._slacks = (self.version, np.array(sorted(found), dtype=np.int64))
+        return self._slacks[1]
 
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""

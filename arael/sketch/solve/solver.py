@@ -166,15 +166,15 @@ class Solver:
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
         layout = self.layout
-        if changes and self._holds(x):
-            return self._newton(x)  # the geometry was changed along with the values
-        start = x.copy()
         parts = layout.parts_of(changes, FAR, FAR_TURN)
+        start = x.copy()
         if not parts:
             near = self._newton(x)
             if near.solved or not changes:
                 return near
             x[:] = start
+        elif self._holds(x):
+            return self._newton(x)  # the geometry was changed along with the values
         # The start solves the old values at most up to the tolerance, and what is new not at all.
         layout.set_share(changes, 0.0)
         before = self._newton(x)
@@ -293,7 +293,10 @@ class Solver:
     def prepare(self, x: Array) -> None:
         """Levels and tolerances of the layout's present structure."""
         layout = self.layout
-        angles, slacks = layout.angles, layout.slacks
+        angles = layout.angles
+        if self._version == layout.version and self._tolerances is not None and not len(angles):
+            return
+        slacks = layout.slacks
         if len(angles) or len(self._levers):
             levers = layout.levers
             same = len(levers) == len(self._levers)

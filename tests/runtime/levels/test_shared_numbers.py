@@ -13,6 +13,7 @@ from arael.runtime.levels.shared_numbers import (
     extent,
     gather,
     largest,
+    mostly_apart,
     named,
     put,
     scattered,
@@ -65,6 +66,17 @@ def test_runs_are_named_once():
 def test_largest_magnitude():
     assert largest(np.array([1.0, -3.0, 2.0])) == 3.0
     assert largest(np.zeros(0)) == 0.0
+
+
+def test_differences_that_are_mostly_large_have_a_large_median():
+    assert mostly_apart(np.array([0.0, 2.0, 4.0, 4.5]), 2.0)
+    assert not mostly_apart(np.array([0.0, 2.0, 2.5]), 2.0)  # the median is between the two
+    assert not mostly_apart(np.zeros(1), 2.0)
+    for count in range(2, 40):
+        values = RANDOM.normal(size=count)
+        for least in (0.1, 0.5, 1.0, 2.0):
+            if mostly_apart(values, least):
+                assert np.median(np.abs(np.diff(values))) >= least
 
 
 def test_extent_is_that_of_the_box_or_a_diameter():
