@@ -37,6 +37,17 @@ def gather(values, source, x):
             to[i] = number[of[i]]
 
 
+def spread(kinds, root, found):
+    """Set found[root[i]] to kinds[i] for every i whose kind (int8) is not 0."""
+    cdef const signed char* kind = <const signed char*>address(kinds, np.int8)
+    cdef Py_ssize_t i, count = kinds.size
+    cdef const int64_t* of = <const int64_t*>address(root, np.int64, count)
+    cdef signed char* to = <signed char*>writable(found, np.int8)
+    for i in range(count):
+        if kind[i] != 0:
+            to[of[i]] = kind[i]
+
+
 def scattered(x, root, values, at):
     """Numbers that differ in any bit from the unknown that they share.
 

@@ -50,6 +50,7 @@ class Document:
     entities, constraints, dimensions, parameters, groups : records by name, in the order they were
         made
     values : all numbers in use, read-only; change them by `set_values`
+    moves : how often numbers were changed; while it stays, they are the same
     history : `History`
     unit : of lengths: ``mm``, ``cm``, ``m``, ``in``
     watchers : called with every `RecordChange` and whether it is taken back, after it was made
@@ -63,6 +64,7 @@ class Document:
         self.dimensions: Mapping[str, Dimension] = MappingProxyType(self._tables["dimensions"])
         self.parameters: Mapping[str, Parameter] = MappingProxyType(self._tables["parameters"])
         self.groups: Mapping[str, Group] = MappingProxyType(self._tables["groups"])
+        self.moves = 0
         self._numbers = np.zeros(64)
         self._resize(0)
         self._settings: dict[str, Any] = {"unit": "mm"}
@@ -202,6 +204,7 @@ class Document:
         """Make one recorded change, or take it back; for `History`."""
         if isinstance(change, ValuesChange):
             self._numbers[change.offsets] = change.old if backwards else change.new
+            self.moves += 1
         elif isinstance(change, SizeChange):
             size = change.old if backwards else change.new
             self._reserve(size)
@@ -327,6 +330,7 @@ class Document:
 
     def _resize(self, size: int) -> None:
         self._size = size
+        self.moves += 1
         self.values: NDArray[np.float64] = self._numbers[:size]
         self.values.flags.writeable = False
 

@@ -90,6 +90,11 @@ class Layout(System):
         """See `arael.sketch.layout.sides.side_of`."""
         return side_of(self.document, kind, args, mode)
 
+    @property
+    def has_hidden(self) -> bool:
+        """Whether there are unknowns that are no numbers of the document."""
+        return bool(self._with_hidden)
+
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)

@@ -29,6 +29,8 @@ class Numbers(Upkeep):
         Where a number of a place was changed in the document, the place starts from there.
         """
         self.refresh()
+        if self._gathered == (self.document.moves, self.version):
+            return self.x
         values = self.document.values
         live = self._live
         if differs(values, self._seen, live):
@@ -38,6 +40,7 @@ class Numbers(Upkeep):
             for name in list(self._unguarded):
                 self._lay_anew(self._laid[name], values)
         gather(values, self._source, self.x)
+        self._gathered = (self.document.moves, self.version)
         return self.x
 
     def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
@@ -128,6 +131,7 @@ class Numbers(Upkeep):
             return ()
         document.replace_values(at, old, new)
         put(self._seen, at, new)
+        self._gathered = (document.moves, self.version)
         return named(at, self._first, self._entity_at)
 
     def _entities_at(self, at: NDArray[np.int64]) -> tuple[str, ...]:

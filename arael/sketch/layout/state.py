@@ -30,6 +30,10 @@ class State:
         self._is_equation = np.zeros(0, dtype=bool)  # by row: not empty, nor a quantity's
         self.guard_owner: list[str] = []
         self.version = 0
+        self._drawn = 0  # counts the entities that came and went
+        # Changes of the document's numbers, and version, for which `x` and the size are known.
+        self._gathered = (-1, -1)
+        self._sized = (-1, -1, 1.0)
         self._columns = Columns()
         self._laid: dict[str, Laid] = {}
         self._users: dict[str, dict[str, None]] = {}

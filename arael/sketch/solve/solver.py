@@ -141,6 +141,9 @@ class Solver:
         layout.approach_turned(x)
         taken = layout.take_changes()
         changes = {key: (old + share * (new - old), new) for key, (old, new) in taken.items()}
+        held = None if changes else self._held(x)
+        if held is not None:
+            return self.written(x, held), x
         start = x.copy()
         found = self._solved(x, changes)
         if found.status == "side" and found.guard in layout.document.entities:
@@ -213,6 +216,20 @@ class Solver:
     def _holds(self, x: Array) -> bool:
         """Whether all equations hold at `x`."""
         return self.layout.rows.holds(x, self.tolerances.at(x))
+
+    def _held(self, x: Array) -> Outcome | None:
+        """The outcome at `x` where all equations hold, None where a solve has something to do.
+
+        Most edits of a drawing that is made to measure only say what holds already: nothing of
+        their structure need be analysed, which takes longer than all else.
+        """
+        layout = self.layout
+        if layout.has_hidden:  # these have bounds, within which they are brought first
+            return None
+        row, residual, share = layout.rows.worst(x, self.tolerances.at(x))
+        if not share <= 1.0:
+            return None
+        return Outcome("solved", (), residual, layout.owner[row] if row >= 0 else "")
 
     def holds(self, tolerance: float) -> bool:
         """Whether no residual is larger, where the document is."""

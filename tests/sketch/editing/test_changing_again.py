@@ -9,6 +9,7 @@ from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 from arael.sketch.editing import editor as editing
 from arael.sketch.layout.system import System
+from arael.sketch.solve.solver import Solver
 
 PLATE = """
 add_rect 0,0 60,40 hv
@@ -102,3 +103,40 @@ def test_a_part_of_a_step_that_fails_leaves_the_step_open() -> None:
         raise RuntimeError
     assert not document.is_changing
     assert document.values[0] == 1.0
+
+
+def test_what_holds_already_is_not_analysed(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = drawn("add_line 0,0 4,0; add_line 4,0 4,3; add_line 4,3 0,0")
+
+    def solve(*_: object, **__: object) -> None:
+        raise AssertionError("all equations hold")
+
+    monkeypatch.setattr(Solver, "_newton", solve)
+    before = session.document.values.tobytes()
+    session.run("horizontal L0; vertical L1; length L0 4; length L1 3")
+    assert session.document.values.tobytes() == before
+    monkeypatch.undo()
+    session.run("length L0 5")
+    assert session.editor.measure("length", ("L0",)) == pytest.approx(5.0, abs=1e-12)
+    with pytest.raises(AraelError):
+        session.run("length L2 9")
+
+
+def test_unknowns_follow_every_change_of_numbers() -> None:
+    session = drawn("add_line 0,0 4,0; horizontal L0; length L0 4")
+    layout, document = session.editor.layout, session.document
+    first = layout.gather().copy()
+    assert layout.gather() is layout.x
+    session.run("length L0 5")
+    assert not np.array_equal(layout.gather(), first)
+    session.run("undo")
+    np.testing.assert_array_equal(layout.gather(), first)
+    size = layout.size
+    with document.transaction("moved"):
+        document.set_values([0, 2], [-40.0, -36.0])
+    assert layout.gather()[0] == -40.0
+    assert layout.size == size
+    session.run("add_line 0,0 0,100")
+    assert layout.size == 100.0
+    session.run("undo")
+    assert layout.size == size
