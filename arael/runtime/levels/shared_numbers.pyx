@@ -121,6 +121,20 @@ def named(at, first, list names):
     return tuple(found)
 
 
+def near(values, at, double x, double y, double distance):
+    """Numbers k of the points (x at values[at[k]], y behind it) within a distance of a place."""
+    cdef const double* number = <const double*>address(values, np.float64)
+    cdef const int64_t* point = <const int64_t*>address(at, np.int64)
+    cdef Py_ssize_t k, count = at.size
+    cdef double dx, dy
+    found = []
+    for k in range(count):
+        dx, dy = number[point[k]] - x, number[point[k] + 1] - y
+        if dx * dx + dy * dy <= distance * distance:
+            found.append(k)
+    return found
+
+
 def mostly_apart(values, double least):
     """Whether more than half of the differences of neighbours are not below `least`.
 

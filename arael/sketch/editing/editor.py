@@ -227,11 +227,12 @@ class Editor:
 
     def _solved(self, cause: str) -> Outcome:
         before, size = self.document.values.copy(), self.layout.size
+        moves = self.document.moves
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
             self.check_remains(outcome.moved, before, size, label)
-            self._check_stays(before, size)
+            self._check_stays(before, size, moves)
             return outcome
         if outcome.status == "interrupted":
             raise refusals.broken_off()
@@ -259,14 +260,16 @@ class Editor:
         values = self.solver.values_without_sides()
         return values is not None and not self._known_extents().collapses(values, COLLAPSED * size)
 
-    def _check_stays(self, before: Floats, size: float) -> None:
-        """Refuse a solution at infinity.
+    def _check_stays(self, before: Floats, size: float, moves: int) -> None:
+        """Refuse a solution at infinity, where anything has moved since `moves`.
 
         Where a line cannot have the direction that it has to have, it comes as near to it as
         wanted by growing: everything is small relative to a drawing that large. A drawing that
         has grown is a solution if its equations hold by its old measure, or up to rounding; one
         that is far larger than it was and than every number that is given is none.
         """
+        if self.document.moves == moves:
+            return
         values = self.document.values
         far, old = largest(values), largest(before)
         if far > old and len(values) > 1:

@@ -95,6 +95,11 @@ class Layout(System):
         """Whether there are unknowns that are no numbers of the document."""
         return bool(self._with_hidden)
 
+    @property
+    def bounds(self) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+        """`low` and `high`; None where no unknown has bounds, as hidden ones alone do."""
+        return (self.low, self.high) if self._with_hidden else (None, None)
+
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)

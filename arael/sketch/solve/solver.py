@@ -268,7 +268,8 @@ class Solver:
                 self._trial = (key, trial)
             levels = self._trial[1]
         tolerance = self.tolerances.at(x)
-        found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
+        low, high = layout.bounds
+        found = levels.solve(x, tolerance, active=active, low=low, high=high)
         return self.named(found, x, tolerance)
 
     def named(self, found: Any, x: Array, tolerance: Array, fraction: float = 0.0) -> Outcome:

@@ -15,6 +15,7 @@ from arael.runtime.levels.shared_numbers import (
     largest,
     mostly_apart,
     named,
+    near,
     put,
     scattered,
     spread,
@@ -78,6 +79,14 @@ def test_differences_that_are_mostly_large_have_a_large_median():
         for least in (0.1, 0.5, 1.0, 2.0):
             if mostly_apart(values, least):
                 assert np.median(np.abs(np.diff(values))) >= least
+
+
+def test_points_within_a_distance_are_found_in_their_order():
+    values, at = RANDOM.uniform(-1.0, 1.0, 60), np.arange(58, -1, -2)
+    expected = np.flatnonzero(np.hypot(values[at] - 0.2, values[at + 1] + 0.1) <= 0.5)
+    assert near(values, at, 0.2, -0.1, 0.5) == expected.tolist()
+    assert near(np.array([3.0, 4.0]), ints(0), 0.0, 0.0, 5.0) == [0]
+    assert near(values, ints(), 0.0, 0.0, 5.0) == []
 
 
 def test_kinds_of_numbers_become_those_of_unknowns():

@@ -140,3 +140,16 @@ def test_unknowns_follow_every_change_of_numbers() -> None:
     assert layout.size == 100.0
     session.run("undo")
     assert layout.size == size
+
+
+def test_unknowns_have_bounds_only_where_some_are_hidden() -> None:
+    session = drawn("add_line 0,0 4,0; length L0 4")
+    layout = session.editor.layout
+    assert layout.bounds == (None, None)
+    session.run("add_point 1,1; distance P0 L0.p1 1 to 3")
+    low, high = layout.bounds
+    assert low is layout.low
+    assert high is layout.high
+    session.run("undo 2")
+    assert layout.refresh() is not None
+    assert layout.bounds == (None, None)
