@@ -6,23 +6,7 @@ import numpy as np
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.address cimport address, writable
-
-
-cdef inline int32_t root_of(int32_t* parent, int32_t node) noexcept nogil:
-    """Root of a node's tree; on the way every other node is moved up (path halving)."""
-    while parent[node] != node:
-        parent[node] = parent[parent[node]]
-        node = parent[node]
-    return node
-
-
-cdef inline void join(int32_t* parent, int32_t one, int32_t other) noexcept nogil:
-    one, other = root_of(parent, one), root_of(parent, other)
-    # The first node of a component is its root, which numbers components in order of their nodes.
-    if one < other:
-        parent[other] = one
-    else:
-        parent[one] = other
+from arael.runtime.assembly.union_find cimport join, numbered
 
 
 def connected(column_start, rows, ones, others, idle):
@@ -49,7 +33,7 @@ def connected(column_start, rows, ones, others, idle):
     cdef const uint8_t* out = <const uint8_t*>address(idle, np.uint8, n)
     labels = np.arange(n, dtype=np.int32)
     cdef int32_t* parent = <int32_t*>writable(labels, np.int32, n)
-    cdef int32_t count = 0
+    cdef int32_t count
     with nogil:
         for k in range(n):
             for p in range(start[k], start[k + 1]):
@@ -58,17 +42,10 @@ def connected(column_start, rows, ones, others, idle):
         for p in range(pairs):
             if not (out[one[p]] or out[other[p]]):
                 join(parent, <int32_t>one[p], <int32_t>other[p])
-        # Parents have smaller numbers than their children, so that they have their label by now.
         for k in range(n):
             if out[k]:
                 parent[k] = -1
-            elif parent[k] == k:
-                parent[k] = -1 - count
-                count += 1
-            else:
-                parent[k] = parent[parent[k]]
-        for k in range(n):
-            parent[k] = -1 - parent[k]
+        count = numbered(parent, n)
     return count, labels
 
 

@@ -10,21 +10,7 @@ import numpy as np
 from libc.stdint cimport int32_t, int64_t
 
 from arael.runtime.address cimport address, writable
-
-
-cdef inline int32_t _root(int32_t* parent, int32_t k) noexcept nogil:
-    while parent[k] != k:
-        parent[k] = parent[parent[k]]
-        k = parent[k]
-    return k
-
-
-cdef inline void _join(int32_t* parent, int32_t a, int32_t b) noexcept nogil:
-    a, b = _root(parent, a), _root(parent, b)
-    if a < b:
-        parent[b] = a
-    elif b < a:
-        parent[a] = b
+from arael.runtime.assembly.union_find cimport join, root_of
 
 
 def neighbours(Py_ssize_t n, indptr, indices, free, taken):
@@ -133,7 +119,7 @@ def arranged(Py_ssize_t n, indptr, indices, free, order, links):
     for k in range(count):
         for e in range(at[sequence[k]], at[sequence[k] + 1]):
             if moves[of[e]]:
-                _join(parent, of[e], <int32_t>(n + sequence[k]))
+                join(parent, of[e], <int32_t>(n + sequence[k]))
                 entries += 1
     if links is not None:
         link = <const int32_t*>address(links[0], np.int32)
@@ -143,7 +129,7 @@ def arranged(Py_ssize_t n, indptr, indices, free, order, links):
             for e in range(link[k], link[k + 1]):
                 if moves[linked[e]]:
                     if last >= 0:
-                        _join(parent, last, linked[e])
+                        join(parent, last, linked[e])
                     last = linked[e]
     counted, numbers = np.zeros(m, np.uint8), np.full(n + m, -1, np.int32)
     cdef char* used = <char*>writable(counted, np.uint8)
@@ -152,7 +138,7 @@ def arranged(Py_ssize_t n, indptr, indices, free, order, links):
         used[sequence[k]] = 1
     for k in range(m):
         if used[k]:
-            u = _root(parent, <int32_t>(n + k))
+            u = root_of(parent, <int32_t>(n + k))
             if number[u] < 0:
                 number[u] = <int32_t>parts
                 parts += 1
@@ -163,7 +149,7 @@ def arranged(Py_ssize_t n, indptr, indices, free, order, links):
     filled = component_starts[:parts].copy()
     cdef int32_t* fill = <int32_t*>writable(filled, np.int32)
     for k in range(count):
-        c = number[_root(parent, <int32_t>(n + sequence[k]))]
+        c = number[root_of(parent, <int32_t>(n + sequence[k]))]
         row[fill[c]] = <int32_t>sequence[k]
         fill[c] += 1
     # Entries by position, then by unknown.
@@ -177,7 +163,7 @@ def arranged(Py_ssize_t n, indptr, indices, free, order, links):
     entries = 0
     for p in range(count):
         start[p] = <int32_t>entries
-        c = number[_root(parent, <int32_t>(n + row[p]))]
+        c = number[root_of(parent, <int32_t>(n + row[p]))]
         for e in range(at[row[p]], at[row[p] + 1]):
             u = of[e]
             if moves[u]:
@@ -226,6 +212,6 @@ cdef void _begin_runs(
     """Where the positions of each component begin."""
     cdef Py_ssize_t k, c
     for k in range(count):
-        component[number[_root(parent, <int32_t>(n + sequence[k]))] + 1] += 1
+        component[number[root_of(parent, <int32_t>(n + sequence[k]))] + 1] += 1
     for c in range(parts):
         component[c + 1] += component[c]

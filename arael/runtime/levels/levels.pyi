@@ -10,9 +10,6 @@ Mask = NDArray[np.bool_] | None
 
 PIVOT_TOLERANCE: float
 
-class CursorRows(Rows):
-    def __init__(self, n: int, at: ArrayLike, target: ArrayLike) -> None: ...
-
 class Levels:
     rows: Rows
     soft: Rows | None

@@ -16,7 +16,7 @@ import numpy as np
 
 from libc.math cimport sqrt
 from libc.stdint cimport int32_t, int64_t
-from libc.stdlib cimport calloc, free
+from libc.stdlib cimport free, malloc
 from libc.string cimport memset
 
 from arael.runtime.address cimport address, writable
@@ -114,7 +114,7 @@ def surely_independent(
     ]
     if not given or len(given) > ROWS // 4 or any(not len(own) for own, _, _ in given):
         return False
-    cdef Patch* patch = <Patch*>calloc(1, sizeof(Patch))
+    cdef Patch* patch = <Patch*>malloc(sizeof(Patch))      # cleared for each size
     if patch == NULL:
         raise MemoryError
     places = np.full(rows.n, -1, np.int32)

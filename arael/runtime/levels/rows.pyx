@@ -4,7 +4,7 @@
 import numpy as np
 
 from arael.runtime.address cimport address, writable
-from libc.math cimport fabs, isfinite
+from libc.math cimport INFINITY, fabs, isfinite
 from libc.stdint cimport int32_t
 
 
@@ -84,6 +84,39 @@ cdef class Rows:
                     break
         self.check(code)
         return found
+
+    def worst(self, x, tolerance):
+        """The row whose residual at `x` (n,) is the largest share of its `tolerance` (m,).
+
+        A residual that is not finite is the largest. Without rows (-1, 0).
+
+        Returns
+        -------
+        row : int
+        residual, share : float
+            Of that row; all rows hold where the share is at most 1.
+        """
+        x = np.ascontiguousarray(x, dtype=np.float64)
+        tolerance = np.ascontiguousarray(tolerance, dtype=np.float64)
+        r = np.zeros(self.m)
+        cdef const double* at = <const double*>address(x, np.float64, self.n)
+        cdef const double* most = <const double*>address(tolerance, np.float64, self.m)
+        cdef double* to = <double*>writable(r, np.float64, self.m)
+        cdef int code = 0
+        cdef Py_ssize_t i, row = -1
+        cdef double share = -1.0
+        if self.m == 0:
+            return -1, 0.0, 0.0
+        with nogil:
+            code = self.residuals(at, to)
+            for i in range(self.m):
+                if not isfinite(to[i]):
+                    row, share = i, INFINITY
+                    break
+                if fabs(to[i]) / most[i] > share:
+                    row, share = i, fabs(to[i]) / most[i]
+        self.check(code)
+        return row, to[row], share
 
     def jacobian(self, x):
         """Residuals (m,), and entries of the Jacobian in the order of `indices`, at `x` (n,)."""

@@ -37,6 +37,17 @@ def gather(values, source, x):
             to[i] = number[of[i]]
 
 
+def spread(kinds, root, found):
+    """Set found[root[i]] to kinds[i] for every i whose kind (int8) is not 0."""
+    cdef const signed char* kind = <const signed char*>address(kinds, np.int8)
+    cdef Py_ssize_t i, count = kinds.size
+    cdef const int64_t* of = <const int64_t*>address(root, np.int64, count)
+    cdef signed char* to = <signed char*>writable(found, np.int8)
+    for i in range(count):
+        if kind[i] != 0:
+            to[of[i]] = kind[i]
+
+
 def scattered(x, root, values, at):
     """Numbers that differ in any bit from the unknown that they share.
 
@@ -108,6 +119,33 @@ def named(at, first, list names):
             found.append(names[now])
             last = now
     return tuple(found)
+
+
+def near(values, at, double x, double y, double distance):
+    """Numbers k of the points (x at values[at[k]], y behind it) within a distance of a place."""
+    cdef const double* number = <const double*>address(values, np.float64)
+    cdef const int64_t* point = <const int64_t*>address(at, np.int64)
+    cdef Py_ssize_t k, count = at.size
+    cdef double dx, dy
+    found = []
+    for k in range(count):
+        dx, dy = number[point[k]] - x, number[point[k] + 1] - y
+        if dx * dx + dy * dy <= distance * distance:
+            found.append(k)
+    return found
+
+
+def mostly_apart(values, double least):
+    """Whether more than half of the differences of neighbours are not below `least`.
+
+    Then their median is not below it either: it need not be sorted for.
+    """
+    cdef const double* number = <const double*>address(values, np.float64)
+    cdef Py_ssize_t i, count = values.size - 1, apart = 0
+    for i in range(count):
+        if fabs(number[i + 1] - number[i]) >= least:
+            apart += 1
+    return 2 * apart > count
 
 
 def largest(values):

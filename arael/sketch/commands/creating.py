@@ -12,7 +12,7 @@ from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
 from arael.sketch.document.records import Constraint, Entity
 from arael.sketch.editing.directions import direction_at
-from arael.sketch.editing.editor import Added
+from arael.sketch.editing.results import Added
 from arael.sketch.expressions.vectors import Vec
 
 #: Words that may stand behind every command that creates.

@@ -14,7 +14,7 @@ from arael.sketch.commands.session import Session
 from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import fail
 from arael.sketch.document.records import Entity
-from arael.sketch.editing.editor import Added
+from arael.sketch.editing.results import Added
 from arael.sketch.expressions.vectors import Vec
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +30,7 @@ from arael.sketch.document.records import (
     Parameter,
     Record,
 )
+from arael.sketch.document.transacting import Transacting
 
 Watcher = Callable[[RecordChange, bool], None]
 _R = TypeVar("_R", Entity, Constraint, Dimension, Parameter, Group)
@@ -47,6 +47,10 @@ class Document:
 
     Attributes
     ----------
+    entities, constraints, dimensions, parameters, groups : records by name, in the order they were
+        made
+    values : all numbers in use, read-only; change them by `set_values`
+    moves : how often numbers were changed; while it stays, they are the same
     history : `History`
     unit : of lengths: ``mm``, ``cm``, ``m``, ``in``
     watchers : called with every `RecordChange` and whether it is taken back, after it was made
@@ -54,46 +58,21 @@ class Document:
 
     def __init__(self) -> None:
         self._tables: dict[str, dict[str, Any]] = {table: {} for table in TABLES}
+        # Views of what is never replaced: they are read many times in every edit.
+        self.entities: Mapping[str, Entity] = MappingProxyType(self._tables["entities"])
+        self.constraints: Mapping[str, Constraint] = MappingProxyType(self._tables["constraints"])
+        self.dimensions: Mapping[str, Dimension] = MappingProxyType(self._tables["dimensions"])
+        self.parameters: Mapping[str, Parameter] = MappingProxyType(self._tables["parameters"])
+        self.groups: Mapping[str, Group] = MappingProxyType(self._tables["groups"])
+        self.moves = 0
         self._numbers = np.zeros(64)
-        self._size = 0
+        self._resize(0)
         self._settings: dict[str, Any] = {"unit": "mm"}
         self._open: Transaction | None = None
         self.history = History()
         self.watchers: list[Watcher] = []
 
     # --- reading ----------------------------------------------------------------------------
-
-    @property
-    def entities(self) -> Mapping[str, Entity]:
-        """By name, in the order they were made."""
-        return MappingProxyType(cast("dict[str, Entity]", self._tables["entities"]))
-
-    @property
-    def constraints(self) -> Mapping[str, Constraint]:
-        """By name, in the order they were made."""
-        return MappingProxyType(cast("dict[str, Constraint]", self._tables["constraints"]))
-
-    @property
-    def dimensions(self) -> Mapping[str, Dimension]:
-        """By name, in the order they were made."""
-        return MappingProxyType(cast("dict[str, Dimension]", self._tables["dimensions"]))
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """By name, in the order they were made."""
-        return MappingProxyType(cast("dict[str, Parameter]", self._tables["parameters"]))
-
-    @property
-    def groups(self) -> Mapping[str, Group]:
-        """By name, in the order they were made."""
-        return MappingProxyType(cast("dict[str, Group]", self._tables["groups"]))
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """All numbers in use, read-only; change them by `set_values`."""
-        view = self._numbers[: self._size]
-        view.flags.writeable = False
-        return view
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -167,27 +146,39 @@ class Document:
 
     # --- transactions -----------------------------------------------------------------------
 
-    @contextmanager
-    def transaction(self, label: str) -> Iterator[Transaction]:
+    def transaction(self, label: str) -> Transacting:
         """One step of undo; inside another one, a part of it.
 
         An exception takes back what was changed since it began.
         """
-        outer = self._open
-        mine = outer if outer is not None else Transaction(label)
-        kept = len(mine.changes)
-        self._open = mine
+        return Transacting(self, label)
+
+    def begin(self, label: str) -> tuple[Transaction, bool]:
+        """The step of undo that is open now, and whether it began just now; for `Transacting`."""
+        if self._open is not None:
+            return self._open, False
+        self._open = Transaction(label)
+        return self._open, True
+
+    def end(self, made: Transaction, since: int, *, whole: bool, failed: bool) -> None:
+        """End a step of undo, or a part of one; for `Transacting`.
+
+        Parameters
+        ----------
+        since : changes from this one on are the part's
+        whole : whether it is the step itself
+        failed : take back what was changed
+        """
         try:
-            yield mine
-        except BaseException:
-            for change in reversed(mine.changes[kept:]):
-                self.apply(change, backwards=True)
-            del mine.changes[kept:]
-            raise
+            if failed:
+                for change in reversed(made.changes[since:]):
+                    self.apply(change, backwards=True)
+                del made.changes[since:]
         finally:
-            self._open = outer
-        if outer is None and mine.changes:
-            self.history.add(mine)
+            if whole:
+                self._open = None
+        if whole and made.changes and not failed:
+            self.history.add(made)
 
     @property
     def open_transaction(self) -> Transaction | None:
@@ -213,11 +204,12 @@ class Document:
         """Make one recorded change, or take it back; for `History`."""
         if isinstance(change, ValuesChange):
             self._numbers[change.offsets] = change.old if backwards else change.new
+            self.moves += 1
         elif isinstance(change, SizeChange):
             size = change.old if backwards else change.new
             self._reserve(size)
             self._numbers[min(size, self._size) : max(size, self._size)] = 0.0
-            self._size = size
+            self._resize(size)
         elif isinstance(change, SettingChange):
             value = change.old if backwards else change.new
             if value is None:
@@ -335,6 +327,12 @@ class Document:
         """Change a setting, ``unit``."""
         if self._settings.get(key) != value:
             self._make(SettingChange(key, self._settings.get(key), value))
+
+    def _resize(self, size: int) -> None:
+        self._size = size
+        self.moves += 1
+        self.values: NDArray[np.float64] = self._numbers[:size]
+        self.values.flags.writeable = False
 
     def _reserve(self, size: int) -> None:
         if size > len(self._numbers):

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError
-from arael.runtime.levels.shared_numbers import largest
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.measures import measured, signed
@@ -26,28 +25,28 @@ from arael.sketch.document.records import (
 from arael.sketch.editing import refusals
 from arael.sketch.editing.cascade import Doomed, disowned, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
-    COLLAPSED,
     check_amounts,
     check_collapse,
     check_extent,
     check_itself,
     check_largest,
     check_new_constraint,
-    check_remains,
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
-from arael.sketch.editing.extents import Extents
+from arael.sketch.editing.dragging import Dragging
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.editing.outlines import is_open, outline
+from arael.sketch.editing.remaining import Remaining
+from arael.sketch.editing.results import Added, Deleted
 from arael.sketch.editing.turning import turned
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.sides import mode_of
 from arael.sketch.solve.outcome import Outcome
-from arael.sketch.solve.solver import Drag, Solver
+from arael.sketch.solve.solver import Solver
 
 #: Ends this close are connected by themselves.
 CONNECT_WITHIN = 1e-3
@@ -55,46 +54,8 @@ CONNECT_WITHIN = 1e-3
 TANGENT_WITHIN = 1.0
 #: How often values that read geometry are worked out and solved for again.
 _ROUNDS = 200
-#: A drawing that grows to so many times its size is looked at twice.
-_GROWS = 100.0
-#: A drawing so many times larger than what is in it, usually, makes the rest of it vanish.
-_DWARFS = 1e7
-
-#: So many entities that moved are looked at one by one.
-_FEW = 20
-
 _T = TypeVar("_T")
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Added:
-    """A new entity and what was added with it.
-
-    Attributes
-    ----------
-    entity : the new one
-    connected : coincident constraints that were found
-    tangents : tangent constraints that were found
-    """
-
-    entity: Entity
-    connected: tuple[Constraint, ...] = ()
-    tangents: tuple[Constraint, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Deleted:
-    """What was deleted.
-
-    Attributes
-    ----------
-    names : all records, those that went with others included
-    dissolved : groups that were dissolved, and the part that was deleted
-    """
-
-    names: tuple[str, ...]
-    dissolved: Mapping[str, str]
 
 
 class _Pretended(Exception):
@@ -116,6 +77,7 @@ class Editor:
     layout : its rows for the solver
     solver : moves geometry so that all constraints hold
     judge : says what is free, redundant, impossible
+    remaining : refuses what leaves nothing of an entity, or of the drawing
     notices : what was let in with a reservation, in words; the caller empties it
     followers : run when values were worked out; they change what reads them and return its names
     """
@@ -129,7 +91,7 @@ class Editor:
         self.followers: list[Callable[[Editor], list[str]]] = []
         self._points = Points(document)
         self._together = 0
-        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
+        self.remaining = Remaining(self.layout, self.solver)
 
     # --- transactions -----------------------------------------------------------------------
 
@@ -200,33 +162,14 @@ class Editor:
                 check_amounts(one.kind, (one.value, one.low, one.high))
         return changed
 
-    def check_remains(
-        self, names: Sequence[str], old: Floats, size: float, cause: str = ""
-    ) -> None:
-        """Refuse what makes any of `names` collapse; see `arael.sketch.editing.checks`."""
-        if len(names) <= _FEW:
-            check_remains(self.document, names, old, size, cause)
-            return
-        suspects = self._known_extents().suspects(self.document.values, COLLAPSED * size)
-        if suspects:
-            moved = set(names)
-            collapsed = [name for name in suspects if name in moved]
-            check_remains(self.document, collapsed, old, size, cause)
-
-    def _known_extents(self) -> Extents:
-        known = self._extents
-        if known is None or known[0] != self.layout.version:
-            known = (self.layout.version, Extents(self.document.entities.values()))
-            self._extents = known
-        return known[1]
-
     def _solved(self, cause: str) -> Outcome:
         before, size = self.document.values.copy(), self.layout.size
+        moves = self.document.moves
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
-            self.check_remains(outcome.moved, before, size, label)
-            self.check_stays(before, size)
+            self.remaining.check(outcome.moved, before, size, label)
+            self.remaining.check_near(before, size, moves)
             return outcome
         if outcome.status == "interrupted":
             raise refusals.broken_off()
@@ -252,32 +195,7 @@ class Editor:
     def _has_other_side(self, size: float) -> bool:
         """Whether there is a solution, in which nothing collapses, if sides need not be kept."""
         values = self.solver.values_without_sides()
-        return values is not None and not self._known_extents().collapses(values, COLLAPSED * size)
-
-    def check_stays(self, before: Floats, size: float) -> None:
-        """Refuse a solution at infinity.
-
-        Where a line cannot have the direction that it has to have, it comes as near to it as
-        wanted by growing: everything is small relative to a drawing that large. A drawing that
-        has grown is a solution if its equations hold by its old measure, or up to rounding; one
-        that is far larger than it was and than every number that is given is none.
-        """
-        values = self.document.values
-        far, old = largest(values), largest(before)
-        if far > old and self.layout.size > size and len(values) > 1:
-            # Equations hold up to a share of the drawing's size: most of it would not hold.
-            usual = float(np.median(np.abs(np.diff(values))))
-            if size <= _DWARFS * usual < self.layout.size:
-                raise refusals.runs_away()
-        old += size
-        if far <= _GROWS * old:
-            return
-        given = [abs(x) for one in self.document.constraints.values() for x in one.numbers]
-        for one in self.document.dimensions.values():
-            given += [abs(x.number) for x in (one.value, one.low, one.high) if x is not None]
-        runs_away = far > _GROWS**2 * max(old, *given, 0.0)
-        if runs_away or not self.solver.holds(max(1e-9 * size, 1e-13 * far)):
-            raise refusals.runs_away()
+        return values is not None and not self.remaining.collapses(values, size)
 
     # --- entities ---------------------------------------------------------------------------
 
@@ -387,13 +305,8 @@ class Editor:
             check_largest(np.ravel(numbers).tolist())
             self.document.set_values(offsets, numbers)
             outcome = self._settle()
-            self.check_remains_since(before, size)
+            self.remaining.check_all(before, size)
         return outcome
-
-    def check_remains_since(self, before: Floats, size: float) -> None:
-        """Refuse what leaves nothing of a line or circle, placing included; AraelError E1220."""
-        check_largest([float(np.abs(self.document.values).max(initial=0.0))])
-        self.check_remains(list(self.document.entities), before, size)
 
     # --- constraints ------------------------------------------------------------------------
 
@@ -769,63 +682,15 @@ class Editor:
         with self.document.transaction(f"drag {' '.join(spelt)}"):
             at = [self.document.point_at(handle) for handle in spelt]
             before, size = self.document.values.copy(), self.layout.size
+            moves = self.document.moves
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if outcome.status == "interrupted":
                 raise refusals.broken_off()
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
-            self.check_remains(outcome.moved, before, size)
-            self.check_stays(before, size)
+            self.remaining.check(outcome.moved, before, size)
+            self.remaining.check_near(before, size, moves)
         return outcome
-
-
-class Dragging:
-    """Points that follow a cursor, while `Editor.dragging` lasts.
-
-    Parameters
-    ----------
-    editor : of the sketch
-    handles : points that are pulled
-    """
-
-    def __init__(self, editor: Editor, handles: Sequence[str]) -> None:
-        document = editor.document
-        self.handles = [canonical(document, handle)[2] for handle in handles]
-        self._document = document
-        self._editor = editor
-        self._size = editor.layout.size
-        mine = document.open_transaction
-        self._since = len(mine.changes) if mine is not None else 0
-        self._drag = Drag(editor.solver, [document.point_at(handle) for handle in self.handles])
-
-    def to(self, *places: tuple[float, float], seconds: float | None = None) -> Outcome:
-        """One frame: every point as near to its place as the constraints let it.
-
-        A frame without a solution leaves everything where it was. One whose time is over goes as
-        near as it came; with the same places the next goes on.
-        """
-        return self._frame(lambda: self._drag.move(np.array(places, dtype=np.float64), seconds))
-
-    def by(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
-        """One frame: every point to where it was at the beginning, moved by a vector."""
-        return self._frame(lambda: self._drag.shift(dx, dy, seconds))
-
-    def _frame(self, move: Callable[[], Outcome]) -> Outcome:
-        """A frame in which something would collapse, or run away, is not made."""
-        document = self._document
-        before = document.values.copy()
-        found: list[Outcome] = []
-        try:
-            with document.transaction("frame"):
-                found.append(move())
-                self._editor.check_remains(found[0].moved, before, self._size)
-                if self._editor.layout.size > 2.0 * self._size:
-                    self._editor.check_stays(before, self._size)
-        except AraelError:
-            return replace(found[0], status="side", moved=())
-        if document.open_transaction is not None:
-            document.open_transaction.merge_last(self._since)
-        return found[0]
 
 
 def _positive(kind: str, amount: Amount | None) -> Amount | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.levels.shared_numbers import near
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.history import RecordChange
@@ -54,6 +55,5 @@ class Points:
             for entity in self._document.entities.values():
                 self._add(entity)
             self._stale = False
-        values, at = self._document.values, self._offsets[: len(self._handles)]
-        dx, dy = values[at] - x, values[at + 1] - y
-        return [self._handles[i] for i in np.flatnonzero(dx * dx + dy * dy <= distance**2)]
+        at = self._offsets[: len(self._handles)]
+        return [self._handles[k] for k in near(self._document.values, at, x, y, distance)]

@@ -90,6 +90,16 @@ class Layout(System):
         """See `arael.sketch.layout.sides.side_of`."""
         return side_of(self.document, kind, args, mode)
 
+    @property
+    def has_hidden(self) -> bool:
+        """Whether there are unknowns that are no numbers of the document."""
+        return bool(self._with_hidden)
+
+    @property
+    def bounds(self) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+        """`low` and `high`; None where no unknown has bounds, as hidden ones alone do."""
+        return (self.low, self.high) if self._with_hidden else (None, None)
+
     def is_fixed(self, offset: int) -> bool:
         """Whether a number of the document is a constant."""
         return bool(self._use[offset] < 0)

@@ -29,6 +29,8 @@ class Numbers(Upkeep):
         Where a number of a place was changed in the document, the place starts from there.
         """
         self.refresh()
+        if self._gathered == (self.document.moves, self.version):
+            return self.x
         values = self.document.values
         live = self._live
         if differs(values, self._seen, live):
@@ -41,6 +43,7 @@ class Numbers(Upkeep):
         if not self.document.is_changing:
             self._amid_changes.clear()
         gather(values, self._source, self.x)
+        self._gathered = (self.document.moves, self.version)
         return self.x
 
     def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
@@ -151,6 +154,7 @@ class Numbers(Upkeep):
             return ()
         document.replace_values(at, old, new)
         put(self._seen, at, new)
+        self._gathered = (document.moves, self.version)
         return named(at, self._first, self._entity_at)
 
     def _entities_at(self, at: NDArray[np.int64]) -> tuple[str, ...]:

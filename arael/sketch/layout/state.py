@@ -30,6 +30,10 @@ class State:
         self._is_equation = np.zeros(0, dtype=bool)  # by row: not empty, nor a quantity's
         self.guard_owner: list[str] = []
         self.version = 0
+        self._drawn = 0  # counts the entities that came and went
+        # Changes of the document's numbers, and version, for which `x` and the size are known.
+        self._gathered = (-1, -1)
+        self._sized = (-1, -1, 1.0)
         self._columns = Columns()
         self._laid: dict[str, Laid] = {}
         self._users: dict[str, dict[str, None]] = {}
@@ -67,6 +71,7 @@ class State:
         self._pieces: dict[str, int] = {}
         self._at_knots: dict[str, int] = {}
         self._turning: tuple[int, NDArray[np.int64]] | None = None
+        self._slacks: tuple[int, NDArray[np.int64]] | None = None
         self._angles: tuple[int, NDArray[np.int64], list[tuple[int, int]]] | None = None
 
     def _grow(self) -> None:

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.union_find import connected
-from arael.runtime.levels.shared_numbers import extent
+from arael.runtime.levels.row_components import components
+from arael.runtime.levels.shared_numbers import extent, spread
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Dimension
@@ -97,14 +97,16 @@ class System(Numbers):
     def slacks(self) -> NDArray[np.int64]:
         """Where in `x` slacks of ranges are."""
         self.refresh()
-        found = [
-            at + k
-            for laid in map(self._laid.__getitem__, self._with_hidden)
-            if isinstance(laid.record, Dimension)
-            for at, size in self._hidden_blocks(laid)
-            for k in range(size)
-        ]
-        return np.array(sorted(found), dtype=np.int64)
+        if self._slacks is None or self._slacks[0] != self.version:
+            found = [
+                at + k
+                for laid in map(self._laid.__getitem__, self._with_hidden)
+                if isinstance(laid.record, Dimension)
+                for at, size in self._hidden_blocks(laid)
+                for k in range(size)
+            ]
+            self._slacks = (self.version, np.array(sorted(found), dtype=np.int64))
+        return self._slacks[1]
 
     def first_rows(self, name: str) -> list[int]:
         """Rows of `rows` that a record contributes, of its equations."""
@@ -168,21 +170,22 @@ class System(Numbers):
     def size(self) -> float:
         """Extent of the drawing: its larger side, or the largest diameter; of a single place 1."""
         self.refresh()
-        values = self.document.values
-        if self._extent is None or self._extent[0] != self.version:
+        moves = self.document.moves
+        if self._sized[:2] == (moves, self._drawn):
+            return self._sized[2]
+        if self._extent is None or self._extent[0] != self._drawn:
             at = (np.flatnonzero(self._axis == 1), np.flatnonzero(self._axis == 3))
-            self._extent = (self.version, *at)
+            self._extent = (self._drawn, *at)
         _, points, lengths = self._extent
-        if not len(points):
-            return 1.0
-        return extent(values, points, lengths) or 1.0
+        found = extent(self.document.values, points, lengths) or 1.0 if len(points) else 1.0
+        self._sized = (moves, self._drawn, found)
+        return found
 
     def axes(self) -> NDArray[np.int8]:
         """What each element of `x` is: 1 an x, 2 a y, 3 another length, 4 an angle; 0 nothing."""
         self.refresh()
         found = np.zeros(len(self.x), dtype=np.int8)
-        at = np.flatnonzero(self._axis)
-        found[self._root[at]] = self._axis[at]
+        spread(self._axis, self._root, found)
         return found
 
     @property
@@ -242,20 +245,7 @@ class System(Numbers):
 
     def components(self) -> NDArray[np.int32]:
         """Number of the component by row, then by element of `x`: what hangs together by rows."""
-        m, n = self.rows.m, len(self.x)
-        # Rows are the first nodes of a bipartite graph, elements of `x` the others.
-        starts = np.full(m + n + 1, len(self.rows.indices), dtype=np.int64)
-        starts[: m + 1] = self.rows.indptr
-        none = np.zeros(0, dtype=np.int64)
-        _, found = connected(
-            starts,
-            self.rows.indices.astype(np.int64) + m,
-            none,
-            none,
-            np.zeros(m + n, dtype=np.uint8),
-        )
-        labels: NDArray[np.int32] = found
-        return labels
+        return components(self.rows)
 
     def connected(self, name: str) -> tuple[str, ...]:
         """Constraints and dimensions whose equations hang together with those of one."""

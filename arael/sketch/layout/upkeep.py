@@ -111,7 +111,9 @@ class Upkeep(Laying):
             self.rows.release_constant(at)
             self.guards.release_constant(at)
         self._unused.clear()
-        self._live = np.flatnonzero(self._root[: len(values)] >= 0)
+        if any(table == "entities" for table, _ in changed):
+            self._drawn += 1
+            self._live = np.flatnonzero(self._root[: len(values)] >= 0)
         return set(lay)
 
     # --- records --------------------------------------------------------------------------

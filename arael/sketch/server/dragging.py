@@ -12,7 +12,8 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
-from arael.sketch.editing.editor import Dragging, Editor
+from arael.sketch.editing.dragging import Dragging
+from arael.sketch.editing.editor import Editor
 from arael.sketch.server.windows import Window
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.solver import Drag

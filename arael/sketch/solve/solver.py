@@ -141,6 +141,9 @@ class Solver:
         layout.approach_turned(x)
         taken = layout.take_changes()
         changes = {key: (old + share * (new - old), new) for key, (old, new) in taken.items()}
+        held = None if changes else self._held(x)
+        if held is not None:
+            return self.written(x, held), x
         start = x.copy()
         found = self._solved(x, changes)
         if found.status == "side" and found.guard in layout.document.entities:
@@ -166,15 +169,15 @@ class Solver:
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""
         layout = self.layout
-        if changes and self._holds(x):
-            return self._newton(x)  # the geometry was changed along with the values
-        start = x.copy()
         parts = layout.parts_of(changes, FAR, FAR_TURN)
+        start = x.copy()
         if not parts:
             near = self._newton(x)
             if near.solved or not changes:
                 return near
             x[:] = start
+        elif self._holds(x):
+            return self._newton(x)  # the geometry was changed along with the values
         # The start solves the old values at most up to the tolerance, and what is new not at all.
         layout.set_share(changes, 0.0)
         before = self._newton(x)
@@ -214,6 +217,20 @@ class Solver:
         """Whether all equations hold at `x`."""
         return self.layout.rows.holds(x, self.tolerances.at(x))
 
+    def _held(self, x: Array) -> Outcome | None:
+        """The outcome at `x` where all equations hold, None where a solve has something to do.
+
+        Most edits of a drawing that is made to measure only say what holds already: nothing of
+        their structure need be analysed, which takes longer than all else.
+        """
+        layout = self.layout
+        if layout.has_hidden:  # these have bounds, within which they are brought first
+            return None
+        row, residual, share = layout.rows.worst(x, self.tolerances.at(x))
+        if not share <= 1.0:
+            return None
+        return Outcome("solved", (), residual, layout.owner[row] if row >= 0 else "")
+
     def holds(self, tolerance: float) -> bool:
         """Whether no residual is larger, where the document is."""
         residuals = self.layout.rows.evaluate(self.layout.gather().copy())
@@ -251,7 +268,8 @@ class Solver:
                 self._trial = (key, trial)
             levels = self._trial[1]
         tolerance = self.tolerances.at(x)
-        found = levels.solve(x, tolerance, active=active, low=layout.low, high=layout.high)
+        low, high = layout.bounds
+        found = levels.solve(x, tolerance, active=active, low=low, high=high)
         return self.named(found, x, tolerance)
 
     def named(self, found: Any, x: Array, tolerance: Array, fraction: float = 0.0) -> Outcome:
@@ -293,7 +311,10 @@ class Solver:
     def prepare(self, x: Array) -> None:
         """Levels and tolerances of the layout's present structure."""
         layout = self.layout
-        angles, slacks = layout.angles, layout.slacks
+        angles = layout.angles
+        if self._version == layout.version and self._tolerances is not None and not len(angles):
+            return
+        slacks = layout.slacks
         if len(angles) or len(self._levers):
             levers = layout.levers
             same = len(levers) == len(self._levers)

@@ -98,7 +98,7 @@ def mapped(editor: Editor, names: Sequence[str], by: Similarity) -> Followed:
         for dimension in list(document.dimensions.values()):
             _dimension(document, dimension, inside, tied, by, followed)
         editor.solve()
-        editor.check_remains_since(before, size)
+        editor.remaining.check_all(before, size)
         for kind, args in relations:
             try:
                 with document.transaction(kind):

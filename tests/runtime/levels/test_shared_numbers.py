@@ -13,9 +13,12 @@ from arael.runtime.levels.shared_numbers import (
     extent,
     gather,
     largest,
+    mostly_apart,
     named,
+    near,
     put,
     scattered,
+    spread,
 )
 
 RANDOM = np.random.default_rng(5)
@@ -67,6 +70,31 @@ def test_largest_magnitude():
     assert largest(np.zeros(0)) == 0.0
 
 
+def test_differences_that_are_mostly_large_have_a_large_median():
+    assert mostly_apart(np.array([0.0, 2.0, 4.0, 4.5]), 2.0)
+    assert not mostly_apart(np.array([0.0, 2.0, 2.5]), 2.0)  # the median is between the two
+    assert not mostly_apart(np.zeros(1), 2.0)
+    for count in range(2, 40):
+        values = RANDOM.normal(size=count)
+        for least in (0.1, 0.5, 1.0, 2.0):
+            if mostly_apart(values, least):
+                assert np.median(np.abs(np.diff(values))) >= least
+
+
+def test_points_within_a_distance_are_found_in_their_order():
+    values, at = RANDOM.uniform(-1.0, 1.0, 60), np.arange(58, -1, -2)
+    expected = np.flatnonzero(np.hypot(values[at] - 0.2, values[at + 1] + 0.1) <= 0.5)
+    assert near(values, at, 0.2, -0.1, 0.5) == expected.tolist()
+    assert near(np.array([3.0, 4.0]), ints(0), 0.0, 0.0, 5.0) == [0]
+    assert near(values, ints(), 0.0, 0.0, 5.0) == []
+
+
+def test_kinds_of_numbers_become_those_of_unknowns():
+    found = np.zeros(4, np.int8)
+    spread(np.array([1, 0, 2, 3], np.int8), ints(2, -1, 0, 0), found)
+    np.testing.assert_array_equal(found, [3, 0, 1, 0])
+
+
 def test_extent_is_that_of_the_box_or_a_diameter():
     values = np.array([0.0, 0.0, 3.0, -1.0, 5.0])
     assert extent(values, ints(0, 2), ints()) == 3.0
@@ -107,6 +135,16 @@ def test_components_without_extent_are_as_large_as_the_sketch():
     sizes = ComponentSizes(np.array([1, 2], np.int8), np.zeros(2, np.int32), np.zeros(1, np.int32))
     found = sizes.tolerances(np.array([3.0, 4.0]), 1e-3, 1e-6, lambda: 50.0)
     np.testing.assert_array_equal(found, [0.05])
+
+
+def test_the_worst_row_is_that_of_the_largest_share():
+    rows = PythonRows(lambda x: np.array([x[0] - 1.0, x[1]]), n=2, m=2)
+    assert rows.worst([1.5, 0.25], [1.0, 0.25]) == (1, 0.25, 1.0)
+    assert rows.worst([1.5, 0.25], [0.1, 0.25]) == (0, 0.5, 5.0)
+    row, residual, share = rows.worst([1e9, np.nan], [1.0, 1.0])
+    assert (row, share) == (1, np.inf)
+    assert np.isnan(residual)
+    assert PythonRows(lambda x: np.zeros(0), n=2, m=0).worst([1.0, 2.0], []) == (-1, 0.0, 0.0)
 
 
 def test_rows_hold_within_their_tolerances():

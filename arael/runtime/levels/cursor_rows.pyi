@@ -1,0 +1,6 @@
+from numpy.typing import ArrayLike
+
+from arael.runtime.levels.rows import Rows
+
+class CursorRows(Rows):
+    def __init__(self, n: int, at: ArrayLike, target: ArrayLike) -> None: ...
