@@ -211,6 +211,13 @@ def test_ends_that_touch_within_the_tolerance_are_contacts() -> None:
     assert intersections(line, Line((1, -1), (1, 1)), tolerance=1e-12) == []
 
 
+@pytest.mark.parametrize("curve", [Circle((5, 0), 1), Ellipse((5, 0), 2, 1), Line((5, 0), (6, 1))])
+def test_a_line_of_a_rounding_error_crosses_nothing(curve: Curve) -> None:
+    line = Line((1e-3, 0), (math.nextafter(1e-3, 1), 0))
+    assert line.length() > 0
+    assert intersections(line, curve) == intersections(curve, line) == []
+
+
 def test_circles_of_ellipse_kind_cross_like_circles() -> None:
     a, b = Ellipse((0, 0), 1, 1, 0.7), Ellipse((1, 0), 1, 1, -2)
     found = sorted(c.point for c in intersections(a, b))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import acos, atan2, copysign, hypot, sqrt
+from math import acos, atan2, copysign, dist, hypot, sqrt
 
 from arael.sketch.geometry.conic import Conic
 from arael.sketch.geometry.contacts.contact import Candidate, Contact
@@ -54,11 +54,11 @@ def clear_crossing(
 
 def line_and_conic(line: Line, conic: Conic, tolerance: float) -> list[Candidate]:
     """Up to two crossings, or the contact of a tangent, by the support function of the ellipse."""
-    length = line.length()
-    if not length > 0.0:
-        return []
     rx, ry = conic.radii
     p, q = conic.local(line.p1), conic.local(line.p2)
+    length = dist(p, q)  # which is 0 for a line of some rounding errors, too
+    if not length > 0.0:
+        return []
     d = (q[0] - p[0]) / length, (q[1] - p[1]) / length
     n = -d[1], d[0]
     away = p[0] * n[0] + p[1] * n[1]
