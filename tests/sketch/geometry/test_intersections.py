@@ -211,7 +211,7 @@ def test_ends_that_touch_within_the_tolerance_are_contacts() -> None:
     assert intersections(line, Line((1, -1), (1, 1)), tolerance=1e-12) == []
 
 
-@pytest.mark.parametrize("curve", [Circle((5, 0), 1), Ellipse((5, 0), 2, 1), Line((5, 0), (6, 1))])
+@pytest.mark.parametrize("curve", [Circle((5, 0), 6), Ellipse((5, 0), 7, 6), Line((-5, 1), (6, 1))])
 def test_a_line_of_a_rounding_error_crosses_nothing(curve: Curve) -> None:
     line = Line((1e-3, 0), (math.nextafter(1e-3, 1), 0))
     assert line.length() > 0
