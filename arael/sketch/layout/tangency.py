@@ -24,6 +24,8 @@ from arael.sketch.layout.plan import Hidden, Plan, Row, Sum, Values
 
 #: Lengths that differ by less than this share of themselves count as the same.
 _AS_NEAR = 1e-8
+#: Curves whose gap and crossing are below this share of their radius touch.
+_TOUCHES = 1e-7
 
 
 def tangent(
@@ -156,17 +158,29 @@ def contact(values: Values, first: Operand, second: Operand) -> tuple[float, flo
     """
     if _radius(values, second) < _radius(values, first):
         first, second = second, first
-    found: list[tuple[float, tuple[float, float]]] = []
-    for a, b in _nearest(values, first, second):
-        normal = _common_normal(values, first, second, a, b)
-        a, b = normal or (a, b)
-        p, q = _at(values, first, a), _at(values, second, b)
-        u, v = _at(values, first, a, 1), _at(values, second, b, 1)
-        lengths = math.hypot(*u) * math.hypot(*v)
-        crossing = cross(u, v) ** 2 / lengths if lengths > 0.0 else 0.0
-        middle = ((p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
-        found.append((math.dist(p, q) ** 2 + crossing, middle))
+    nearest = _nearest(values, first, second)
+    found = [_touching(values, first, second, a, b) for a, b in nearest]
+    if min(found)[0] > (_TOUCHES * _radius(values, first)) ** 2:
+        # Where curvatures are nearly the same the normal that was found may be of a place between a
+        # contact and a crossing: the others are near.
+        for a, _ in nearest:
+            for k in (-4, -3, -2, -1, 1, 2, 3, 4):
+                beside = a + k * math.pi / 90  # half a sample
+                foot = _foot(values, second, _at(values, first, beside))
+                found.append(_touching(values, first, second, beside, foot))
     return min(found)[1]
+
+
+def _touching(
+    values: Values, first: Operand, second: Operand, a: float, b: float
+) -> tuple[float, tuple[float, float]]:
+    """How far curves are from touching near angles `a` and `b`, squared, and where that is."""
+    a, b = _common_normal(values, first, second, a, b) or (a, b)
+    p, q = _at(values, first, a), _at(values, second, b)
+    u, v = _at(values, first, a, 1), _at(values, second, b, 1)
+    lengths = math.hypot(*u) * math.hypot(*v)
+    crossing = cross(u, v) ** 2 / lengths if lengths > 0.0 else 0.0
+    return math.dist(p, q) ** 2 + crossing, ((p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
 
 
 def _radius(values: Values, curve: Operand) -> float:

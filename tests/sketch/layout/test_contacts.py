@@ -1,0 +1,49 @@
+"""Where ellipses touch is found among the places where they nearly do."""
+
+import math
+
+import numpy as np
+import pytest
+
+from arael.sketch.document.document import Document
+from arael.sketch.geometry import Ellipse
+from arael.sketch.layout.operands import operands
+from arael.sketch.layout.tangency import contact
+
+# From within they touch; a quarter of a unit away there is another common normal, along which they
+# are 6e-4 apart, and then they cross.
+TOUCHING = (
+    (6.145481500073528, 5.411668600268189, 4.235517179382294, 12.46011339769349, 2.76338360512042),
+    (-7.196354097026493, 17.941340694660177, 8.283839177213675, 26.09452305433295, 3.54334619538),
+)
+PLACE = (2.5892885732, -6.2133148748)
+
+
+def document_of(numbers: tuple[tuple[float, ...], ...]) -> Document:
+    document = Document()
+    with document.transaction("ellipses"):
+        for one in numbers:
+            document.add_entity("ellipse", list(one))
+    return document
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.01, 0.02, 0.03, 0.05])
+def test_of_several_common_normals_that_of_no_length_is_taken(turn: float) -> None:
+    """`turn` shifts the samples of the search along the curve."""
+    c, s = math.cos(turn), math.sin(turn)
+    turned = tuple(
+        (c * x - s * y, s * x + c * y, rx, ry, rotation + turn)
+        for x, y, rx, ry, rotation in TOUCHING
+    )
+    document = document_of(turned)
+    args = operands(document, tuple(document.entities))
+    found = contact(document.values, *args)
+    x, y = PLACE
+    assert found == pytest.approx((c * x - s * y, s * x + c * y), abs=1e-4)
+
+
+def test_the_place_is_on_both() -> None:
+    for x, y, rx, ry, rotation in TOUCHING:
+        curve = Ellipse((x, y), rx, ry, rotation)
+        points = np.array([curve.point_at(t) for t in np.linspace(0, 1, 200_001)])
+        assert np.hypot(*(points - PLACE).T).min() < 1e-3
