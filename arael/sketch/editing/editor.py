@@ -570,16 +570,25 @@ class Editor:
         self.constrain(kind, dimension.args)
 
     def set_dimension(self, name: str, **changes: Any) -> Dimension:
-        """Change fields of a dimension (``value``, ``derived``, ``offset``, ...), then solve."""
+        """Change fields of a dimension (``value``, ``derived``, ``offset``, ...), then solve.
+
+        Raises
+        ------
+        AraelError
+            E1222: an area that is to act again, whose outline is open; else as `dimension`
+        """
         old = self.document.dimensions[name]
         new = replace(old, **changes)
         check_amounts(new.kind, (new.value, new.low, new.high))
         acts = new.active and not new.derived
+        begins = acts and (not old.active or old.derived)
+        if begins and new.kind == "area":  # it measures an outline that may be open by now
+            outline(self.document, new.args, self._is_same)
         with self.document.transaction(f"change {name}"):
             self.document.put("dimensions", new)
             if not changes.keys() <= {"offset", "along"} and new != old:
                 self.notices += disowned(self.document, name)
-            if acts and (not old.active or old.derived):
+            if begins:
                 self._let_in(name, new.forced)
             elif not changes.keys() <= {"offset", "along"}:
                 self._settle(name)

@@ -125,6 +125,8 @@ def test_an_area_whose_outline_is_opened_only_measures() -> None:
     (reply,) = session.run("delete C1")
     assert "`d0` only measures now" in reply.text
     assert session.document.dimensions["d0"].derived
+    assert refused(session, "set_driven d0 20") == "E1222"
+    assert refused(session, "set_driven d0") == "E1222"
     session.run("undo")
     assert not session.document.dimensions["d0"].derived
 
