@@ -691,14 +691,14 @@ class Editor:
         with self.document.transaction(f"drag {' '.join(spelt)}"):
             at = [self.document.point_at(handle) for handle in spelt]
             before, size = self.document.values.copy(), self.layout.size
-            moves = self.document.moves
+            since = self.document.moves
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if outcome.status == "interrupted":
                 raise refusals.broken_off()
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
             self.remaining.check(outcome.moved, before, size)
-            self.remaining.check_near(before, size, moves)
+            self.remaining.check_near(before, size, since)
         return outcome
 
 
