@@ -14,6 +14,7 @@ import pytest
 import arael
 from arael.diagnostics.records import AraelError
 from arael.distributed import compiled, contents
+from tests.distributed.environments import change, hide_compiler, workers_without_compiler
 from tests.optional import needs
 
 pytestmark = needs("Dask")
@@ -33,24 +34,12 @@ def client() -> Iterator[Any]:
         yield found
 
 
-def change(**variables: str | None) -> dict[str, str | None]:
-    """Set or delete variables of the environment of this process; what they were."""
-    before = {name: os.environ.get(name) for name in variables}
-    for name, value in variables.items():
-        if value is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = value
-    return before
-
-
 @pytest.fixture
 def without_compiler(client: Any, tmp_path: Path) -> Iterator[Path]:
     """Empty the search path and the cache of both workers; the cache."""
     cache = tmp_path / "cache"
-    before = client.run(change, PATH="", CC=None, ARAEL_CACHE_DIR=str(cache))
-    yield cache
-    client.run(change, **next(iter(before.values())))
+    with workers_without_compiler(client, cache):
+        yield cache
 
 
 def solved(kind: Any, client: Any, folder: Path, count: int = 8) -> list[Any]:
@@ -89,9 +78,7 @@ def test_workers_without_a_compiler_get_kernels_by_hash(
 def test_where_no_process_has_a_compiler_rows_have_the_reason(
     client: Any, without_compiler: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("ARAEL_CACHE_DIR", str(tmp_path / "own"))
+    hide_compiler(monkeypatch, tmp_path / "own")
     with warnings.catch_warnings(action="ignore"):
         kind = arael.loads(MODEL)
     rows = solved(kind, client, tmp_path / "data", 2)
@@ -108,9 +95,7 @@ def test_a_worker_with_a_compiler_compiles_for_the_others(
     cache = str(tmp_path / "cache")
     before = client.run(change, PATH="", CC=None, ARAEL_CACHE_DIR=cache + "1", workers=[one])
     before |= client.run(change, ARAEL_CACHE_DIR=cache + "2", workers=[other])
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("ARAEL_CACHE_DIR", str(tmp_path / "own"))
+    hide_compiler(monkeypatch, tmp_path / "own")
     try:
         with warnings.catch_warnings(action="ignore"):
             kind = arael.loads(MODEL)

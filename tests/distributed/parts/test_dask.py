@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import arael
+from arael.diagnostics.model_warnings import InterpretedWarning
 from arael.diagnostics.records import AraelError
 from arael.distributed import compiled, contents, solve
 from arael.distributed.parts import executors, requests, team
@@ -19,10 +22,11 @@ from arael.distributed.parts.executors import OnDask
 from arael.distributed.parts.requests import PartRecipe
 from arael.distributed.parts.solve import prepare, run
 from arael.distributed.parts.stations import LOST, Remote, ask_directly
+from tests.distributed.environments import hide_compiler, workers_without_compiler
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
-from .problems import PROBLEMS, arrays_of, with_arrays
+from .problems import GRID, PROBLEMS, arrays_of, with_arrays
 
 pytestmark = needs("Dask")
 
@@ -52,6 +56,30 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
         rtol=1e-5,
         atol=1e-8,
     )
+
+
+def test_workers_without_kernels_interpret_the_model_and_say_so(
+    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arrays = arrays_of(PROBLEMS["grid"]())
+    hide_compiler(monkeypatch, tmp_path / "own")
+    with warnings.catch_warnings(action="ignore"):  # of this process, which has none either
+        kind = arael.loads(GRID, name="other_grid.arael")
+    model, other = (with_arrays(kind(), arrays) for _ in range(2))
+    with (
+        workers_without_compiler(client, tmp_path / "cache"),
+        pytest.warns(InterpretedWarning, match=r"worker .*: neither it nor a worker like it"),
+    ):
+        found = solve(model, partition=2, client=client)
+    result = other.solve(solver="sparse")
+    assert found.result.iterations == result.iterations
+    assert found.result.cost == pytest.approx(result.cost, rel=1e-9)
+
+
+def test_workers_of_a_model_that_is_to_be_interpreted_do_not_warn(client: Any) -> None:
+    model = PROBLEMS["grid"]()
+    with warnings.catch_warnings(action="error", category=InterpretedWarning):
+        assert solve(model, partition=2, client=client).result.converged
 
 
 def tampered(vouched: str) -> None:
