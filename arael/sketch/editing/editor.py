@@ -26,7 +26,6 @@ from arael.sketch.document.records import (
 from arael.sketch.editing import refusals
 from arael.sketch.editing.cascade import Doomed, disowned, doomed, ground_of, grounded
 from arael.sketch.editing.checks import (
-    COLLAPSED,
     check_amounts,
     check_collapse,
     check_extent,
@@ -37,7 +36,6 @@ from arael.sketch.editing.checks import (
     same_dimension,
 )
 from arael.sketch.editing.directions import direction_at, nearly_parallel
-from arael.sketch.editing.extents import Extents
 from arael.sketch.editing.nearby import Points, own_points
 from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.editing.outlines import is_open, outline
@@ -46,6 +44,7 @@ from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.sides import mode_of
+from arael.sketch.solve.extents import COLLAPSED, Extents
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.solver import Drag, Solver
 
@@ -225,7 +224,12 @@ class Editor:
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
-            self.check_remains(outcome.moved, before, size, label)
+            try:
+                self.check_remains(outcome.moved, before, size, label)
+            except AraelError as refused:
+                # What contradicts it is looked for from where the drawing was.
+                self.document.set_values(range(len(before)), before)
+                raise (self._contradiction(cause, 2) or refused) from None
             self.check_stays(before, size)
             return outcome
         if outcome.status == "interrupted":
@@ -237,13 +241,13 @@ class Editor:
             raise found
         raise refusals.not_converged(outcome.open, outcome.residual)
 
-    def _contradiction(self, cause: str) -> AraelError | None:
-        """The refusal that names what cannot hold together, if that is found."""
+    def _contradiction(self, cause: str, least: int = 1) -> AraelError | None:
+        """The refusal that names what cannot hold together, if so many are found."""
         # Where nothing contradicts the cause, another part did so before: a file may bring that.
         members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
         if self.solver.interrupted:  # trials that were broken off prove nothing
             return refusals.broken_off()
-        if not members:
+        if len(members) < least:
             return None
         main = cause if cause in members else members[-1]
         others = [member for member in members if member != main]
