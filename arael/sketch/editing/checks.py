@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -12,6 +11,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.editing.operands import same_relation
+from arael.sketch.solve.extents import COLLAPSED, extents_of, lost
 
 Floats = NDArray[np.float64]
 
@@ -19,8 +19,6 @@ Floats = NDArray[np.float64]
 SMALLEST = 1e-9
 #: Coordinates and values above this have squares that are no numbers.
 LARGEST = 1e100
-#: What has shrunk to this part of the sketch's size in a solve has collapsed.
-COLLAPSED = 1e-8
 
 
 def check_extent(kind: str, numbers: list[float], size: float) -> None:
@@ -33,7 +31,7 @@ def check_extent(kind: str, numbers: list[float], size: float) -> None:
     """
     check_largest(numbers)
     least = SMALLEST * size
-    for what, found in _extents(kind, numbers):
+    for what, found in extents_of(kind, numbers):
         if not found > least:
             raise AraelError(
                 Diagnostic(
@@ -72,34 +70,17 @@ def check_remains(
     least = COLLAPSED * size
     for name in names:
         entity = document.entities[name]
-        before = old[entity.at : entity.at + entity.size].tolist()
-        now = _extents(entity.kind, document.numbers_of(name).tolist())
-        for (what, found), (_, was) in zip(now, _extents(entity.kind, before), strict=True):
-            # What is as small as that already, since the drawing grew, still keeps its direction.
-            if not found > (least if was > least else 0.0) and was > 0.0:
-                raise AraelError(
-                    Diagnostic(
-                        "E1220",
-                        f"{f'`{cause}`' if cause else 'this'} would leave nothing of `{name}`: "
-                        f"its {what} would be 0",
-                        notes=("the sketch is left as it was",),
-                        help=(f"`info {name}` lists what holds it",),
-                    )
+        what = lost(entity, old, document.values, least)
+        if what:
+            raise AraelError(
+                Diagnostic(
+                    "E1220",
+                    f"{f'`{cause}`' if cause else 'this'} would leave nothing of `{name}`: "
+                    f"its {what} would be 0",
+                    notes=("the sketch is left as it was",),
+                    help=(f"`info {name}` lists what holds it",),
                 )
-
-
-def _extents(kind: str, numbers: list[float]) -> list[tuple[str, float]]:
-    """What has to be above zero, with its name."""
-    if kind == "line":
-        return [("length", math.dist(numbers[:2], numbers[2:]))]
-    if kind in ("circle", "arc"):
-        return [("radius", numbers[-1])]
-    if kind in ("ellipse", "earc"):
-        return [("radius", numbers[-3]), ("second radius", numbers[-2])]
-    if kind in ("bezier", "bspline"):
-        places = range(2, len(numbers), 2)
-        return [("extent", max(math.dist(numbers[:2], numbers[i : i + 2]) for i in places))]
-    return []
+            )
 
 
 def check_new_constraint(

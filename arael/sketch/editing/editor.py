@@ -168,7 +168,12 @@ class Editor:
         outcome = self.solver.solve()
         if outcome.solved:
             label = self._label(cause) if cause else ""
-            self.remaining.check(outcome.moved, before, size, label)
+            try:
+                self.remaining.check(outcome.moved, before, size, label)
+            except AraelError as refused:
+                # What contradicts it is looked for from where the drawing was.
+                self.document.set_values(range(len(before)), before)
+                raise (self._contradiction(cause, collapse=True) or refused) from None
             self.remaining.check_near(before, size, moves)
             return outcome
         if outcome.status == "interrupted":
@@ -180,17 +185,23 @@ class Editor:
             raise found
         raise refusals.not_converged(outcome.open, outcome.residual)
 
-    def _contradiction(self, cause: str) -> AraelError | None:
-        """The refusal that names what cannot hold together, if that is found."""
+    def _contradiction(self, cause: str, collapse: bool = False) -> AraelError | None:
+        """The refusal that names what cannot hold together, if that is found.
+
+        With `collapse` what cannot without leaving nothing of a line or circle: that names others,
+        or says nothing that the refusal of the collapse does not.
+        """
         # Where nothing contradicts the cause, another part did so before: a file may bring that.
         members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
         if self.solver.interrupted:  # trials that were broken off prove nothing
             return refusals.broken_off()
-        if not members:
+        if len(members) < (2 if collapse else 1):
             return None
         main = cause if cause in members else members[-1]
         others = [member for member in members if member != main]
-        return refusals.impossible(self._label(main), others, self._cheapest(others))
+        return refusals.impossible(
+            self._label(main), others, self._cheapest(others), collapse=collapse
+        )
 
     def _has_other_side(self, size: float) -> bool:
         """Whether there is a solution, in which nothing collapses, if sides need not be kept."""

@@ -23,14 +23,21 @@ def redundant(label: str, others: Sequence[str], drop: str) -> AraelError:
     )
 
 
-def impossible(label: str, others: Sequence[str], drop: str, why: str = "") -> AraelError:
-    """E1231: contradicts others, or itself for a reason."""
+def impossible(
+    label: str, others: Sequence[str], drop: str, why: str = "", collapse: bool = False
+) -> AraelError:
+    """E1231: contradicts others, or itself for a reason.
+
+    `collapse`: all holds where nothing is left of a line or circle. Without `drop` that is so from
+    where the drawing is now, too, if a line would have to turn by a right angle.
+    """
+    way = "would make it possible" + (", with its lines dragged near to it" if collapse else "")
     alone = f"`{label}` is impossible" + (f": {why}" if why else "")
     return AraelError(
         Diagnostic(
             "E1231",
             f"`{label}` is impossible together with {_listed(others)}" if others else alone,
-            help=(f"`delete {drop}` would make it possible",) if drop else (),
+            help=(f"`delete {drop}` {way}",) if drop else (),
         )
     )
 

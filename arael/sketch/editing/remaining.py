@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from arael.runtime.levels.shared_numbers import largest, mostly_apart
 from arael.sketch.editing import refusals
-from arael.sketch.editing.checks import COLLAPSED, check_largest, check_remains
-from arael.sketch.editing.extents import Extents
+from arael.sketch.editing.checks import check_largest, check_remains
 from arael.sketch.layout.layout import Layout
+from arael.sketch.solve.extents import COLLAPSED, Extents
 from arael.sketch.solve.solver import Solver
 
 #: A drawing that grows to so many times its size is looked at twice.

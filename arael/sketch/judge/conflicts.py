@@ -14,8 +14,10 @@ from arael.sketch.solve.solver import Solver
 
 #: Constraints without equations: they make two points one, or a number constant.
 _JOINTS = ("coincident", "concentric", "lock", "fix")
-#: So many of them are tried one by one.
-_MOST_JOINTS = 64
+#: Of these the ends of what cannot move are made, and they are few: they are looked at first.
+_HOLDS = ("lock", "fix")
+#: For the search among joints; what is not found until then is not named.
+_SECONDS = 2.0
 
 
 def conflict(layout: Layout, solver: Solver, cause: str = "") -> tuple[str, ...]:
@@ -98,9 +100,8 @@ def joints(layout: Layout, names: Sequence[str], good: Callable[[], bool]) -> tu
     good : whether all is well with the sketch as it is laid out in a trial
     """
     document = layout.document
-    tried = _joints_around(document, names)
-    if not tried or len(tried) > _MOST_JOINTS:
-        return ()
+    tried = [name for name in _joints_around(document, names) if name not in names]
+    until = time.monotonic() + _SECONDS
 
     def holds(kept: Sequence[str]) -> bool:
         try:
@@ -114,7 +115,14 @@ def joints(layout: Layout, names: Sequence[str], good: Callable[[], bool]) -> tu
         except _TriedError as found:
             return found.good
 
-    return smallest(tried, "", holds) if holds(()) else ()
+    if not tried or not holds(()):
+        return ()
+    # Locks alone are to blame most of the time, also where a large drawing hangs together.
+    held = [name for name in tried if document.constraints[name].kind in _HOLDS]
+    if held and not holds(held):
+        tried = held
+    found = smallest(tried, "", holds, until)
+    return found if time.monotonic() <= until else ()
 
 
 def _joints_around(document: Document, names: Sequence[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +14,9 @@ from arael.runtime.levels.follow import follow
 from arael.runtime.levels.levels import Levels
 from arael.runtime.levels.newton import Interruption
 from arael.sketch.document.history import Transaction
+from arael.sketch.document.records import Entity
 from arael.sketch.layout.layout import Layout
+from arael.sketch.solve.extents import COLLAPSED, Extents
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.tolerances import TOLERANCE, Tolerances
 
@@ -61,6 +63,7 @@ class Solver:
         self._version = -1
         self._levers = np.zeros(0)  # for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
+        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
         self._interruption = Interruption()
         self._broken: Transaction | None = None  # the step of undo that was to be broken off
 
@@ -375,7 +378,8 @@ class Solver:
     def feasible(self, names: Sequence[str]) -> bool:
         """Whether these constraints and dimensions alone can be solved from where the sketch is.
 
-        Equations of entities, coincidences and locks hold as well.
+        Equations of entities, coincidences and locks hold as well. Where an entity collapses,
+        that is no solution.
         """
         layout = self.layout
         x = layout.gather().copy()
@@ -386,6 +390,49 @@ class Solver:
         active = np.zeros(layout.rows.m, dtype=bool)
         for name in [*document.entities, *names]:
             active[layout.first_rows(name)] = True
+        kept = {*document.entities, *names}
+        start = x.copy()
+        good = self._keeps_sides(x, active, kept)
+        lost = self._collapsed(x)
+        lines = [one for one in lost if one.kind == "line"]
+        if not lines:
+            return good and not lost
+        for ways in self._turns(lines, names):
+            # From across, the nearest solution is a line without length.
+            x[:] = start
+            for line, angle in ways:
+                self._turn(x, line, angle)
+            good = self._newton(x, active, guarded=False).solved and self._on_sides(x, kept)
+            if good and not self._collapsed(x):
+                return True
+        return False
+
+    def _turns(
+        self, lost: Sequence[Entity], names: Sequence[str]
+    ) -> Iterator[list[tuple[Entity, float]]]:
+        """Lines and the angles by which they are turned, for trials in which lines collapse.
+
+        First one of these by a right angle, to the left or right, then along with it the lines that
+        it has a relation with, then all by different angles.
+        """
+        first, document = lost[0], self.layout.document
+        others: dict[str, Entity] = {}
+        for name in names:
+            record = document.constraints.get(name) or document.dimensions.get(name)
+            args = [arg.partition(".")[0] for arg in record.args] if record is not None else []
+            if first.name in args:
+                others |= {one: document.entities[one] for one in args if one != first.name}
+        near = [one for one in others.values() if one.kind == "line"]
+        right = 0.5 * np.pi
+        for angle in (right, -right):
+            yield [(first, angle)]
+        for angle in (right, -right) if near else ():
+            for other in (right, -right):
+                yield [(first, angle), *((one, other) for one in near)]
+        yield [(one, 1.2 + 0.7 * k) for k, one in enumerate(lost)]
+
+    def _keeps_sides(self, x: Array, active: NDArray[np.bool_], kept: Set[str]) -> bool:
+        """Solve in place on the sides of some records, from `x`; whether that is done."""
         start = x.copy()
         found = self._newton(x, active)
         if found.status != "side":
@@ -393,12 +440,35 @@ class Solver:
         # A side may be that of a record that is left out, or changed on the way only: those of
         # the others have to be kept where it ends.
         x[:] = start
-        if not self._newton(x, active, guarded=False).solved:
-            return False
-        kept = {*document.entities, *names}
-        sides = self.layout.guards.evaluate(x)
-        owners = zip(sides.tolist(), layout.guard_owner, strict=False)
+        return self._newton(x, active, guarded=False).solved and self._on_sides(x, kept)
+
+    def _on_sides(self, x: Array, kept: Set[str]) -> bool:
+        """Whether sides of some records are kept at `x`."""
+        owners = zip(self.layout.guards.evaluate(x).tolist(), self.layout.guard_owner, strict=False)
         return all(side > 0.0 for side, owner in owners if owner in kept)
+
+    def _collapsed(self, x: Array) -> list[Entity]:
+        """Entities that have an extent in the document and none at `x`."""
+        layout = self.layout
+        known = self._extents
+        if known is None or known[0] != layout.version:
+            known = (layout.version, Extents(layout.document.entities.values()))
+            self._extents = known
+        least = COLLAPSED * layout.size
+        return known[1].lost(layout.document.values, layout.values_at(x), least)
+
+    def _turn(self, x: Array, line: Entity, angle: float) -> None:
+        """Turn a line in `x` about the end of it that is fixed, else its middle."""
+        layout = self.layout
+        roots = [[layout.root_of(line.at + i + j) for j in (0, 1)] for i in (0, 2)]
+        at = layout.values_at(x)[line.at : line.at + 4].reshape(2, 2)
+        fixed = [place for place, own in zip(at, roots, strict=True) if min(own) < 0]
+        pivot = fixed[0] if fixed else at.mean(axis=0)
+        c, s = np.cos(angle), np.sin(angle)
+        places = pivot + (at - pivot) @ np.array([[c, s], [-s, c]])
+        for own, place in zip(roots, places, strict=True):
+            if min(own) >= 0:
+                x[own] = place
 
     def open_candidates(self, cause: str = "") -> tuple[str, ...]:
         """Constraints and dimensions among which a contradiction is to be looked for.

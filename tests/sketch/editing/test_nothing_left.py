@@ -10,9 +10,9 @@ def test_a_tiny_line_is_not_made_a_point() -> None:
     session = Session()
     session.run("add_line 0,0 1e-6,0; add_line 0,3 1000,0; add_line L0.p1 0,-5")
     assert session.editor.layout.size > 500
-    with pytest.raises(AraelError, match="would leave nothing of `L0`") as refused:
+    with pytest.raises(AraelError, match="impossible together with `C0`") as refused:
         session.run("coincident L2.p1 L0.p2")
-    assert refused.value.diagnostics[0].code == "E1220"
+    assert refused.value.diagnostics[0].code == "E1231"
     assert session.document.numbers_of("L0").tolist() == [0.0, 0.0, 1e-6, 0.0]
     # and it does not stand in the way of anything else
     session.run("move L0 @3,3; length L0 2e-6")

@@ -21,7 +21,7 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
-from arael.sketch.editing.checks import _extents
+from arael.sketch.solve.extents import extents_of
 from tests.sketch.properties.generator import Everything, perform, snapshot
 
 #: Commands of one sketch.
@@ -103,7 +103,9 @@ def examine(session: Session) -> None:
     """
     editor = session.editor
     for entity in editor.document.entities.values():
-        for what, found in _extents(entity.kind, editor.document.numbers_of(entity.name).tolist()):
+        for what, found in extents_of(
+            entity.kind, editor.document.numbers_of(entity.name).tolist()
+        ):
             if not found > 0.0:
                 raise Fault(f"the {what} of {entity.name} is {found}")
     editor.layout.check()

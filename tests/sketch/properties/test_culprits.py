@@ -63,8 +63,34 @@ CONTRADICTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("script", "line", "count"), CONTRADICTIONS)
+#: What a collapse alone would solve: that is no solution.
+COLLAPSES = [
+    ("add_line 0,0 5,0; horizontal L0", "vertical L0", 1),
+    ("add_line 0,0 5,0; horizontal L0; length L0 5", "vertical L0", 1),
+    ("add_line 0,0 5,0 5,3; coincident L1.p2 L0.p1; horizontal L0", "vertical L1", 1),
+    ("add_circle -9,2 0.5; add_line A0.center -3,-2.6", "tangent L0 A0", 1),
+]
+#: Points that are held far apart in a drawing that hangs together.
+FAR = "add_line 0,0 " + " ".join(f"{i},{i % 2}" for i in range(1, 80))
+HELD = [
+    (f"{FAR}; lock L0.p1; lock L70.p2", "distance L0.p1 L70.p2 99", 2),
+    (f"{FAR}; fix L0; lock L70.p2", "hdistance L0.p1 L70.p2 99", 2),
+]
+
+
+@pytest.mark.parametrize(("script", "line", "count"), [*CONTRADICTIONS, *COLLAPSES, *HELD])
 def test_contradictions_are_solvable_without_any_member(script: str, line: str, count: int) -> None:
     session = Session()
     session.run(script)
     assert proven(session, line) == count
+
+
+def test_a_chain_of_directions_that_only_a_collapse_would_solve_is_named() -> None:
+    session = Session()
+    session.run("add_line 0,0 5,0; add_line 0,2 5,2; horizontal L0; parallel L0 L1")
+    before = snapshot(session.document)
+    with pytest.raises(AraelError) as caught:
+        session.run("vertical L1")
+    assert caught.value.diagnostics[0].code == "E1231"
+    assert members(session, caught.value) == ["CL0H", "C0"]
+    assert snapshot(session.document) == before

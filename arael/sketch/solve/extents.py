@@ -1,7 +1,8 @@
-"""Which entities have lost their extent, found for all at once."""
+"""What has to be above zero of an entity, and which have lost it, found for all at once."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -12,6 +13,38 @@ from arael.sketch.document.records import Entity
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+#: What has shrunk to this part of the sketch's size in a solve has collapsed.
+COLLAPSED = 1e-8
+
+
+def extents_of(kind: str, numbers: list[float]) -> list[tuple[str, float]]:
+    """What has to be above zero, with its name."""
+    if kind == "line":
+        return [("length", math.dist(numbers[:2], numbers[2:]))]
+    if kind in ("circle", "arc"):
+        return [("radius", numbers[-1])]
+    if kind in ("ellipse", "earc"):
+        return [("radius", numbers[-3]), ("second radius", numbers[-2])]
+    if kind in ("bezier", "bspline"):
+        places = range(2, len(numbers), 2)
+        return [("extent", max(math.dist(numbers[:2], numbers[i : i + 2]) for i in places))]
+    return []
+
+
+def lost(entity: Entity, before: Floats, now: Floats, least: float) -> str:
+    """What of an entity has collapsed between two states of a document's numbers; empty: nothing.
+
+    What was as small as `least` already, as the drawing grew, still keeps its direction: it has
+    collapsed where it is zero.
+    """
+    own = slice(entity.at, entity.at + entity.size)
+    old = extents_of(entity.kind, before[own].tolist())
+    new = extents_of(entity.kind, now[own].tolist())
+    for (what, found), (_, was) in zip(new, old, strict=True):
+        if not found > (least if was > least else 0.0) and was > 0.0:
+            return what
+    return ""
 
 
 class Extents:
@@ -24,7 +57,8 @@ class Extents:
 
     def __init__(self, entities: Iterable[Entity]) -> None:
         lines, radii, splines = [], [], []
-        for entity in entities:
+        self._entities = {entity.name: entity for entity in entities}
+        for entity in self._entities.values():
             end = entity.at + entity.size
             if entity.kind == "line":
                 lines.append((entity.name, entity.at))
@@ -41,6 +75,11 @@ class Extents:
     def collapses(self, values: Floats, least: float) -> bool:
         """Whether a line or round curve has no extent above `least` at these numbers."""
         return bool(any_short(values, self._lines, self._radii, least))
+
+    def lost(self, before: Floats, now: Floats, least: float) -> list[Entity]:
+        """What has collapsed between two states of the document's numbers."""
+        suspects = [self._entities[name] for name in self.suspects(now, least)]
+        return [entity for entity in suspects if lost(entity, before, now, least)]
 
     def suspects(self, values: Floats, least: float) -> list[str]:
         """Names of lines and round curves without an extent above `least`, and of all splines.
