@@ -45,7 +45,7 @@ def test_what_would_collapse_is_refused_the_first_time_and_later() -> None:
     session.run("hdistance L0.p1 L1.p2 4; vdistance L0.p1 L1.p2 3")
     for _ in range(3):
         before = session.document.values.tobytes()
-        with pytest.raises(AraelError, match="nothing of `L1`"):
+        with pytest.raises(AraelError, match="together with `CL0H`, `d0` and `d1`"):
             session.run("vdistance L0.p1 L1.p2 0")
         assert session.document.values.tobytes() == before
         session.run("length L0 5")
