@@ -1,4 +1,4 @@
-"""Functions of `rank_qr.pxd`, called from a Cython module without the GIL."""
+"""Functions of `scaled_factor.pxd`, called from a Cython module without the GIL."""
 
 from __future__ import annotations
 
