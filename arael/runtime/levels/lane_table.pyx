@@ -7,12 +7,13 @@ import numpy as np
 
 from arael.runtime.address cimport address
 from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, table_of
+from arael.runtime.levels.growth cimport grown
 from arael.runtime.levels.unknown_windows cimport UnknownWindows
 from arael.runtime.machine.program cimport Program
 from arael.runtime.machine.tape_program cimport TapeProgram
 from libc.math cimport NAN
 from libc.stdint cimport int32_t, uint8_t
-from libc.stdlib cimport calloc, free, realloc
+from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy, memset
 
 from arael.runtime.machine.program import WIDTH
@@ -284,10 +285,6 @@ cdef void* checked(void* memory) except NULL:
     if memory == NULL:
         raise MemoryError
     return memory
-
-
-cdef void* grown(void* memory, Py_ssize_t count, size_t size) except NULL:
-    return checked(realloc(memory, max(count, 1) * size))
 
 
 def require_plain(layout, group):
